@@ -18,7 +18,7 @@ class Settings:
     Attributes:
         tcp_per_local_error: Error of the TCP over a long path per local error allowed [m/rad], without
             backlash. Seen: 0.004; the rest is room for other robots and longer paths.
-        tcp_per_local_error_with_play: The same with backlash. Seen: 4 to 12, where the path enlarges
+        tcp_per_local_error_with_backlash: The same with backlash. Seen: 4 to 12, where the path enlarges
             errors several hundred times.
         longest_step: Longest step [s]: a fifth of the slowest mode's period (10 Hz).
         first_step: First step, and the one after a gear reverses [s]: the scale of the fastest
@@ -62,8 +62,8 @@ class Settings:
         most_equilibrium_passes: Its passes before there is no equilibrium.
         slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
             a smooth curve bends.
-        across_play: Longest of its steps inside a backlash [half widths]: from anywhere it leads out of
-            it.
+        across_backlash: Longest of its steps inside a backlash [half widths]: from anywhere it leads out
+            of it.
         closest_samples: Samples of a trajectory closer than this are refused [s]: no drive follows them,
             and each may end a step.
         most_sample: Largest time, angle, rate or acceleration of a trajectory [s, rad, rad/s, rad/s^2];
@@ -79,7 +79,7 @@ class Settings:
     """
 
     tcp_per_local_error: float = 1.0
-    tcp_per_local_error_with_play: float = 20.0
+    tcp_per_local_error_with_backlash: float = 20.0
     longest_step: float = 0.02
     first_step: float = 1e-3
     shortest_step: float = 1e-9
@@ -109,7 +109,7 @@ class Settings:
     equilibrium_step: float = 1e-14
     most_equilibrium_passes: int = 60
     slow_equilibrium: float = 0.1
-    across_play: float = 2.0
+    across_backlash: float = 2.0
     closest_samples: float = 1e-6
     most_sample: float = 1e12
     tries_per_sample: int = 3
@@ -134,7 +134,7 @@ class Settings:
             backlash: Play of the gears, sharp or rounded, is modelled.
         """
         return tolerance / (
-            self.tcp_per_local_error_with_play if backlash else self.tcp_per_local_error
+            self.tcp_per_local_error_with_backlash if backlash else self.tcp_per_local_error
         )
 
     def jump(self, local_error: float) -> float:

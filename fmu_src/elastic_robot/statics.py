@@ -109,7 +109,7 @@ def _free_rest(
             slope = branch.slope(x)
             free = (region == 0) & ~neutral
             if free.any():
-                slope = np.where(free, _slope_in_play(guard, torque, softening), slope)
+                slope = np.where(free, _slope_in_backlash(guard, torque, softening), slope)
             if bends:
                 # A piece flatter than the load's gradient s would send Newton's method back, away
                 # from the flank that the load drives the gear to.  Where a load t + s x, t >= 0,
@@ -142,14 +142,14 @@ def _free_rest(
     return None
 
 
-def _slope_in_play(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray) -> np.ndarray:
+def _slope_in_backlash(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray) -> np.ndarray:
     """Return slopes that limit the steps of gears inside their backlash.
 
     There only the load holds a gear, and one that it hardly holds would be sent round the world by
     Newton's method, and the other joints along with it.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        limiting = np.abs(torque) / (SETTINGS.across_play * guard) + softening.diagonal()
+        limiting = np.abs(torque) / (SETTINGS.across_backlash * guard) + softening.diagonal()
     return np.maximum(limiting, 0.0)
 
 

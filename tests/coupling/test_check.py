@@ -71,7 +71,7 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert rest < 0.1 * most
 
 
-def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path, checked):
+def test_gears_that_turn_without_backlash_are_not_said_to_keep_a_flank(tmp_path, checked):
     """All that is known of them is that a wrong backlash would not show."""
     curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
     status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")

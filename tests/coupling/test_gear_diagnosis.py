@@ -120,7 +120,7 @@ def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(e
     assert of_tilt(0.75).margin < 0.0
 
 
-def test_a_gear_floats_without_a_force_and_has_no_flank_without_play(example):
+def test_a_gear_is_unloaded_without_a_force_and_has_no_flank_without_backlash(example):
     still = diagnose(MovingRobot(example, "backlash"), circle(example, force=0.0))
     assert still[0].in_backlash == pytest.approx(2.0)  # a vertical axis carries nothing at rest
     assert [gear.in_backlash for gear in still[1:3]] == [0.0, 0.0]

@@ -90,7 +90,7 @@ def test_a_flank_follows_a_ramp_behind_an_exponential(tau):
     assert wind_up.crossings == ()
 
 
-def test_in_its_play_a_gear_integrates_the_torque():
+def test_in_its_backlash_a_gear_integrates_the_torque():
     """Cubic T makes a quartic; the gear stays inside."""
     time = np.linspace(0.0, 1.0, 101)
     torque = np.polynomial.Polynomial([0.05, -0.6, 1.0, -0.3])
@@ -183,7 +183,7 @@ SEEDS = st.integers(0, 2**32 - 1)
     st.sampled_from([1e-9, 1.0, 100.0]),
 )
 @settings(max_examples=25, deadline=None, derandomize=True)
-def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size):
+def test_two_solutions_approach_and_the_backlash_is_told_whole(seed, kind, tau, size):
     """|e_1 - e_2| never grows; a sample is inside the backlash exactly where a crossing covers it."""
     random = np.random.default_rng(seed)
     time = np.linspace(0.0, 0.03, 31)
@@ -207,7 +207,7 @@ def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
 @pytest.mark.parametrize("start", [0.0, 0.3, 0.5, 1.0, -1.0, -0.5, 3.0])
-def test_without_torque_a_gear_rests_in_its_play_or_falls_back_to_its_edge(kind, start):
+def test_without_torque_a_gear_rests_in_its_backlash_or_falls_back_to_its_edge(kind, start):
     time = np.linspace(0.0, 5.0, 5001)
     edge = B if kind == "backlash" else 0.5 * B
     wind_up = solve(time, np.zeros(5001), kind, 1e-3, start * B)
@@ -220,7 +220,7 @@ def test_without_torque_a_gear_rests_in_its_play_or_falls_back_to_its_edge(kind,
         assert len(wind_up.crossings) <= 1
 
 
-def test_a_torque_that_only_touches_zero_opens_no_play():
+def test_a_torque_that_only_touches_zero_opens_no_backlash():
     time = np.linspace(0.0, 2.0, 2001)
     torque = 30.0 * (1.0 + np.cos(2.0 * np.pi * 5.0 * time))
     wind_up = solve(time, torque, "backlash", 1e-3, B)

@@ -151,7 +151,7 @@ def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished
         )
 
 
-def test_passages_through_the_play_are_counted_and_named(finished):
+def test_passages_through_the_backlash_are_counted_and_named(finished):
     _, run, out, said = finished
     changes = run.correction.backlash_reversals
     told = json.loads((out / "result.json").read_text())["backlash_reversals"]

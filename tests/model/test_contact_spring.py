@@ -109,7 +109,7 @@ def test_moving_anchor_is_exact_within_a_step():
         assert robot.velocity()[2] == pytest.approx(-state[1] * np.cos(state[0]), abs=1e-9)
 
 
-def test_gear_in_its_play_rests_against_the_spring():
+def test_gear_in_its_backlash_rests_against_the_spring():
     """Gravity along the axis leaves the gear free: in its backlash of 2 mrad the tip is at the anchor.
 
     Beyond, the spring is shared with the flank: k (e - B) = K (anchor - tip), tip = -sin e.
@@ -130,7 +130,7 @@ def test_gear_in_its_play_rests_against_the_spring():
         assert robot.deflection()[0] == pytest.approx(expected, abs=1e-13)
 
 
-def test_gear_that_nothing_holds_rests_in_the_middle_of_its_play():
+def test_gear_that_nothing_holds_rests_in_the_middle_of_its_backlash():
     """Weight and spring along the axis: neither support nor force, or rounding, so no flank."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     along = ContactSpring(np.array([1.0, 0.4, 0.3]), np.zeros(3), np.diag([0.0, 1e8, 0.0]))

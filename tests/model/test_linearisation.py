@@ -73,7 +73,7 @@ def test_one_joint_has_the_closed_form_eigenvalues():
     np.testing.assert_allclose(modes.tcp[:, 0], circle, rtol=0, atol=1e-12)
 
 
-def test_a_gear_inside_its_play_has_a_zero_eigenvalue():
+def test_a_gear_inside_its_backlash_has_a_zero_eigenvalue():
     """Gravity along the axis: neither spring nor weight, only the damper d / I = 1 1/s is left."""
     free = replace(arm(backlash=1e-3), gravity=(0.0, -9.81, 0.0))
     linear = at_rest(free, [0.3], "backlash").linearise()

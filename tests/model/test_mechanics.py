@@ -100,7 +100,7 @@ def test_backlash_adds_its_half_width_on_the_loaded_side():
         assert e == pytest.approx(expected, abs=1e-11)
 
 
-def test_unloaded_gear_rests_in_the_middle_of_its_play():
+def test_unloaded_gear_rests_in_the_middle_of_its_backlash():
     """Gravity along the axis: no torque; rounding or 1e-7 N sideways must not pick a flank."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     for force in (0.0, 5e-7, -5e-7):
@@ -110,7 +110,7 @@ def test_unloaded_gear_rests_in_the_middle_of_its_play():
     assert robot.deflection()[0] == pytest.approx(1e-3 + 1e-7, abs=1e-9)
 
 
-def test_robot_that_hangs_in_its_play_rests_where_the_load_vanishes():
+def test_robot_that_hangs_in_its_backlash_rests_where_the_load_vanishes():
     """The arm hangs down, 0.5 mrad off the vertical, in a backlash of 2 mrad: it finds the vertical."""
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
     robot.reset(0.0, held([np.pi / 2 - 5e-4]), Load())
@@ -185,7 +185,7 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
         np.testing.assert_allclose(compliance[:, k], expected, rtol=0, atol=1e-5 * scale)
 
 
-def test_compliance_inside_the_play_is_that_of_the_flank():
+def test_compliance_inside_the_backlash_is_that_of_the_flank():
     """Axis 1 under gravity alone carries no torque; its backlash is no infinite compliance."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     robot.reset(0.0, held([0.0]), Load())
@@ -322,7 +322,7 @@ def test_torque_curves_agree_with_their_verbs(name):
     np.testing.assert_allclose(branch.torque(x), torque, rtol=1e-12)
 
 
-def test_backlash_curve_is_flat_inside_its_play():
+def test_backlash_curve_is_flat_inside_its_backlash():
     curve = BacklashCurve(np.array([1e4]), np.array([1e-3]))
     assert curve.torque(np.array([0.9e-3]))[0] == 0.0
     assert curve.slope(np.array([0.9e-3]))[0] == 0.0

@@ -120,7 +120,7 @@ def test_equilibrium_on_the_rounded_corner_is_its_closed_form():
     assert robot.deflection()[0] == 0.0
 
 
-def test_an_arm_that_almost_hangs_in_its_play_finds_its_rest_on_the_corner():
+def test_an_arm_that_almost_hangs_in_its_backlash_finds_its_rest_on_the_corner():
     """k (e - B/2)^2 / (2 B) = m g l sin(delta - e) with delta just beyond B/2: a nearly flat curve."""
     hanging = replace(arm(), gravity=(0.0, 0.0, -9.81))
     robot, delta = ElasticRobot(hanging, "spline"), 1.05e-3

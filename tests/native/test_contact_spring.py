@@ -84,7 +84,7 @@ def test_random_robots_rest_on_springs_as_in_python(kind):
 
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
-def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
+def test_gears_in_their_backlash_rest_against_springs_as_in_python(example, kind):
     """Hardly loaded gears of the example robot, of which some hang in their backlash: to 1e-10 rad."""
     rng, core, hanging = np.random.default_rng(3), Core(example), 0
     python = ElasticRobot(example, kind, quasistatic=True)

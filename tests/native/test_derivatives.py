@@ -122,7 +122,7 @@ def test_equilibria_on_a_spring_follow_their_inputs(tmp_path, number):
     assert max(found.values()) < 1e-9, found
 
 
-def test_a_gear_without_load_stays_in_the_middle_of_its_play(example, tmp_path):
+def test_a_gear_without_load_stays_in_the_middle_of_its_backlash(example, tmp_path):
     """That of the vertical axis under weight alone; the others follow, to 1e-9."""
     inputs = np.concatenate([np.zeros(6), POSTURE, np.zeros(12 + SPRING_INPUTS)])
     seed = np.zeros(len(inputs))
@@ -215,7 +215,7 @@ def test_where_the_rounded_curve_bends_the_step_limits_its_derivatives(tmp_path)
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-5])
-def test_a_passage_of_the_play_keeps_the_accuracy_at_any_tolerance(tmp_path, tolerance):
+def test_a_passage_of_the_backlash_keeps_the_accuracy_at_any_tolerance(tmp_path, tolerance):
     """The law changes a little beyond the edge; not told so, the columns miss 2e-8 and 2e-7 here."""
     case = make_case(102, 1, "backlash", "dynamic", 0.004, SEEDS[102 % 5], tolerance)
     found, flow = errors(case, through_fmu(case, tmp_path))

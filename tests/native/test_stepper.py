@@ -52,7 +52,7 @@ def test_a_spring_of_any_stiffness_keeps_its_energy(omega_h):
         assert np.hypot(x, v * 0.02 / omega_h) == pytest.approx(1e-5, rel=1e-8)
 
 
-def test_flight_through_the_play_and_bounces_follow_the_closed_form():
+def test_flight_through_the_backlash_and_bounces_follow_the_closed_form():
     """Free flight over the backlash 2 B, half a sine on each flank, from rest on one of them."""
     backlash, wound = 2e-3, 1e-2
     omega = np.sqrt(STIFFNESS / INERTIA)

@@ -1,5 +1,5 @@
 /* Rest is where an energy is least: of flanks, weight, contact spring and contact.  Newton's method walks
- * down to it, with a search along a step that leads beyond the valley.  A gear in its play, which has no
+ * down to it, with a search along a step that leads beyond the valley.  A gear in its backlash, which has no
  * place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
  */
@@ -16,7 +16,7 @@
 #define MOST_PASSES 200
 /* What is no deflection any more [rad]. */
 #define LONGEST_WAY 3.14159265358979
-/* A gear that carries more than this many times what it loses across its play has one flank to rest on. */
+/* A gear that carries more than this many times what it loses across its backlash has one flank to rest on. */
 #define CERTAIN 3.0
 /* A flank is nearer to the anchor than the other by this at least [m]; less is rounding. */
 #define NEARER 1e-12
@@ -43,7 +43,7 @@ typedef struct {
     const er_load *load;
     int m;
     double negligible;                              /* residual [N m] */
-    bool neutral[ER_MAX_ANGLES];                    /* hardly held: in the middle of its play */
+    bool neutral[ER_MAX_ANGLES];                    /* hardly held: in the middle of its backlash */
     double x[ER_MAX_ANGLES];                        /* [rad] */
     double torque[ER_MAX_ANGLES];                   /* that must be carried [N m] */
     double residual[ER_MAX_ANGLES];                 /* that minus the curve's [N m] */
@@ -106,9 +106,9 @@ static bool is_positive(int m, const double *matrix)
     return true;
 }
 
-/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone.  A slope that sends it
- * at most to the other end of the play, and vanishes with what is left to balance, keeps it from being
- * thrown out; one that the load drives on crosses its play. */
+/* Newton's matrix with a shift.  Inside its backlash a gear is held by the load alone.  A slope that sends it
+ * at most to the other end of the backlash, and vanishes with what is left to balance, keeps it from being
+ * thrown out; one that the load drives on crosses its backlash. */
 static void find_matrix(const descent *s, double shift, double *matrix)
 {
     int m = s->m;
@@ -116,7 +116,7 @@ static void find_matrix(const descent *s, double shift, double *matrix)
         double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]);
         double flank = er_gear_flank_slope(s->gears, k, 0.0); /* a rounded one is flat at its foot */
         if (region_of(s, k) == 0) {
-            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_play(s->gears, k));
+            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_half_width(s->gears, k));
             slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
         }
         for (int j = 0; j < m; j++)
@@ -167,7 +167,7 @@ static int find_edges(const descent *s, const double *step, double edge[2 * MOST
     int count = 0;
     for (int i = 0; i < 2 * s->m; i++) {
         int k = i / 2, place = count;
-        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_gear_play(s->gears, k) - s->x[k]) / step[k];
+        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_gear_half_width(s->gears, k) - s->x[k]) / step[k];
         if (!er_gear_switches(s->gears, k) || !(part > 0.0 && part < 1.0))
             continue;
         for (; place > 0 && edge[place - 1] > part; place--)
@@ -229,7 +229,7 @@ static void find_negligible(descent *s)
 }
 
 /* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
- * and weight nor the spring can hold anywhere stays in the middle of its play. */
+ * and weight nor the spring can hold anywhere stays in the middle of its backlash. */
 static bool begin(descent *s)
 {
     double stiffness[MOST * MOST] = {0.0}, given[MOST], support[ER_SYMMETRIC];
@@ -244,7 +244,7 @@ static bool begin(descent *s)
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
         s->neutral[k] = er_gear_switches(s->gears, k) && fabs(given[k]) < least &&
-                        stiffness[k * m + k] * er_gear_play(s->gears, k) < least;
+                        stiffness[k * m + k] * er_gear_half_width(s->gears, k) < least;
         stiffness[k * m + k] += er_gear_flank_slope(s->gears, k, 0.0);
     }
     if (!er_lu_factor(m, stiffness, pivot))
@@ -252,12 +252,12 @@ static bool begin(descent *s)
     er_lu_solve(m, stiffness, pivot, s->x);
     for (int k = 0; k < m; k++) {
         double side = s->x[k] > 0.0 ? 1.0 : s->x[k] < 0.0 ? -1.0 : 0.0;
-        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_gear_play(s->gears, k);
+        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_gear_half_width(s->gears, k);
     }
     return true;
 }
 
-/* Lets gears go that are loaded in the middle of their play now that the others have given way; false
+/* Lets gears go that are loaded in the middle of their backlash now that the others have given way; false
  * if there are none. */
 static bool release_loaded(descent *s)
 {
@@ -293,7 +293,7 @@ static bool descend(descent *s)
         if (!(largest_of(s->m, s->x) < LONGEST_WAY))
             return false;
         after = left(s);
-        /* Where it does not fall any more that is rounding, or the edge of a play. */
+        /* Where it does not fall any more that is rounding, or the edge of a backlash. */
         if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
              (after <= s->negligible && after >= 0.5 * before)) &&
             !release_loaded(s))
@@ -312,12 +312,12 @@ static double distance(const descent *s)
     return sqrt(er_dot(gap, gap));
 }
 
-/* Whether a gear might rest on its other flank too: driven on all through its play. */
+/* Whether a gear might rest on its other flank too: driven on all through its backlash. */
 static bool is_undecided(const descent *s, int k)
 {
     double driven = s->gradient[k * s->m + k];
     return er_gear_switches(s->gears, k) && region_of(s, k) != 0 && driven > 0.0 &&
-           fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_play(s->gears, k) * driven;
+           fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_half_width(s->gears, k) * driven;
 }
 
 /* Where a gear that the spring does not support could rest on either flank, takes the one with the TCP

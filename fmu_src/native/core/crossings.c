@@ -104,7 +104,7 @@ bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool foun
     return found;
 }
 
-/* A contact begins as a gear passes its play: the step ends a little behind the plane and knows nothing of
+/* A contact begins as a gear passes its backlash: the step ends a little behind the plane and knows nothing of
  * the force N on the way there, a time d / d' long.  What is missing is
  *
  *     dx' += M^-1 J_c^T (F / d') dd,
@@ -143,7 +143,7 @@ static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *st
     }
 }
 
-/* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.
+/* The torque is continuous where a coordinate x_k passes the edge of its backlash, only its slope jumps.
  * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
  * second order only, and the sensitivities are continuous.
  *
@@ -169,7 +169,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     }
     jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
            er_gear_torque(system->gears, k, state->region[k], step->x[k]);
-    edge = copysign(er_gear_play(system->gears, k), crossing->boundary);
+    edge = copysign(er_gear_half_width(system->gears, k), crossing->boundary);
     beyond = crossing->outward * (step->x[k] - edge);
     rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
     per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));

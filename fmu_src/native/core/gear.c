@@ -164,7 +164,7 @@ double er_gear_flank_curvature(const er_gears *gears, int k, double x)
     return 2.0 * s->cubic[piece][2] + 6.0 * s->cubic[piece][3] * (x - s->start[piece]);
 }
 
-/* Of the rounded dead band S is k B times a function of x / B. */
+/* Of the rounded backlash S is k B times a function of x / B. */
 double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness,
                      double backlash)
 {
@@ -175,7 +175,7 @@ double er_gear_along(const er_gears *gears, int k, int region, double x, double 
         of_backlash = (torque - x * er_spline_slope(gears, k, x)) / gears->backlash[k];
     else if (gears->law == LINEAR || (gears->backlash[k] == 0.0 && x == 0.0))
         of_backlash = 0.0;
-    else /* without play the region is 1: one that opens */
+    else /* without backlash the region is 1: one that opens */
         of_backlash = -copysign(flank, gears->backlash[k] > 0.0 ? region : x);
     return torque / flank * stiffness + of_backlash * backlash;
 }

@@ -15,7 +15,7 @@
 #define ER_MAX_LAWS 8
 extern const int er_gear_laws;
 
-/* Whether a law may change where a gear takes up its play. */
+/* Whether a law may change where a gear takes up its backlash. */
 bool er_law_switches(int law);
 
 /* Piecewise cubics through points, straight beyond the last; pieces = 0: a straight line. */
@@ -56,7 +56,7 @@ static inline er_branch er_gear_branch(const er_gears *gears, int k, int region)
         return (er_branch){true, 0.0, 0.0};
     if (gears->spline[k].points > 0)
         return (er_branch){false, 0.0, 0.0};
-    /* Without play the region is 1 and the backlash zero. */
+    /* Without backlash the region is 1 and the backlash zero. */
     return (er_branch){true, gears->stiffness[k], region * gears->backlash[k]};
 }
 
@@ -82,7 +82,7 @@ double er_gear_along(const er_gears *gears, int k, int region, double x, double 
 double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness,
                                  double backlash);
 
-/* dS/dx [N m/rad], of the nearest flank where the gear is inside its play. */
+/* dS/dx [N m/rad], of the nearest flank where the gear is inside its backlash. */
 double er_gear_flank_slope(const er_gears *gears, int k, double x);
 
 /* Its derivative [N m/rad^2]. */
@@ -106,8 +106,8 @@ static inline bool er_gear_is_bent(const er_gears *gears, int k)
     return gears->spline[k].points > 0;
 }
 
-/* Half width of the play [rad]; 0 where the law never changes. */
-static inline double er_gear_play(const er_gears *gears, int k)
+/* Half width of the backlash [rad]; 0 where the law never changes. */
+static inline double er_gear_half_width(const er_gears *gears, int k)
 {
     return er_gear_switches(gears, k) ? gears->half_width[k] : 0.0;
 }
@@ -121,7 +121,7 @@ static inline double er_gear_per_backlash(const er_gears *gears, int k, double v
 /* Boundaries are passed only this far beyond +-half_width [rad], so that rounding does not undo it. */
 double er_gear_slack(const er_gears *gears, const er_settings *settings, int k, double tolerance);
 
-/* Below and above which x leaves a region [rad], infinite where it does not: outside the play only the side
+/* Below and above which x leaves a region [rad], infinite where it does not: outside the backlash only the side
  * towards it is a boundary. */
 void er_gear_edges(const er_gears *gears, const er_settings *settings, int k, int region, double tolerance,
                    double edge[2]);

@@ -121,7 +121,7 @@ static void derive(er_model *model)
     const er_settings *settings = &model->robot.settings;
     double longest = settings->longest_step;
     double local = options->tolerance / (er_law_switches(options->curve)
-                                             ? settings->tcp_per_local_error_with_play
+                                             ? settings->tcp_per_local_error_with_backlash
                                              : settings->tcp_per_local_error);
     if (model->derived_law == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
@@ -275,9 +275,9 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
         memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
     if (system.contacting || model->work.sensitivity != NULL) {
         finer = model->means;
-        if (system.contacting) /* it enlarges errors as a play does */
+        if (system.contacting) /* it enlarges errors as a backlash does */
             finer.tolerance = fmin(finer.tolerance, model->memory.options.tolerance /
-                                                        model->robot.settings.tcp_per_local_error_with_play);
+                                                        model->robot.settings.tcp_per_local_error_with_backlash);
         if (model->work.sensitivity != NULL)
             finer.iteration = EXACT_ITERATION / finer.tolerance;
         means = &finer;

@@ -16,7 +16,7 @@
  */
 #define ER_EACH_SETTING(DO)                                                                         \
     DO(tcp_per_local_error)                                                                         \
-    DO(tcp_per_local_error_with_play)                                                               \
+    DO(tcp_per_local_error_with_backlash)                                                               \
     DO(longest_step)                                                                                \
     DO(first_step)                                                                                  \
     DO(shortest_step)                                                                               \
@@ -46,7 +46,7 @@
     DO(equilibrium_step)                                                                            \
     DO(most_equilibrium_passes)                                                                     \
     DO(slow_equilibrium)                                                                            \
-    DO(across_play)                                                                                 \
+    DO(across_backlash)                                                                                 \
     DO(closest_samples)                                                                             \
     DO(most_sample)                                                                                 \
     DO(tries_per_sample)                                                                            \
@@ -112,7 +112,7 @@ typedef struct {
     double gravity[3];                /* base axes [m/s^2] */
     double stiffness[ER_MAX_ANGLES];  /* [N m/rad] */
     double damping[ER_MAX_ANGLES];    /* [N m s/rad] */
-    double backlash[ER_MAX_ANGLES];   /* half width of the dead band [rad]; 0 for tilts */
+    double backlash[ER_MAX_ANGLES];   /* half width of the backlash [rad]; 0 for tilts */
 } er_parameters;
 
 typedef struct {

@@ -36,10 +36,10 @@ static void place_at(search *s, const double *x)
     er_static_torque(s->robot, &s->placement, s->gravity, s->wrench, s->torque);
 }
 
-/* Half width of the play, minus infinity for coordinates without. */
+/* Half width of the backlash, minus infinity for coordinates without. */
 static double guard(const search *s, int k)
 {
-    return er_gear_switches(s->gears, k) ? er_gear_play(s->gears, k) : -INFINITY;
+    return er_gear_switches(s->gears, k) ? er_gear_half_width(s->gears, k) : -INFINITY;
 }
 
 static double diagonal(const search *s, int k)
@@ -58,16 +58,16 @@ static void begin(search *s)
     }
 }
 
-/* Inside its play only the load holds a gear, and one that it hardly holds would be sent round the world
+/* Inside its backlash only the load holds a gear, and one that it hardly holds would be sent round the world
  * by Newton's method, and the other joints along with it: its step is limited.
  *
  * A piece of a spline that is flatter than the load's gradient s would send it back, away from the flank
  * that the load drives the gear to.  Where a load t + s x, t >= 0, rests on the flank
- * k (x - B/2)^2 / (2 B) of a rounded dead band, that is steeper than 2 s. */
+ * k (x - B/2)^2 / (2 B) of a rounded backlash, that is steeper than 2 s. */
 static double slope_for_step(const search *s, int k)
 {
     double slope = er_gear_slope(s->gears, k, s->region[k], s->x[k]);
-    double longest = s->robot->settings.across_play * guard(s, k);
+    double longest = s->robot->settings.across_backlash * guard(s, k);
     if (s->region[k] == 0)
         slope = fmax(fabs(s->torque[k]) / longest + diagonal(s, k), 0.0);
     return er_gear_is_bent(s->gears, k) ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
@@ -132,7 +132,7 @@ static bool change_regions(search *s)
     return changed;
 }
 
-/* Lets gears go that are loaded in the middle of their play now that the others have given way; false
+/* Lets gears go that are loaded in the middle of their backlash now that the others have given way; false
  * if there are none. */
 static bool release_loaded(search *s)
 {

@@ -13,7 +13,7 @@ bool er_equilibrium(const er_robot *robot, const er_gears *gears, const double g
 
 /* Translational compliance of the TCP at x, on its spring and contact: xx, xy, xz, yy, yz, zz [m/N].
  *
- * A gear inside its play counts with the stiffness of its flank. */
+ * A gear inside its backlash counts with the stiffness of its flank. */
 bool er_compliance(const er_robot *robot, const er_gears *gears, const double gravity[3],
                    const double *q, const double *x, const er_load *load, double compliance[6],
                    er_failure *failure);

@@ -156,7 +156,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     er_add_support(robot, &p.at, yielding, support);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
-        /* A gear without load rests in the middle of its play, whatever the others do. */
+        /* A gear without load rests in the middle of its backlash, whatever the others do. */
         bool neutral = er_gear_switches(gears, k) && at == 0.0;
         for (int j = 0; j < m; j++)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
