@@ -170,11 +170,11 @@ def wrench(run: StoredRobot) -> go.Figure:
 
 
 def convergence(run: StoredRobot) -> go.Figure:
-    """Path change of every process evaluation and deviation of every pass, logarithmic."""
+    """Path change of every process evaluation and deviation of every iteration, logarithmic."""
     figure = go.Figure()
     count = 0
     ends: list[tuple[int, float]] = []
-    for entry in run.figures.passes:
+    for entry in run.figures.iterations:
         numbers = [count + k + 1 for k in range(len(entry.evaluations))]
         for name, changes, dash in (
             ("max", [own.path_change_max_m for own in entry.evaluations], "solid"),

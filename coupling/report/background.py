@@ -24,7 +24,7 @@ CONVERGENCE_TEXT = (
 )
 _WHERE = {
     "inverse": "first on the desired path, then on the path that the tool takes under each command",
-    "mirror": "on the paths that the tool takes, from pass to pass",
+    "mirror": "on the paths that the tool takes, from iteration to iteration",
 }
 
 

@@ -166,7 +166,7 @@ class EvaluationResult(ResultPart):
 
 
 class IterationResult(ResultPart):
-    """One pass of a correction; the steps are of one that corrects sample by sample."""
+    """One iteration of a correction; the steps are of one that corrects sample by sample."""
 
     sparse: ClassVar = (
         *("largest_correction_step_m", "largest_correction_step_time_s", "rate_limited_samples"),
@@ -244,7 +244,7 @@ class RunResult(ResultFile):
     command: CommandResult
     pinch_gap_m: GapResult | None = None
     tooth_passing: ToothPassingResult | None
-    passes: tuple[IterationResult, ...]
+    iterations: tuple[IterationResult, ...]
     warnings: tuple[WarningResult, ...] = ()
     rate_warnings: tuple[str, ...]
     remarks: tuple[str, ...] = ()

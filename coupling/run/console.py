@@ -114,7 +114,7 @@ class RunView:
         )
 
     def _passed(self, finished: CorrectionIteration) -> None:
-        text = f"      pass {finished.number}: deviation max {_um(finished.deviation.maximum)}"
+        text = f"      iteration {finished.number}: deviation max {_um(finished.deviation.maximum)}"
         text += f", rms {_um(finished.deviation.rms)}"
         correction = finished.correction
         if correction is not None:

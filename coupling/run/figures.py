@@ -47,7 +47,7 @@ def figures_of(
 ) -> RunResult:
     """Return the figures of a run, or of one of its robots.
 
-    Verdict, passes and evaluations of the process are those of the whole cell.
+    Verdict, iterations and evaluations of the process are those of the whole cell.
 
     Args:
         run: The run.
@@ -99,7 +99,7 @@ def figures_of(
         command=_command(run, tool),
         pinch_gap_m=None if run.gap is None or tool is not None else GapResult.of(run.gap),
         tooth_passing=_tooth_passing(run, tool),
-        passes=tuple(_pass_figures(entry) for entry in found.passes),
+        iterations=tuple(_iteration_figures(entry) for entry in found.iterations),
         warnings=tuple(
             WarningResult(**asdict(own) | {"robot": own.robot or run.robots[0]}, text=str(own))
             for own in warnings
@@ -263,7 +263,7 @@ def _command(run: Run, tool: int | None) -> CommandResult:
     return CommandResult(rows=len(run.correction.joints.time), drives=drives)
 
 
-def _pass_figures(entry: CorrectionIteration) -> IterationResult:
+def _iteration_figures(entry: CorrectionIteration) -> IterationResult:
     own = entry.correction
     return IterationResult(
         number=entry.number,

@@ -35,13 +35,13 @@ class SampledCorrection:
 
 @dataclass(frozen=True)
 class CorrectionIteration(Event):
-    """One pass of a correction.
+    """One iteration of a correction.
 
     Attributes:
         number: 0 for the uncorrected command.
-        deviation: Deviation from the desired path of the path that the pass leads to.
-        coupling: Evaluations of the process in this pass.
-        correction: What the pass has added to the desired path, where it did so sample by sample.
+        deviation: Deviation from the desired path of the path that the iteration leads to.
+        coupling: Evaluations of the process in this iteration.
+        correction: What the iteration has added to the desired path, where it did so sample by sample.
     """
 
     number: int
@@ -107,7 +107,7 @@ class Correction:
         achieved: Paths of the TCPs under `joints` and `answer`.
         answer: The process's answer to the paths that the tools really take.
         consistency: Largest distance between the path that the process saw and `achieved` [m].
-        passes: The way there.
+        iterations: The way there.
         evaluations: Number of evaluations of the process, in all.
         backlash_reversals: Passages of gears through their backlash; None where the method does not know
             them.
@@ -124,7 +124,7 @@ class Correction:
     achieved: ToolPath
     answer: ProcessResponse
     consistency: float
-    passes: tuple[CorrectionIteration, ...]
+    iterations: tuple[CorrectionIteration, ...]
     evaluations: int
     backlash_reversals: tuple[BacklashReversal, ...] | None = None
 
@@ -180,6 +180,8 @@ class Uncorrected:
             achieved=coupling.path,
             answer=coupling.answer,
             consistency=coupling.evaluations[-1].path_change,
-            passes=(CorrectionIteration(0, measure(coupling.path, path), coupling.evaluations),),
+            iterations=(
+                CorrectionIteration(0, measure(coupling.path, path), coupling.evaluations),
+            ),
             evaluations=len(coupling.evaluations),
         )

@@ -112,7 +112,7 @@ class InverseCorrection(Schema):
             achieved=best.achieved,
             answer=replace(best.answer, wrench=best.answer.wrench.refined(times.path.time)),
             consistency=best.consistency,
-            passes=tuple(entry.report for entry in rounds),
+            iterations=tuple(entry.report for entry in rounds),
             evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
             backlash_reversals=best.inverse.backlash_reversals,
         )

@@ -54,7 +54,7 @@ class Mirror(Schema):
 
     Attributes:
         tolerance_m: Largest deviation from the desired path that ends the iteration.
-        gain: Share of the deviation subtracted in each pass.
+        gain: Share of the deviation subtracted in each iteration.
         cutoff_Hz: Frequency below which is corrected; None: all of it.
         max_correction_rate_m_s: Fastest change of the correction; at a gear's reversal the
             exact correction would jump.
@@ -79,18 +79,18 @@ class Mirror(Schema):
         times = told_at(desired, loop.mode)
         rows, path = times.asked, times.path
         first = Uncorrected().correct(loop, desired)
-        passes = list(first.passes)
+        iterations = list(first.iterations)
         coupling = Coupling(
-            first.outcome, first.reason, first.achieved, first.answer, passes[0].coupling
+            first.outcome, first.reason, first.achieved, first.answer, iterations[0].coupling
         )
         last = best = _Attempt(path, first.joints, coupling)
-        loop.watch(passes[0])
-        verdict = self._verdict(passes, coupling)
+        loop.watch(iterations[0])
+        verdict = self._verdict(iterations, coupling)
         while verdict is None:
             try:
                 last, correction = self._mirrored(loop, last, path, rows)
             except ProcessError as error:
-                reason = f"the process failed in pass {len(passes)}: {error}"
+                reason = f"the process failed in iteration {len(iterations)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
                 break
             except (HostError, StoreError):  # no verdict on the command
@@ -101,12 +101,14 @@ class Mirror(Schema):
                 break
             deviation = measure(last.coupling.path, path)
             evaluations = last.coupling.evaluations
-            passes.append(CorrectionIteration(len(passes), deviation, evaluations, correction))
-            loop.watch(passes[-1])
-            if deviation.maximum <= min(p.deviation.maximum for p in passes):
+            iterations.append(
+                CorrectionIteration(len(iterations), deviation, evaluations, correction)
+            )
+            loop.watch(iterations[-1])
+            if deviation.maximum <= min(p.deviation.maximum for p in iterations):
                 best = last
-            verdict = self._verdict(passes, last.coupling)
-        found = replace(first, passes=tuple(passes))
+            verdict = self._verdict(iterations, last.coupling)
+        found = replace(first, iterations=tuple(iterations))
         return self._validated(loop, rows, found, best, verdict)
 
     def _mirrored(
@@ -139,13 +141,13 @@ class Mirror(Schema):
         return corrected, figures
 
     def _verdict(
-        self, passes: list[CorrectionIteration], coupling: Coupling
+        self, iterations: list[CorrectionIteration], coupling: Coupling
     ) -> tuple[Outcome, str] | None:
         """Return how and why the iteration ends, if it does."""
         if not coupling.converged:
-            reason = f"in pass {passes[-1].number} the coupling {coupling.reason}"
+            reason = f"in iteration {iterations[-1].number} the coupling {coupling.reason}"
             return coupling.outcome, reason
-        sizes = [entry.deviation.maximum for entry in passes]
+        sizes = [entry.deviation.maximum for entry in iterations]
         if sizes[-1] <= self.tolerance_m:
             return Outcome.CONVERGED, f"converged in {len(sizes) - 1} corrections"
         if len(sizes) > 1 and not sizes[-1] <= _DIVERGED * min(sizes):
@@ -156,7 +158,7 @@ class Mirror(Schema):
         if len(sizes) > _PATIENCE and min(sizes[-_PATIENCE:]) > _IMPROVED * min(sizes[:-_PATIENCE]):
             return Outcome.STAGNATED, (
                 f"mirroring stagnates at {1e6 * min(sizes):.4g} um, most at t ="
-                f" {passes[-1].deviation.time_of_maximum:.3f} s{self._held_back(passes[-1])}"
+                f" {iterations[-1].deviation.time_of_maximum:.3f} s{self._held_back(iterations[-1])}"
             )
         if len(sizes) > self.max_passes:
             return Outcome.EXHAUSTED, f"not converged within {self.max_passes} corrections"
@@ -184,7 +186,7 @@ class Mirror(Schema):
         desired = found.desired
         achieved, answer = coupling.path, coupling.answer
         consistency = coupling.evaluations[-1].path_change
-        evaluations = sum(len(entry.coupling) for entry in found.passes)
+        evaluations = sum(len(entry.coupling) for entry in found.iterations)
         try:
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
             seen = Iterate(coupling.path, rows, answer)

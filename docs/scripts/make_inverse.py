@@ -179,7 +179,7 @@ def robustness() -> str:
     for motion in (CONE, SLOW):
         run = run_compensation(example(motion.example, tool_path=motion.keys))
         found[motion.title] = {
-            "as in its file": run.correction.passes[-1].deviation.maximum,
+            "as in its file": run.correction.iterations[-1].deviation.maximum,
             **{replay.name: replay.deviation.maximum for replay in run.robustness},
         }
     names = list(dict.fromkeys(name for column in found.values() for name in column))

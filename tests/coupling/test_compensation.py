@@ -47,7 +47,7 @@ def test_gain_one_mirroring_of_the_dynamic_robot_is_recognised_as_diverging(slow
     assert 'mode = "quasistatic"' in found.reason
     assert "cutoff_Hz" in found.reason
     # It ends early and gives back the best command it had.
-    sizes = [entry.deviation.maximum for entry in found.passes]
+    sizes = [entry.deviation.maximum for entry in found.iterations]
     assert len(sizes) <= 4
     assert Deviations.of(run).after.maximum == pytest.approx(min(sizes), rel=1e-3)
 
@@ -63,7 +63,7 @@ def test_band_limited_mirroring_of_the_dynamic_robot_converges(slow_line):
 def test_quasistatic_mirroring_contracts_and_serves_the_dynamic_robot(slow_line):
     run = run_compensation(slow_line("quasistatic", ""))
     assert run.correction.converged, run.correction.reason
-    sizes = [entry.deviation.maximum for entry in run.correction.passes]
+    sizes = [entry.deviation.maximum for entry in run.correction.iterations]
     assert all(later < 0.2 * earlier for earlier, later in itertools.pairwise(sizes))
     deviations = Deviations.of(run)
     assert deviations.after.maximum <= 1e-6

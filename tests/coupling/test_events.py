@@ -24,7 +24,7 @@ def watched() -> tuple[Run, list[Event]]:
 def test_every_evaluation_and_pass_is_told_in_its_order(watched):
     run, told = watched
     passes = [event for event in told if isinstance(event, CorrectionIteration)]
-    assert passes == list(run.correction.passes)
+    assert passes == list(run.correction.iterations)
     evaluations = [event.evaluation for event in told if isinstance(event, Evaluated)]
     assert evaluations == [e for entry in passes for e in entry.coupling]
     assert isinstance(told[0], RunBegins)
@@ -60,4 +60,4 @@ def test_planning_counts_the_samples(watched):
     works = [event for event in told if isinstance(event, Progress) and "planning" in event.what]
     assert {work.total for work in works} == {len(run.desired.time)}
     finished = sum(work.done == work.total for work in works)
-    assert finished == len(run.correction.passes)  # each commands another path
+    assert finished == len(run.correction.iterations)  # each commands another path

@@ -279,8 +279,8 @@ def mirrored(tmp_path_factory) -> tuple[Path, Run]:
 
 def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluations(mirrored):
     _, run = mirrored
-    assert len(run.correction.passes) == 3
-    for entry in run.correction.passes:
+    assert len(run.correction.iterations) == 3
+    for entry in run.correction.iterations:
         assert len(entry.coupling) <= 6
         assert entry.coupling[-1].path_change <= 1e-6
 

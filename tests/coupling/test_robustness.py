@@ -140,7 +140,7 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
     _, run, _, said = finished
-    after = f"max {1e6 * run.correction.passes[-1].deviation.maximum:.2f} um at t"
+    after = f"max {1e6 * run.correction.iterations[-1].deviation.maximum:.2f} um at t"
     assert said.count(after) == 1
     assert "largest step of the correction" not in said
     assert "dynamic robot, under the wrench on the desired path, deviates" in said

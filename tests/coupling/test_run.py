@@ -57,9 +57,9 @@ def test_result_holds_the_figures(finished):
         < 1e-3
         < result["deviation_before_m"]["maximum"]
     )
-    evaluations = sum(len(entry["evaluations"]) for entry in result["passes"])
+    evaluations = sum(len(entry["evaluations"]) for entry in result["iterations"])
     assert result["process_evaluations"] == evaluations + 1  # and the validation
-    first, *others = result["passes"]
+    first, *others = result["iterations"]
     assert "largest_correction_step_m" not in first
     assert all(entry["largest_correction_step_m"] > 0.0 for entry in others)
     assert result["backlash_reversals"] is None  # mirroring does not know them
@@ -395,7 +395,9 @@ def test_a_result_that_is_none_is_one_message(finished, tmp_path, content):
         write_report(copy)
 
 
-@pytest.mark.parametrize("key", ["deviation_before_m", "shares_m", "passes", "command", "reason"])
+@pytest.mark.parametrize(
+    "key", ["deviation_before_m", "shares_m", "iterations", "command", "reason"]
+)
 def test_a_figure_that_is_missing_or_no_figure_is_one_message(finished, tmp_path, key):
     copy = tmp_path / "copy"
     shutil.copytree(finished[0], copy)
