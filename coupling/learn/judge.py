@@ -10,7 +10,7 @@ import numpy as np
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.learn.parameters import Learnable
 
-# A parameter is told where its error is below this part of what was known before.
+# A parameter is identifiable where its error is below this part of what was known before.
 _TOLD = 0.5
 # What a parameter's prior deviation does to the tool does not matter below this [m]; less a constant, as
 # the measuring frame takes one anyway.
@@ -102,7 +102,7 @@ def judged(
 
 def _reason(parameter: Learnable, effect: float, gears: Sequence[GearDiagnosis]) -> str:
     if effect >= _MATTERS:
-        return "not told apart from the others"
+        return "not distinguishable from the others"
     stays = parameter.gear is not None and gears[parameter.gear].changes == 0
     if stays and parameter.kind != "stiffness":
         return "the gear does not reverse here"

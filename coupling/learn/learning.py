@@ -72,7 +72,7 @@ class Learned:
         parameters: Verdict on each parameter.
         spread: How sure it is.
         gears: What the gears go through where it was measured.
-        whole: The same along the whole path of the last run, where nothing is told.
+        whole: The same along the whole path of the last run, where nothing is identifiable.
     """
 
     sources: tuple[MeasuredFile, ...]
@@ -119,7 +119,7 @@ class Learned:
         seconds = sum(float(np.ptp(one.seen.time)) for one in self.passes)
         if not any(own.identifiable for own in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
-            return f"nothing is told: {missing(self.gears, self.whole, seconds, unknown)}"
+            return f"nothing is identifiable: {missing(self.gears, self.whole, seconds, unknown)}"
         if after > _WORTH * before:
             return (
                 f"what is learned would leave {1e6 * after:.3g} um of the measurement's slow part, the"
@@ -145,7 +145,8 @@ class Learned:
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
             " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
             " intervals are"
-            f" {self.widened:.2g} times as wide for it, and what is told little stays near the file"
+            f" {self.widened:.2g} times as wide for it, and what is hardly identifiable stays near the"
+            " file"
         ]
 
 
@@ -212,8 +213,8 @@ def _learned(
     verdicts = judged(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
-    told = any(own.identifiable for own in verdicts)
-    whole = gears if told else diagnose(moving, last.wanted_whole)
+    found = any(own.identifiable for own in verdicts)
+    whole = gears if found else diagnose(moving, last.wanted_whole)
     return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
 
 

@@ -100,7 +100,9 @@ def plan(
         if not learned.refusal:
             known.append(learned_model(history, learned, options))
         elif wanted and len(known) == 1:
-            raise LearnError(f"--move {options.move}: no parameters are told: {learned.refusal}")
+            raise LearnError(
+                f"--move {options.move}: no parameters are identifiable: {learned.refusal}"
+            )
     before, every = Hypotheses.before(options.repeatability), range(len(sources))
     ranked = moves(history, known, options.absolute, before)
     told = compared(history, ranked[0].model, every, before).hypotheses
@@ -115,7 +117,7 @@ def plan(
             if own.learns_path and np.allclose(own.model.x, x, rtol=0.0, atol=1e-9)
         ]
     if not offered:
-        raise LearnError(f"--move {options.move}: expected a robot with parameters that are told")
+        raise LearnError(f"--move {options.move}: expected a robot with identifiable parameters")
     move = offered[0]
     found = next_repeating(history, move, judgement, before)
     if move.model is not ranked[0].model:

@@ -143,7 +143,7 @@ def _move(found: CommandPlan) -> str:
     others = [own for own in found.moves if own is not move]
     left = found.left(move.size)
     if len(found.history.runs) > 1 and move.predicted:
-        why = f"told the last pass before it was measured to {_um(left)} rms"
+        why = f"forecast the last pass before it was measured to {_um(left)} rms"
         compared = ", ".join(f"{own.words} to {_um(found.left(own.size))}" for own in others)
     else:
         why = f"would have left {_um(left)} rms of the last pass"

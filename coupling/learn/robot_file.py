@@ -52,5 +52,9 @@ def _head(found: Learned, start: Path, measured: str) -> str:
         f"Made from {start.name} by elastic-robot learn: {measured}.\n"
         f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"
         f" {1e6 * after:.1f} um, behind frame and clock.\n"
-        + (f"Not told by it, as in {start.name}: {', '.join(kept)}." if kept else "All learned.")
+        + (
+            f"Not identifiable from it, as in {start.name}: {', '.join(kept)}."
+            if kept
+            else "All learned."
+        )
     )

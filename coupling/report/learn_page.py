@@ -45,11 +45,11 @@ def learn_page(title: str, found: LearnedResult) -> str:
 
 def _verdict(found: LearnedResult) -> str:
     state = "no" if found.refusal else "yes"
-    told = sum(own.identifiable for own in found.parameters)
+    count = sum(own.identifiable for own in found.parameters)
     words = (
         f"Not written: {found.refusal}"
         if found.refusal
-        else (f"Learned: {told} of {len(found.parameters)} parameters are told")
+        else (f"Learned: {count} of {len(found.parameters)} parameters are identifiable")
     )
     return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
 
@@ -121,7 +121,7 @@ def _intervals(found: LearnedResult) -> go.Figure:
         ShownInterval(own.name, own.factor, own.factor_low, own.factor_high, own.identifiable)
         for own in found.parameters
     ]
-    figure = interval_figure(rows, "told, 95 % interval", "not told", 24)
+    figure = interval_figure(rows, "identifiable, 95 % interval", "not identifiable", 24)
     figure.add_vline(x=1.0, line={"color": DESIRED, "width": 1})
     figure.update_xaxes(title="factor of the robot file's value")
     return figure
@@ -132,6 +132,6 @@ _LEFT_TEXT = (
     " command, what is slower than {:g} Hz, behind the measuring frame and clock that fit each best."
 )
 _INTERVALS_TEXT = (
-    "Of what is told they are calibrated on simulated robots; what is not told is as wide as it was"
+    "Where identifiable they are calibrated on simulated robots; elsewhere they are as wide as it was"
     " known before."
 )

@@ -79,7 +79,12 @@ def _moves(found: dict[str, Any]) -> str:
         )
         for own in found["moves"]
     ]
-    header = ("move", "robot", "leaves of the last pass, rms [um]", "told before it was measured")
+    header = (
+        "move",
+        "robot",
+        "leaves of the last pass, rms [um]",
+        "forecast before it was measured",
+    )
     return f"<h2>Moves</h2>{table(header, rows, 'words')}"
 
 

@@ -145,7 +145,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 
 class ToothPassingResult(ResultPart):
-    """What a process that beats leaves, slow part and ripple apart."""
+    """What a periodic process leaves, slow part and ripple apart."""
 
     period_s: float
     slow_m: float

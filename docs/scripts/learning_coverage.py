@@ -96,7 +96,9 @@ def coverage() -> str:
                 outside = sum(one.error > 1.0 for one in own)
                 over = found.left[1] / found.noise_left
                 print(
-                    name, truth.name, f"{len(own)} told, {outside} outside, {over:.2f} noises left"
+                    name,
+                    truth.name,
+                    f"{len(own)} identifiable, {outside} outside, {over:.2f} noises left",
                 )
                 print(_row("so far", told), flush=True)
                 gc.collect()
@@ -147,7 +149,7 @@ def beyond() -> str:
         "",
         "left by file → learned, noise [um]",
         "intervals wider",
-        "told, held",
+        "identifiable, held",
         "model from robot: file → learned [um]",
         "",
     )
