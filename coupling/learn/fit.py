@@ -2,7 +2,7 @@
 
 All of a pass at once has local minima beside the valley: where a gear crosses its backlash too late or
 not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
- What a crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
+What a crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
 is tried again from beside it (`coupling.learn.frozen`) before it looks any further.
 
