@@ -54,7 +54,7 @@ class RobotEdit:
         place, table, key = self._found(name)
         table[key] = value
         if source:
-            self._content.setdefault(SOURCES, tomlkit.table())[f"{place}.{key}"] = source
+            self._set_source(f"{place}.{key}", source)
 
     def remark(self, name: str, text: str) -> None:
         """Set the comment beside a parameter, if the file has it; a tilt's array has one a tilt."""
@@ -72,8 +72,7 @@ class RobotEdit:
         at, table = self._joints[joint]
         table.setdefault("tilt", []).append(tilt)
         for key, source in sources.items():
-            said = self._content.setdefault(SOURCES, tomlkit.table())
-            said[f"joint[{at}].tilt[{len(table['tilt'])}].{key}"] = source
+            self._set_source(f"joint[{at}].tilt[{len(table['tilt'])}].{key}", source)
 
     def text(self, head: str, target: Path) -> str:
         """Return the new file.
@@ -95,6 +94,10 @@ class RobotEdit:
             urdf["file"] = Path(os.path.relpath(file, target.parent.resolve())).as_posix()
         above = "".join(f"{f'# {line}'.rstrip()}\n" for line in head.splitlines())
         return f"{above}\n{tomlkit.dumps(self._content)}"
+
+    def _set_source(self, place: str, source: str) -> None:
+        """Set what [sources] says of a number."""
+        self._content.setdefault(SOURCES, tomlkit.table())[place] = source
 
     def _found(self, name: str) -> tuple[str, MutableMapping[str, Any], str]:
         """Return a parameter's place as [sources] names it, its table and its key."""

@@ -22,7 +22,6 @@ from coupling.learn.problem import FitProblem, FramePrior
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import MeasuredFile, require_alike
 from coupling.learn.spread import Uncertainty, spread_of, spread_of_fit
-from coupling.path.histories import ToolPath
 from coupling.run.models import Models
 from elastic_robot.description import Robot
 
@@ -227,10 +226,3 @@ def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
         squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.passes)
     return np.sqrt(squares)
-
-
-def path_of(found: Learned, number: int, models: Models) -> ToolPath:
-    """Return where the tool of the robot as written is in a pass."""
-    source, one = found.sources[number], found.passes[number]
-    fmu = models.of(found.robot, source.torque_curve).fmu
-    return fmu.simulate(one.command, one.wrench, "dynamic")

@@ -76,7 +76,7 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        self._local_error = SETTINGS.local_error(tolerance, backlash=True)
+        self._local_error = tolerance / SETTINGS.tcp_per_local_error_with_backlash
         self._state: State | None = None
         self._turns, self._opposite = Turns(self.chain), (False, False)
         self.parameters = Parameters.of(robot)

@@ -126,17 +126,6 @@ class Settings:
         """Return how far from a time is still that time [s]."""
         return self.time_slack + self.time_rounding(time)
 
-    def local_error(self, tolerance: float, backlash: bool) -> float:
-        """Return the local error allowed [rad].
-
-        Args:
-            tolerance: Error allowed at the TCP over a path [m].
-            backlash: Play of the gears, sharp or rounded, is modelled.
-        """
-        return tolerance / (
-            self.tcp_per_local_error_with_backlash if backlash else self.tcp_per_local_error
-        )
-
     def jump(self, local_error: float) -> float:
         """Return the jump of a drive's third derivative that a step may pass [rad/s^3].
 
