@@ -278,7 +278,8 @@ bool probe_step(er_model *model, double end, const double *q, const double *load
 {
     const er_load load = load_of(load_values);
     const er_command command = standing(model, q);
-    return er_model_step(model, end, &command, &load, &failure);
+    er_state began;
+    return er_model_step(model, end, &command, &load, &began, &failure);
 }
 
 /* Wrench of the contact and the depth in its plane, and the tries that the last step took. */

@@ -256,10 +256,11 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
                    acceleration);
 }
 
-static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
-                    const er_held *held, er_failure *failure)
+/* Moves a state on; it is of no use if that fails. */
+static bool move_to(er_model *model, er_state *state, double end, const er_drives *drives,
+                    const er_load *load, const er_held *held, er_failure *failure)
 {
-    const double start = model->began.time;
+    const double start = state->time;
     er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
                         start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
                         er_contact_holds(&load->contact)};
@@ -282,10 +283,8 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
             finer.iteration = EXACT_ITERATION / finer.tolerance;
         means = &finer;
     }
-    if (er_advance(&model->memory.state, &system, means, end, &model->work, failure))
-        return true;
-    model->memory.state = model->began;
-    return tell_acting(model, held, failure);
+    return er_advance(state, &system, means, end, &model->work, failure) ||
+           tell_acting(model, held, failure);
 }
 
 /* What a step that has been taken leaves to the next one; quasi-static robots have no memory. */
@@ -305,17 +304,21 @@ static void remember(er_model *model, double length, const er_command *command)
 }
 
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
-                   er_failure *failure)
+                   er_state *began, er_failure *failure)
 {
-    const double start = model->memory.state.time;
+    er_state *state = &model->memory.state;
+    const double start = state->time;
     er_drives drives = drives_of(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    model->began = model->memory.state;
-    if (!find_held(model, &drives, end, load, end - start, &held, failure) ||
-        !(still ? rest_at(model, end, &held, failure)
-                : move_to(model, end, &drives, load, &held, failure)))
+    memcpy(began, state, sizeof *began); /* a library's copy is faster than an assignment of this size */
+    if (!find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
+    if (!(still ? rest_at(model, end, &held, failure)
+                : move_to(model, state, end, &drives, load, &held, failure))) {
+        *state = *began;
+        return false;
+    }
     model->memory.held = held;
     remember(model, end - start, command);
     return true;
@@ -324,20 +327,20 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
 bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
                      const er_command *command, const er_load *load, er_failure *failure)
 {
-    const er_state present = model->memory.state;
-    const er_held held = model->memory.held;
     const er_past latest = model->memory.past;
+    er_drives drives;
+    er_held held = model->memory.held;
+    er_state moved = *state;
     bool good;
-    model->memory.state = *state;
-    model->memory.past = *past;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
-    memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
+    memset(&moved.linearisation, 0, sizeof moved.linearisation);
+    model->memory.past = *past;
+    drives = drives_of(model, state->time, end, command);
     model->work.sensitivity = &model->sensitivity;
-    good = er_model_step(model, end, command, load, failure);
+    good = find_held(model, &drives, end, load, end - state->time, &held, failure) &&
+           move_to(model, &moved, end, &drives, load, &held, failure);
     model->work.sensitivity = NULL;
-    model->memory.state = present;
-    model->memory.held = held;
-    model->memory.past = latest; /* which a step that fails has not remembered anew */
+    model->memory.past = latest;
     return good;
 }

@@ -76,7 +76,6 @@ typedef struct {
     er_means means;
     er_gears gears;
     er_workspace work;
-    er_state began;             /* where the last step that was asked for began */
     er_sensitivity sensitivity; /* of the present state, for derivatives */
     er_turns turns;
     er_posture posture[2];      /* elastic and rigid, that were asked for last */
@@ -92,9 +91,10 @@ void er_model_free(er_model *model);
 bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure);
 
-/* Moves on to a time since the origin under a load that begins now; the memory is as before if that fails. */
+/* Moves on to a time since the origin under a load that begins now, and tells the state where that began;
+ * the memory is as before if it fails. */
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
-                   er_failure *failure);
+                   er_state *began, er_failure *failure);
 
 /* Holds drives and load as they are at a time, the master's; a command is the motion at that time. */
 void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load);
@@ -115,8 +115,8 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters);
  * has been reset since its options were set.  The model is as before if that fails. */
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure);
 
-/* Takes a step from a state and the past at that time again, solved to rounding, carries
- * model->sensitivity along and returns to the present memory. */
+/* Takes a step of a dynamic robot from a state and the past at that time again, solved to rounding, and
+ * carries model->sensitivity along; the memory stays as it is. */
 bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
                      const er_command *command, const er_load *load, er_failure *failure);
 

@@ -87,9 +87,11 @@ static void known_along(const er_instance *instance, int column, double factor, 
 {
     const er_model *model = instance->model;
     er_held *held = &change->held;
-    const er_step_start *start = &instance->step_start;
+    const er_step_start *start = er_step_start_of(instance);
     double elapsed = start->stepped ? start->end - start->state.time : 0.0;
     er_share share = er_share_of(&model->sensitivity, &model->robot, column, elapsed);
+    int entry;
+    er_cause cause = er_cause_of(&model->robot, column, &entry);
     er_parameter_along(&model->robot, column, factor, &change->parameters);
     for (int k = 0; k < 6; k++)
         held->load.wrench[k] += factor * share.load.wrench[k];
@@ -97,8 +99,10 @@ static void known_along(const er_instance *instance, int column, double factor, 
         held->load.anchor.position[c] += factor * share.load.anchor.position[c];
         held->load.anchor.velocity[c] += factor * share.load.anchor.velocity[c];
     }
-    for (int k = 0; k < ER_CONTACT_ENTRIES; k++)
-        *er_contact_entry(&held->load.contact, k) += factor * *er_contact_entry(&share.load.contact, k);
+    if (cause == ER_BY_CONTACT)
+        *er_contact_entry(&held->load.contact, entry) += factor;
+    else if (cause == ER_BY_NORMAL)
+        held->load.contact.normal[entry] += factor;
     for (int k = 0; k < ER_SYMMETRIC; k++)
         held->load.anchor.stiffness[k] += factor * share.load.anchor.stiffness[k];
     /* Along a trajectory commands are not looked at. */
@@ -127,7 +131,7 @@ static bool require_columns(er_instance *instance, er_cause cause)
     const er_cause first = first_beside(cause);
     const er_model *model = instance->model;
     const er_options *options = &model->memory.options;
-    const er_step_start *start = &instance->step_start;
+    const er_step_start *start = er_step_start_of(instance);
     er_sensitivity *sensitivity = &instance->model->sensitivity;
     bool fixed = first == ER_BY_Q && options->trajectory[0] != '\0';
     if ((instance->columns & 1u << first) != 0)
@@ -165,7 +169,7 @@ static void add_drives_by_time(const er_instance *instance, double seed, er_held
 static bool add_time(er_instance *instance, double seed, er_change *change)
 {
     const er_options *options = &instance->model->memory.options;
-    bool stepped = instance->step_start.stepped;
+    bool stepped = er_step_start_of(instance)->stepped;
     double x[ER_MAX_ANGLES];
     er_change by_time;
     add_drives_by_time(instance, seed, &change->held);

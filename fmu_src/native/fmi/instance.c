@@ -80,7 +80,7 @@ void er_instance_reset(er_instance *instance)
     instance->inputs.load.contact = er_contact_none();
     memset(&instance->progress, 0, sizeof instance->progress);
     instance->progress.stop = INFINITY;
-    memset(&instance->step_start, 0, sizeof instance->step_start);
+    memset(instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
     model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
@@ -140,12 +140,17 @@ static double tcp_tolerance(const er_instance *instance)
     return fmin(fmax(known->usual * (told / known->relative), known->least), known->most);
 }
 
-static void keep_step_start(er_instance *instance, const er_state *state, const er_past *past,
-                            double end, bool stepped)
+const er_step_start *er_step_start_of(const er_instance *instance)
 {
-    er_step_start *start = &instance->step_start;
-    start->state = *state;
-    start->past = *past;
+    return &instance->step_start[instance->latest];
+}
+
+/* The next step's start, whose state and past are there, becomes the latest. */
+static void keep_step_start(er_instance *instance, double end, bool stepped)
+{
+    er_step_start *start;
+    instance->latest = 1 - instance->latest;
+    start = &instance->step_start[instance->latest];
     start->command = instance->inputs.command;
     start->load = instance->inputs.load;
     start->end = end;
@@ -174,7 +179,9 @@ bool er_instance_initialise(er_instance *instance)
         model->memory = before;
         return false;
     }
-    keep_step_start(instance, &model->memory.state, &model->memory.past, 0.0, false);
+    instance->step_start[1 - instance->latest].state = model->memory.state;
+    instance->step_start[1 - instance->latest].past = model->memory.past;
+    keep_step_start(instance, 0.0, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
     instance->fresh = 0;
@@ -228,12 +235,13 @@ static bool require_load(er_instance *instance)
 static bool move(er_instance *instance, double end)
 {
     er_model *model = instance->model;
-    const er_past past = model->memory.past;
+    er_step_start *next = &instance->step_start[1 - instance->latest];
+    next->past = model->memory.past;
     if (!require_load(instance) ||
-        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load,
+        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load, &next->state,
                        &instance->failure))
         return false;
-    keep_step_start(instance, &model->began, &past, end, true);
+    keep_step_start(instance, end, true);
     return true;
 }
 

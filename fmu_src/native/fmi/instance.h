@@ -53,7 +53,8 @@ struct er_instance {
     uint64_t fingerprint; /* hash of the robot's data */
     er_inputs inputs;
     er_progress progress;
-    er_step_start step_start;
+    er_step_start step_start[2]; /* of the last step, and one to be filled by the next */
+    int latest;                  /* of these */
     er_exchange exchange;
     unsigned columns; /* causes of model->sensitivity that belong to the present state, a bit each */
     unsigned beyond; /* drives that are told to go beyond their limits, a bit each */
@@ -82,6 +83,9 @@ bool er_instance_initialise(er_instance *instance);
 
 /* The same, with which initialisation ends: strings are fixed from now on; model exchange settles then. */
 bool er_instance_start(er_instance *instance);
+
+/* Where the last step began, or the initial state. */
+const er_step_start *er_step_start_of(const er_instance *instance);
 
 /* Moves on by a communication step [s]; inputs are those at its start. */
 bool er_instance_step(er_instance *instance, double start, double size);

@@ -15,7 +15,7 @@ void er_instance_save(er_instance *instance, er_saved_state *saved)
     saved->fingerprint = instance->fingerprint;
     saved->inputs = instance->inputs;
     saved->progress = instance->progress;
-    saved->step_start = instance->step_start;
+    saved->step_start = *er_step_start_of(instance);
     saved->exchange = instance->exchange;
     saved->memory = instance->model->memory;
 }
@@ -48,7 +48,7 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
         return false;
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
-    instance->step_start = saved->step_start;
+    instance->step_start[instance->latest] = saved->step_start;
     instance->exchange = saved->exchange;
     instance->exchange.held = false;
     instance->columns = 0;
