@@ -170,11 +170,14 @@ class ElasticRobot:
         return self._pose(theta, self._opposite[0])
 
     def velocity(self) -> np.ndarray:
-        """Return the TCP's velocity [m/s], (3,); in quasi-static mode that of the rigid robot."""
+        """Return velocity [m/s] and angular velocity [rad/s] of the TCP, base axes, (6,).
+
+        In quasi-static mode they are those of the rigid robot.
+        """
         chain, state = self.chain, self._now()
         x, v = (None, None) if self._quasistatic else (state.x, state.v)
         jacobian = tcp_jacobian(chain, self._dynamics.data, chain.theta(self._held.q, x))
-        velocity: np.ndarray = jacobian[:3] @ chain.theta(self._held.qd, v)
+        velocity: np.ndarray = jacobian @ chain.theta(self._held.qd, v)
         return velocity
 
     def rigid(self) -> np.ndarray:
@@ -209,6 +212,24 @@ class ElasticRobot:
     def bend(self) -> np.ndarray:
         """Return how far each gear is from the next bends of its torque curve [rad], (torsions, 2)."""
         return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
+
+    def gear_torque(self) -> np.ndarray:
+        """Return the torque of each gear on its link, about the joint's axis [N m], (torsions,)."""
+        state, damping = self._now(), self._parameters.damping
+        rate = np.zeros_like(state.v) if self._quasistatic else state.v
+        return -(self._curve.torque(state.x) + damping * rate)[self.chain.torsions]
+
+    def motor_torque(self) -> np.ndarray:
+        """Return the torque of each motor at its gear's output [N m], (torsions,): it has no mass."""
+        return self.gear_torque()
+
+    def motor_angle(self) -> np.ndarray:
+        """Return the angles of the drives at the gears' output [rad], (n,)."""
+        return self._held.q
+
+    def motor_rate(self) -> np.ndarray:
+        """Return the rates of the drives at the gears' output [rad/s], (n,)."""
+        return self._held.qd
 
     def _pose(self, theta: np.ndarray, opposite: bool) -> np.ndarray:
         pose = pose_of(base_from_tool(self.chain, self._dynamics.data, theta))

@@ -39,13 +39,15 @@ def _expected_names() -> dict[str, list[str]]:
         ],
         "output": [
             *POSE,
-            *["tcp.vx", "tcp.vy", "tcp.vz"],
+            *["tcp.vx", "tcp.vy", "tcp.vz", "tcp.wx", "tcp.wy", "tcp.wz"],
             *[name.replace("tcp", "rigid") for name in POSE],
             *["deviation.x", "deviation.y", "deviation.z"],
             *["deviation.rx", "deviation.ry", "deviation.rz"],
             *[f"compliance.{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
             *[f"{name}[{k}]" for name in ("deflection", "deflection_rate") for k in range(1, 12)],
             *["contact.fx", "contact.fy", "contact.fz"],
+            *[f"{name}[{i}]" for name in ("gear_torque", "motor_torque") for i in range(1, 6)],
+            *[f"{name}[{i}]" for name in ("motor_angle", "motor_rate") for i in range(1, 7)],
         ],
         "local": [
             *[f"der({s}[{k}])" for s in ("deflection", "deflection_rate") for k in range(1, 12)],

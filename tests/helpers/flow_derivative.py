@@ -112,6 +112,10 @@ class Flow:
         )
         return np.array([law(len(k) + 1, p, y, s, b) for k, p, y, s, b in given])
 
+    def torque(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """S(x) + d x' on the pieces that the coordinates are on."""
+        return self._laws(piece_torque, x) + self.numbers.damping * v
+
     def slope(self, x: np.ndarray) -> np.ndarray:
         """S'(x) on the pieces that the coordinates are on."""
         return self._laws(piece_slope, x)
@@ -121,7 +125,7 @@ class Flow:
         motion = np.array([x, v, a])
         at = changed(self.numbers, drives=self.drives(time), motion=motion, anchor=anchor)
         loads = evaluate(self.robot, at).loads
-        return loads + self._laws(piece_torque, x) + self.numbers.damping * v
+        return loads + self.torque(x, v)
 
     def _matrix(self, h: float) -> np.ndarray:
         """Newton's matrix of a step: mass and spring where the flow began, slopes now, dampers."""

@@ -181,7 +181,15 @@ class Core:
         return stiffness
 
     def outputs(self, m: int) -> dict[str, np.ndarray]:
-        sizes = {"tcp": 7, "velocity": 3, "rigid": 7, "deviation": 6, "compliance": 6, "x": m}
+        sizes = {
+            "tcp": 7,
+            "velocity": 6,
+            "rigid": 7,
+            "deviation": 6,
+            "compliance": 6,
+            "x": m,
+            "torque": m,
+        }
         out = {name: np.zeros(size) for name, size in sizes.items()}
         self._require(self._lib.probe_outputs(self._model, *map(_array, out.values())))
         return out

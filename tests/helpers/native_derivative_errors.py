@@ -35,6 +35,7 @@ from native_derivatives import (
     through_fmu,
 )
 
+from elastic_robot.chain import build_chain
 from elastic_robot.parameters import Parameters
 
 
@@ -155,16 +156,22 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
     pairs = {
         "tcp": (of["tcp"][:3], derivative(elastic.position)),
         "tcp turn": (_turn_of_quaternion(at["tcp"][3:], of["tcp"][3:]), turn),
-        "velocity": (of["velocity"], derivative(moving.velocity)),
+        "velocity": (of["velocity"][:3], derivative(moving.velocity)),
+        "velocity turn": (of["velocity"][3:], derivative(moving.spin)),
         "rigid": (of["rigid"][:3], derivative(rigid.position)),
         "rigid turn": (_turn_of_quaternion(at["rigid"][3:], of["rigid"][3:]), rigid_turn),
         "deviation": (of["deviation"][:3], derivative(deviation)),
         "deviation turn": (_turn_of_vector(at["deviation"][3:], of["deviation"][3:]), between),
+        "motor_angle": (of["motor_angle"], derivative(held.drives[0])),
+        "motor_rate": (of["motor_rate"], derivative(held.drives[1])),
     }
     if len(x):
         pairs["deflection"] = (of["deflection"], derivative(x))
         pairs["deflection_rate"] = (of["deflection_rate"], derivative(v))
         pairs["compliance"] = (of["compliance"], compliance_along(case, held, x))
+        torque = Flow(case.robot, case.curve, held, x, v).torque(x, v)
+        gears = derivative(-torque)[build_chain(case.robot).torsions]
+        pairs |= {name: (of[name], gears) for name in ("gear_torque", "motor_torque") if name in of}
         pairs["contact_force"] = (of["contact_force"], np.zeros(3))
         untold = set(of) - {name.split()[0] for name in pairs}
         assert not untold, f"{untold}: expected what their derivatives should be, among these pairs"

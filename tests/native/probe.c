@@ -299,13 +299,15 @@ void probe_spring_of_matrices(const er_model *model, double *stiffness)
 }
 
 bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
-                   double *deviation, double *compliance, double *x)
+                   double *deviation, double *compliance, double *x, double *torque)
 {
     er_model_tcp(model, tcp);
     er_model_velocity(model, velocity);
     er_model_rigid(model, rigid);
     er_model_deviation(model, deviation);
     memcpy(x, model->memory.state.x, (size_t)model->robot.elastics * sizeof *x);
+    for (int k = 0; k < model->robot.elastics; k++)
+        torque[k] = er_model_gear_torque(model, k);
     return er_model_compliance(model, compliance, &failure);
 }
 

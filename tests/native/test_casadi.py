@@ -17,6 +17,7 @@ casadi = pytest.importorskip("casadi", reason="needs CasADi (pip install casadi)
 
 INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
 OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES, "contact_force")
+OUTPUTS += ("gear_torque", "motor_torque", "motor_angle", "motor_rate")
 
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])

@@ -26,7 +26,8 @@ from elastic_robot.trajectory import HeldCommand
 CURVES = tuple(TORQUE_CURVES)
 INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
 IDENTITY = np.array([1.0, 0.0, 0.0, 1.0, 0.0, 1.0])
-OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES)
+DRIVES = ("gear_torque", "motor_torque", "motor_angle", "motor_rate")
+OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES, *DRIVES)
 
 
 class Setting:
@@ -164,7 +165,7 @@ def test_derivatives_by_time_follow_the_trajectory(tmp_path, example):
     np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.17g")
     exchange = exchange_of(example, tmp_path).start(trajectory=str(path), torque_curve="linear")
     exchange.state = 1e-3 * np.random.default_rng(1).normal(size=exchange.states)
-    unknowns = ("tcp", "velocity", "rigid", "deviation", *DERIVATIVES)
+    unknowns = ("tcp", "velocity", "rigid", "deviation", "motor_angle", "motor_rate", *DERIVATIVES)
     at, steps, slopes = 0.33, (2e-4, 1e-4), []
     for step in steps:
         values = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, FORCE, RATE
+from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, FORCE, RATE, TORQUE
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
 
 
@@ -128,6 +128,34 @@ def outputs(chain: Chain) -> dict[str, Block]:
             tuned=tuned,
         )
 
+    def torques(name: str, text: str) -> Block:
+        joints = chain.elastic_joint[chain.torsions] + 1
+        return block(
+            [
+                Variable(f"{name}[{i}]", "N.m", f"Torque of {text}, joint[{i}]", nominal=TORQUE)
+                for i in joints
+            ],
+            Array(
+                name, f"Torques of {text}, in the order of the joints that have one", len(joints)
+            ),
+            exchanged=tuple(STATES),
+        )
+
+    def motors(name: str, unit: str, text: str, command: str) -> Block:
+        count = chain.joint_count
+        return block(
+            [
+                Variable(f"{name}[{i}]", unit, f"{text} at the gear's output of drive {i}")
+                for i in range(1, count + 1)
+            ],
+            Array(name, f"{text}s of the drives at their gears' output", count),
+            follows=("q_cmd", "qd_cmd", "qdd_cmd"),
+            starts_from=(command, "strings", TIME),
+            exchanged=(command, TIME),
+            own=(command,),
+            tuned=(),
+        )
+
     apart = "TCP minus rigid TCP"
     turned = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
@@ -136,8 +164,13 @@ def outputs(chain: Chain) -> dict[str, Block]:
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
         "velocity": block(
-            [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES],
+            [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES]
+            + [
+                Variable(f"tcp.w{c}", "rad/s", f"Angular velocity {c} of the tool, base axes")
+                for c in AXES
+            ],
             Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
+            Array("tcp.angular_velocity", "Angular velocity of the tool: x, y, z in base axes", 3),
             starts_from=(*REST, "qd_cmd"),
             exchanged=("q_cmd", "qd_cmd", TIME, *STATES),
         ),
@@ -218,4 +251,8 @@ def outputs(chain: Chain) -> dict[str, Block]:
             starts_from=(*REST, "anchor_velocity", "qd_cmd"),
             exchanged=CONTACT,
         ),
+        "gear_torque": torques("gear_torque", "the gear on its link"),
+        "motor_torque": torques("motor_torque", "the motor at its gear's output"),
+        "motor_angle": motors("motor_angle", "rad", "Angle", "q_cmd"),
+        "motor_rate": motors("motor_rate", "rad/s", "Rate", "qd_cmd"),
     }

@@ -1,6 +1,6 @@
 """Usual sizes of the FMU's variables, for solvers and plots that scale by them, in SI units."""
 
-FORCE, MOMENT, SPRING = 1e3, 1e2, 1e6
+FORCE, MOMENT, TORQUE, SPRING = 1e3, 1e2, 1e3, 1e6
 RADIUS, SLIP_SPEED = 1e-2, 1e-3
 DEVIATION, ANGLE, COMPLIANCE = 1e-3, 1e-3, 1e-6
 RATE, ACCELERATION = 5e-2, 5.0

@@ -131,8 +131,11 @@ void er_model_orient(er_model *model);
 /* The present posture with levers and axes, and its pose as above. */
 const er_posture *er_model_posture(er_model *model, bool rigid);
 
-/* Velocity of the TCP [m/s]; in quasi-static mode that of the rigid robot. */
-void er_model_velocity(const er_model *model, double velocity[3]);
+/* Velocity [m/s] and angular velocity [rad/s] of the TCP; in quasi-static mode those of the rigid robot. */
+void er_model_velocity(const er_model *model, double velocity[6]);
+
+/* Torque of the gear of entry k of x on its link [N m]. */
+double er_model_gear_torque(const er_model *model, int k);
 
 /* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
 void er_model_deviation(const er_model *model, double deviation[6]);

@@ -111,7 +111,7 @@ void er_rigid_along(er_model *model, const er_change *change, double pose[7])
     pose_along(model, change, true, pose);
 }
 
-void er_model_velocity(const er_model *model, double velocity[3])
+void er_model_velocity(const er_model *model, double velocity[6])
 {
     const er_memory *memory = &model->memory;
     bool rigid = memory->options.quasistatic;
@@ -119,14 +119,15 @@ void er_model_velocity(const er_model *model, double velocity[3])
     er_placement placement;
     place(model, rigid ? NULL : memory->state.x, &placement);
     er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
-    for (int c = 0; c < 3; c++) {
-        velocity[c] = 0.0;
-        for (int i = 0; i < model->robot.angles; i++)
+    memset(velocity, 0, 6 * sizeof *velocity);
+    for (int i = 0; i < model->robot.angles; i++)
+        for (int c = 0; c < 3; c++) {
             velocity[c] += placement.lever[i][c] * rate[i];
-    }
+            velocity[3 + c] += placement.axis[i][c] * rate[i];
+        }
 }
 
-void er_velocity_along(const er_model *model, const er_change *change, double velocity[3])
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[6])
 {
     const er_memory *memory = &model->memory;
     bool rigid = memory->options.quasistatic;
@@ -135,11 +136,37 @@ void er_velocity_along(const er_model *model, const er_change *change, double ve
     er_move_along(model, change, rigid, false, &p);
     er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
     er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
-    for (int c = 0; c < 3; c++) {
-        velocity[c] = 0.0;
-        for (int i = 0; i < model->robot.angles; i++)
+    memset(velocity, 0, 6 * sizeof *velocity);
+    for (int i = 0; i < model->robot.angles; i++)
+        for (int c = 0; c < 3; c++) {
             velocity[c] += p.along.lever[i][c] * rate[i] + p.at.lever[i][c] * rate_change[i];
-    }
+            velocity[3 + c] += p.along.axis[i][c] * rate[i] + p.at.axis[i][c] * rate_change[i];
+        }
+}
+
+static double rate_of(const er_model *model, int k)
+{
+    return model->memory.options.quasistatic ? 0.0 : model->memory.state.v[k];
+}
+
+double er_model_gear_torque(const er_model *model, int k)
+{
+    const er_gears *gears = &model->gears;
+    double x = model->memory.state.x[k];
+    return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * rate_of(model, k));
+}
+
+double er_gear_torque_along(const er_model *model, const er_change *change, int k)
+{
+    const er_gears *gears = &model->gears;
+    const er_parameters *parameters = &change->parameters;
+    double x = model->memory.state.x[k];
+    int region = er_gear_region(gears, k, x);
+    double along = er_gear_slope(gears, k, region, x) * change->x[k] +
+                   er_gear_along(gears, k, region, x, parameters->stiffness[k], parameters->backlash[k]);
+    if (!model->memory.options.quasistatic)
+        along += gears->damping[k] * change->v[k] + parameters->damping[k] * rate_of(model, k);
+    return -along;
 }
 
 void er_model_deviation(const er_model *model, double deviation[6])

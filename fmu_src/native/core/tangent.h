@@ -51,7 +51,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
 /* Derivatives of the model's outputs along a change; arrays as those of er_model_tcp and so on. */
 void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
 void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
-void er_velocity_along(const er_model *model, const er_change *change, double velocity[3]);
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[6]);
+double er_gear_torque_along(const er_model *model, const er_change *change, int k);
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
 

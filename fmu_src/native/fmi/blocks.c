@@ -84,6 +84,50 @@ static bool acceleration_along(er_instance *instance, const er_change *change, d
     return true;
 }
 
+/* Torques by the gears alone, in the order of the torsions. */
+static bool find_gear_torque(er_instance *instance, double *values)
+{
+    for (int i = 0; i < instance->interface.torsions; i++)
+        values[i] = er_model_gear_torque(instance->model, instance->interface.torsion[i]);
+    return true;
+}
+
+static bool gear_torque_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    for (int i = 0; i < instance->interface.torsions; i++)
+        derivatives[i] = er_gear_torque_along(instance->model, change, instance->interface.torsion[i]);
+    return true;
+}
+
+static size_t size_of_q(const er_instance *instance)
+{
+    return (size_t)instance->model->robot.joints * sizeof(double);
+}
+
+static bool find_motor_angle(er_instance *instance, double *values)
+{
+    memcpy(values, instance->model->memory.held.q, size_of_q(instance));
+    return true;
+}
+
+static bool motor_angle_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memcpy(derivatives, change->held.q, size_of_q(instance));
+    return true;
+}
+
+static bool find_motor_rate(er_instance *instance, double *values)
+{
+    memcpy(values, instance->model->memory.held.qd, size_of_q(instance));
+    return true;
+}
+
+static bool motor_rate_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memcpy(derivatives, change->held.qd, size_of_q(instance));
+    return true;
+}
+
 static bool find_bends(er_instance *instance, double *values)
 {
     er_exchange_bends(instance, values);
@@ -177,7 +221,7 @@ const er_block er_blocks[] = {
      .cause = ER_BY_NORMAL},
 
     {"tcp", ER_OUTPUT, .fixed = 7, .find = find_tcp, .differentiate = tcp_along},
-    {"velocity", ER_OUTPUT, .fixed = 3, .find = find_velocity, .differentiate = velocity_along},
+    {"velocity", ER_OUTPUT, .fixed = 6, .find = find_velocity, .differentiate = velocity_along},
     {"rigid", ER_OUTPUT, .fixed = 7, .find = find_rigid, .differentiate = rigid_along},
     {"deviation", ER_OUTPUT, .fixed = 6, .find = find_deviation, .differentiate = deviation_along},
     {"compliance", ER_OUTPUT, .fixed = 6, .find = find_compliance, .differentiate = compliance_along},
@@ -187,6 +231,13 @@ const er_block er_blocks[] = {
      .differentiate = rate_along},
     {"contact_force", ER_OUTPUT, .fixed = 3, .find = find_contact_force,
      .differentiate = contact_force_along},
+    {"gear_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque,
+     .differentiate = gear_torque_along},
+    {"motor_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque, /* the drives have no mass */
+     .differentiate = gear_torque_along},
+    {"motor_angle", ER_OUTPUT, .joint = 1, .find = find_motor_angle,
+     .differentiate = motor_angle_along},
+    {"motor_rate", ER_OUTPUT, .joint = 1, .find = find_motor_rate, .differentiate = motor_rate_along},
 
     {"gravity", ER_TUNABLE, .fixed = 3, AT(parameters.gravity, parameters.gravity),
      .cause = ER_BY_GRAVITY},

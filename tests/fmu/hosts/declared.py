@@ -36,6 +36,8 @@ SIZES = {  # of a change that shows a slope
 }
 # Of values, which a slope has over the size of its change.
 ROUNDING = {"der(deflection_rate": 1e-8, "compliance": 1e-20, "contact": 1e-10}
+# Some units in the last place of 1e4 N m, and of wind-ups of 1 mrad times 1e7 N m/rad.
+ROUNDING |= {"gear_torque": 1e-10, "motor_torque": 1e-10}
 ACTING = {
     "force.x": 300.0,
     "force.y": -200.0,

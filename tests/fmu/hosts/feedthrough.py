@@ -87,7 +87,8 @@ for mode in ("dynamic", "quasistatic"):
         follows = declared[name] & set(inputs)
         # Of the two interfaces of a native FMU, which have one list, model exchange follows at once.
         if over_step:
-            assert {"q_cmd[1]", "qd_cmd[1]"} <= follows, name
+            i = name[-2] if name.startswith(("motor_angle", "motor_rate")) else "1"
+            assert {f"q_cmd[{i}]", f"qd_cmd[{i}]"} <= follows, name
         elif name.startswith(("compliance", "contact.f")):
             assert all(k.startswith(("q_cmd", "qd_cmd")) for k in follows) or of_exchange, name
         else:
