@@ -1,1 +1,1 @@
-"""What can be said of a case without a run."""
+"""Before the first run of a case: a new one, and what can be said of it without a run."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from coupling.case.file import Case
 from coupling.check.backlash import WrongBacklash, wrong_backlash
-from coupling.check.joints import JointDemand, joint_demands
 from coupling.check.room import Clearance, room_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
@@ -19,6 +18,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import arc_length
 from coupling.robot.robot import LimitWarning
+from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
 from coupling.run.models import Models
@@ -50,7 +50,7 @@ class CheckedRobot:
     world_from_base: Frame
     path: ToolPath
     way: float
-    demands: tuple[JointDemand, ...]
+    demands: tuple[DriveMotion, ...]
     room: Clearance
     gears: tuple[GearDiagnosis, ...]
     backlash: tuple[WrongBacklash, ...]
@@ -87,7 +87,7 @@ def checked(
                     placed.world_from_base,
                     path,
                     float(arc_length(path.position[0])[-1]),
-                    joint_demands(path.time, q, limits),
+                    drive_motions(wanted.rigid, limits),
                     room_around(placed.description, path, q),
                     gears,
                     backlash,

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from coupling.check.checked import CheckedRobot
-from coupling.check.joints import JointDemand
 from coupling.run.console import gear_lines
+from coupling.run.drive_motion import DriveMotion
 
 
 def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
@@ -48,7 +48,7 @@ def backlash_words(robot: CheckedRobot) -> Iterator[str]:
         yield "no gear reverses: a wrong backlash shows as little but a constant"
 
 
-def joint_words(demand: JointDemand) -> str:
+def joint_words(demand: DriveMotion) -> str:
     """Return angles, rate and acceleration of a joint beside their limits."""
     low, high, margin = (
         float(np.rad2deg(value).round(1)) + 0.0
@@ -75,5 +75,5 @@ def room_words(robot: CheckedRobot) -> str:
     return f"the whole path can be moved by [mm], axes of the base: {ways}"
 
 
-def _of(limit: float) -> str:
-    return f" of {np.rad2deg(limit):.0f}" if np.isfinite(limit) else ""
+def _of(limit: float | None) -> str:
+    return "" if limit is None else f" of {np.rad2deg(limit):.0f}"

@@ -19,7 +19,7 @@ def _robots() -> list[str]:
 
 
 def _processes() -> list[str]:
-    from coupling.start.starts import STARTS
+    from coupling.check.new_case import STARTS
 
     return list(STARTS)
 
@@ -43,7 +43,7 @@ def init(
     ] = False,
 ) -> None:
     """Make a folder with a case that runs as it stands, to be changed into your own."""
-    from coupling.start.new_case import new_case, write_case
+    from coupling.check.new_case import new_case, write_case
 
     if listed:
         for line in _list():
@@ -62,8 +62,8 @@ def init(
 
 
 def _list() -> Iterator[str]:
+    from coupling.check.new_case import STARTS
     from coupling.files.robot_file import robot_numbers, shipped_robots
-    from coupling.start.starts import STARTS
 
     yield "--process:"
     for name, start in STARTS.items():

@@ -8,8 +8,12 @@ imported in the functions that use them.
 
 from __future__ import annotations
 
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -32,7 +36,6 @@ from coupling.cli import (
 )
 from coupling.cli import next as next_
 from coupling.cli.console import errors
-from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -137,3 +140,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _notes(error: BaseException) -> list[str]:
     """Return what was added to an error on its way here."""
     return getattr(error, "__notes__", [])
+
+
+@contextmanager
+def termination_interrupts() -> Iterator[None]:
+    """Let SIGTERM be as orderly as an interrupt by hand; only a process's main thread can."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

@@ -212,7 +212,7 @@ def _advance(
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
-    from coupling.files.alone import alone
+    from coupling.files.whole_folder import alone
     from coupling.learn.measured import read_seen
     from coupling.learn.next_command import plan
     from coupling.learn.next_figures import figures, sentences

@@ -61,9 +61,7 @@ def store(
     ] = None,
 ) -> None:
     """List the evaluations that are kept, check them, or clear them by age and size."""
-    from coupling.store import Store
-    from coupling.store.clearing import clear as remove
-    from coupling.store.clearing import to_clear
+    from coupling.store.store import Store, to_clear
 
     bounded = older_than is not None or keep is not None
     if clear != bounded:
@@ -74,7 +72,7 @@ def store(
     entries = kept.entries()
     if clear:
         gone = to_clear(entries, time.time(), older_than, keep)
-        remove(kept, gone)
+        kept.clear(gone)
         console.print(f"{folder}: {_sum(gone)} removed, {_sum(entries, gone)} left")
     elif verify:
         problems = {entry: problem for entry in entries if (problem := entry.problem())}

@@ -6,15 +6,30 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from coupling.events import Watch, unwatched
+import numpy as np
+
+from coupling.errors import PlanningError, SimulationError
+from coupling.events import Progress, Watch, unwatched
 from coupling.export.checks import require_joints, require_limits, require_step
 from coupling.export.commands import RobotCommand, commands_of_run
-from coupling.export.every_cycle import every_cycle
+from coupling.export.curves import SampledCurve
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.export.few_points import few_points
 from coupling.export.job import ExportJob
+from coupling.export.spline_points import spline_points
+from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.histories import JointPath
 from coupling.run.models import Models, cell_of
+
+# Programs that are tried, with closer points where the last one loses too much.
+_TRIES = 14
+# How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
+# oscillation, and how that grows: a gear may hang in its backlash for seconds before it shows.
+_BEFORE, _GROWTH = 0.3, 1.5
+# What the inverse aims at, as parts of the tolerance, one after the other.
+_AIMS = (0.5, 0.1)
+# Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
+_FEWEST = 8
 
 
 def export_run(
@@ -75,3 +90,141 @@ def _name(own: RobotCommand, options: ExportOptions, several: bool) -> str:
     word = "".join(c if c.isascii() and c.isalnum() else "_" for c in own.name)
     word = word if word[:1].isalpha() else f"P{word}"
     return word[: options.language.longest_name - len(behind)] + behind
+
+
+def few_points(job: ExportJob) -> ExportedProgram:
+    """Return the first program that loses no more than is allowed, or the one that loses least.
+
+    The points keep to the command within the tolerance.  Where the files, read back and simulated, then
+    lose more at the moving robot's tool, which a gear in its backlash or an oscillation does, it is
+    halved there, until they do not.
+    """
+    options, found = job.options, list[ExportedProgram]()
+    sampled = job.sampled(job.command.joints)
+    if options.targets == "cartesian":
+        job.require_poses_that_tell(sampled)
+    curve = sampled.curve(options.targets)
+    choose = spline_points if options.language.between == "spline" else straight_points
+    tolerance = np.full(len(sampled.time), options.tolerance)
+    for number in range(_TRIES):
+        job.watch(Progress("choosing points, reading them back", number, _TRIES))
+        rows = choose(curve, sampled.time, sampled.points, tolerance)
+        judged = job.judged(sampled, rows, float(tolerance.min()))
+        found.append(judged.exported)
+        if found[-1].loss <= options.tolerance or len(rows) == len(sampled.points):
+            break
+        tolerance = _halved(tolerance, sampled.time, judged.lost, _BEFORE * _GROWTH**number)
+    return min(found, key=lambda one: one.loss)
+
+
+def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
+    """Return tolerances at times, half of what they are up to so long before something was lost.
+
+    Example:
+        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
+        array([1. , 0.5, 0.5, 1. ])
+    """
+    first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + before, side="right")
+    return np.where(last > first, 0.5, 1.0) * tolerance
+
+
+def straight_error(
+    curve: SampledCurve, time: np.ndarray, tolerance: np.ndarray, start: int, end: int
+) -> float:
+    """Return how far the straight way from one sample to a later one is off, over the tolerance.
+
+    Args:
+        curve: The motion.
+        time: Of its samples [s], (n,).
+        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+        start, end: Rows of the samples.
+    """
+    if end - start < 2:
+        return 0.0
+    rows = slice(start + 1, end)
+    share = (time[rows] - time[start]) / (time[end] - time[start])
+    first, last = (np.repeat(curve.values[k : k + 1], len(share), axis=0) for k in (start, end))
+    return float((curve.errors(curve.between(first, last, share), rows) / tolerance[rows]).max())
+
+
+def straight_points(
+    curve: SampledCurve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
+) -> np.ndarray:
+    """Return rows of a motion through which straight ways stay within a tolerance.
+
+    From each point the way goes as far as it stays within the tolerance: as far as was found by
+    doubling and halving its length, for a longer way may be within it where a shorter one is not.
+
+    Args:
+        curve: The motion.
+        time: Of its samples [s], (n,).
+        candidates: Rows that may be points, rising, with the first and the last one, (m,).
+        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+
+    Returns:
+        Chosen rows, rising.  From a candidate to the next one a way is taken whatever it leaves.
+    """
+    chosen, last, reach = [0], len(candidates) - 1, 1
+
+    def fits(steps: int) -> bool:
+        rows = candidates[chosen[-1]], candidates[chosen[-1] + steps]
+        return straight_error(curve, time, tolerance, *rows) <= 1.0
+
+    while chosen[-1] < last:
+        left = last - chosen[-1]
+        good, bad = 1, left + 1
+        step = min(max(reach, 2), left)
+        while good < step < bad:
+            if fits(step):
+                good, step = step, min(2 * step, left)
+            else:
+                bad = step
+        while bad - good > 1:
+            middle = (good + bad) // 2
+            if fits(middle):
+                good = middle
+            else:
+                bad = middle
+        chosen.append(chosen[-1] + good)
+        reach = good
+    return candidates[chosen]
+
+
+def every_cycle(job: ExportJob) -> ExportedProgram:
+    """Return the first rows that lose no more than is allowed, or those that lose least.
+
+    At first they are samples of the command.  What a drive does between two of them to turn a gear
+    through its backlash is lost, and the link, free there, drifts on with the momentum that is
+    missing.  Then the rows are those of the inverse of the moving robot, for the controller's own
+    interpolation, of the path that its tool takes under the command.
+    """
+    tolerance = job.options.tolerance
+    job.watch(Progress("sampling the command, reading it back", 0, 1))
+    best = _judged(job, job.command.joints)
+    for aim in _AIMS:
+        if best.loss <= tolerance:
+            break
+        try:
+            rows = _inverse(job, aim * tolerance)
+        except (PlanningError, SimulationError) as cause:
+            why = f"other rows than samples of the command were sought in vain: {cause}"
+            return replace(best, remark="; ".join(filter(None, (best.remark, why))))
+        best = min(best, _judged(job, rows), key=lambda one: one.loss)
+    return best
+
+
+def _judged(job: ExportJob, command: JointPath) -> ExportedProgram:
+    sampled = job.sampled(command)
+    return job.judged(sampled, sampled.points, job.options.tolerance).exported
+
+
+def _inverse(job: ExportJob, goal: float) -> JointPath:
+    """Return rows of angles under which the moving robot's tool takes the path of the command."""
+    member, path = job.member, job.reference
+    cycles = float(np.ptp(path.time)) / job.cycle
+    if cycles < _FEWEST:
+        raise PlanningError(f"expected a command of {_FEWEST} cycles at least, got {cycles:.3g}")
+    assert member.inverter is not None
+    wanted = DesiredMotion(path, member.planner.plan(path), job.loads.on(path))
+    controller = replace(job.command.controller, cycle=job.cycle, interpolation="cubic")
+    return member.inverter.invert(wanted, controller, goal, job.watch).joints

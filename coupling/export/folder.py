@@ -1,7 +1,7 @@
 """The folder of exported programs, whole or not at all, with a summary beside them.
 
 Programs are written beside their folder, in `.<name>.unfinished`, and change places with those that are
-there when they are complete and on the disk.  What a killed export has left, the next one puts right.
+there when they are complete and on the disk.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.files.alone import alone
-from coupling.files.whole_file import WholeFile, sync_folder
+from coupling.files.whole_file import WholeFile, writing
+from coupling.files.whole_folder import alone, aside, put_right, take_place
 
 SUMMARY = "export.json"
 
@@ -29,7 +29,7 @@ def require_writable(folder: Path, overwrite: bool) -> None:
         ProgramError: With the folder.
     """
     # Programs that a killed export had put aside are still those of the folder.
-    place = folder if folder.exists() else _aside(folder.resolve())
+    place = folder if folder.exists() else aside(folder.resolve())
     if not place.exists():
         above = next(one for one in folder.resolve().parents if one.exists())
         if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
@@ -54,21 +54,18 @@ def write_export(
         ProgramError: If the folder may not be replaced or cannot be written.
     """
     target = folder.resolve()
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with alone(folder, ProgramError):
-            _put_right(target)
-            require_writable(folder, overwrite)
-            draft = _draft(target)
-            try:
-                draft.mkdir()
-                for name, text in _contents(exports, options):
-                    WholeFile(draft / name).write([text.encode()])
-                _take_place(draft, target)
-            finally:
-                shutil.rmtree(draft, ignore_errors=True)
-    except OSError as cause:
-        raise ProgramError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+    draft = target.with_name(f".{target.name}.unfinished")
+    with alone(folder, ProgramError), writing(folder, ProgramError):
+        put_right(target)
+        require_writable(folder, overwrite)
+        shutil.rmtree(draft, ignore_errors=True)  # of an export that was killed
+        try:
+            draft.mkdir()
+            for name, text in _contents(exports, options):
+                WholeFile(draft / name).write([text.encode()])
+            take_place(draft, target)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
 
 
 def _contents(
@@ -79,39 +76,6 @@ def _contents(
         for file in one.files:
             yield file.name, file.text
     yield SUMMARY, json.dumps(summary(exports, options), indent=1)
-
-
-def _draft(target: Path) -> Path:
-    return target.with_name(f".{target.name}.unfinished")
-
-
-def _aside(target: Path) -> Path:
-    return target.with_name(f".{target.name}.replaced")
-
-
-def _put_right(target: Path) -> None:
-    """Clean up after an export that was killed."""
-    shutil.rmtree(_draft(target), ignore_errors=True)
-    aside = _aside(target)
-    if target.exists():
-        shutil.rmtree(aside, ignore_errors=True)
-    elif aside.exists():
-        os.rename(aside, target)
-
-
-def _take_place(draft: Path, target: Path) -> None:
-    """Put a folder in the place of another one."""
-    aside = _aside(target)
-    if target.exists():
-        os.rename(target, aside)
-    try:
-        os.rename(draft, target)
-    except OSError:
-        if aside.exists():
-            os.rename(aside, target)
-        raise
-    sync_folder(target.parent)
-    shutil.rmtree(aside, ignore_errors=True)
 
 
 def summary(exports: Sequence[ExportedProgram], options: ExportOptions) -> dict[str, Any]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import uuid
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 # Ending of a file that is not complete yet.
@@ -83,12 +83,19 @@ def sync_folder(folder: Path) -> None:
             os.close(number)
 
 
+@contextmanager
+def writing(place: Path, error: type[Exception]) -> Iterator[None]:
+    """Have what cannot be written raise `error`, with the place's name."""
+    try:
+        yield
+    except OSError as cause:
+        raise error(f"{place}: cannot be written: {cause.strerror or cause}") from cause
+
+
 def write_whole(file: Path, text: str, error: type[Exception]) -> None:
     """Write a text as a whole file; `error` is raised with the file's name if that fails."""
-    try:
+    with writing(file, error):
         WholeFile(file).write([text.encode("utf-8")])
-    except OSError as cause:
-        raise error(f"{file}: cannot be written: {cause.strerror or cause}") from cause
 
 
 def make_folder_of(file: Path, error: type[Exception]) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
 
 from coupling.errors import BuildError
+from coupling.files.whole_file import WholeFile, writing
 
 # Masters unpack with these permissions; a library must be readable and may be executable.
 _FILE_MODE = 0o100644
@@ -54,21 +55,18 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
     if file.suffix != suffix:
         raise BuildError(f"{file}: the file's name must end in {suffix}")
     stamp = (max(date.year, 1980), *date.timetuple()[1:6])
-    try:
+    content = BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name in sorted(entries):
+            entry = zipfile.ZipInfo(name, stamp)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # Unix, wherever it is written
+            library = name.startswith("binaries/")
+            entry.external_attr = (_LIBRARY_MODE if library else _FILE_MODE) << 16
+            archive.writestr(entry, entries[name])
+    with writing(file, BuildError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=file.parent, prefix=suffix) as folder:
-            complete = Path(folder, file.name)
-            with zipfile.ZipFile(complete, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-                for name in sorted(entries):
-                    entry = zipfile.ZipInfo(name, stamp)
-                    entry.compress_type = zipfile.ZIP_DEFLATED
-                    entry.create_system = 3  # Unix, wherever it is written
-                    library = name.startswith("binaries/")
-                    entry.external_attr = (_LIBRARY_MODE if library else _FILE_MODE) << 16
-                    archive.writestr(entry, entries[name])
-            os.replace(complete, file)
-    except OSError as cause:
-        raise BuildError(f"{file}: cannot be written: {cause.strerror or cause}") from cause
+        WholeFile(file).write([content.getbuffer()])
 
 
 def content_guid(entries: Mapping[str, bytes]) -> str:

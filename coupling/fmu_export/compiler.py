@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import BuildError
+from coupling.files.whole_file import WholeFile, writing
 
 try:
     from filelock import FileLock
@@ -120,28 +121,23 @@ def compile_library(
     command += [f"-I{folder.resolve()}" for folder in _header_folders(sources)]
     command += [str(source.resolve()) for source in sources]
     command += [] if target.suffix == ".dll" else [f"-l{name}" for name in libraries]
-    try:
+    with writing(file.parent, CompilerError):
         file.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(file.with_suffix(".lock")) if FileLock is not None else nullcontext():
             if not file.is_file():
                 _compile(command, file, f"{' '.join(compiler)} failed for {target.name}")
-    except OSError as cause:
-        raise CompilerError(
-            f"{file.parent}: cannot be written: {cause.strerror or cause}"
-        ) from cause
     return file
 
 
 def _compile(command: Sequence[str], file: Path, failed: str) -> None:
-    """Write a library; it stands in its place only when it is complete."""
-    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+    with tempfile.TemporaryDirectory() as folder:
         # Libraries for Windows and macOS state the name that they are linked as: it is always the same.
         built = Path(folder, f"library{file.suffix}")
         asked = [*command, "-o", built.name]
         done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise CompilerError(f"{failed}:\n{done.stderr}")
-        os.replace(built, file)
+        WholeFile(file).write([built.read_bytes()])
 
 
 def library_file(

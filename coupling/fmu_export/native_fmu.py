@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,6 @@ from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
-from coupling.fmu_export.packed_sources import packed_sources
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
@@ -29,6 +29,11 @@ _NEEDS = (
     " exchange, in which inputs are what they are at the moment and the states are deflection and"
     " deflection_rate."
 )
+_NAMES = "names.h"
+# The core's own names; those of FMI have the standard's macro.
+_OWN = re.compile(r"\ber_[a-z0-9_]+\b")
+# How a file of FMI's functions begins to include, by the version of FMI.
+_FIRST_INCLUDE = re.compile(r'^#include "', re.MULTILINE)
 
 
 def build_native_fmu(
@@ -104,3 +109,57 @@ def _libraries(standard: FmiStandard, names: Sequence[str], name: str) -> dict[s
         f"binaries/{standard.folder(p)}/{name}{p.suffix}": libraries[p.name].read_bytes()
         for p in platforms
     }
+
+
+def packed_sources(
+    functions: Sequence[Path], sources: Sequence[Path], name: str
+) -> dict[str, bytes]:
+    """Return the C sources as an FMU packs them, by path inside the archive.
+
+    Every name with external linkage begins with the FMU's identifier, so that the sources of several
+    FMUs can be linked into one program, as both standards have it (FMI 2.0.5, 2.1.1, FMI 3.0.2, 2.2.2:
+    FMI2_FUNCTION_PREFIX, FMI3_FUNCTION_PREFIX).  For a shared library the functions of FMI bear no
+    prefix; whoever compiles one defines FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX.
+
+    Args:
+        functions: C files with the functions of a version of FMI.
+        sources: All C files, these among them.
+        name: The FMU's model identifier.
+    """
+    files = [*sources, *sorted(SOURCES.rglob("*.h"))]
+    texts = {file: file.read_text(encoding="utf-8") for file in files}
+    packed = {f"sources/{_NAMES}": _names_header(texts, name)}
+    for file, text in texts.items():
+        path = file.relative_to(SOURCES)
+        if file.suffix == ".c":
+            up = "../" * (len(path.parts) - 1)
+            text = f'#include "{up}{_NAMES}"\n{text}'
+        if file in functions:
+            text = _prefixed(text, path.name, name)
+        packed[f"sources/{path.as_posix()}"] = text
+    return {path: text.encode() for path, text in packed.items()}
+
+
+def _prefixed(text: str, file: str, name: str) -> str:
+    """Define the prefix of the standard's functions where they are included first."""
+    version = file[3]
+    standards = f'#include "fmi{version}Functions.h"\n'
+    definition = f"#define FMI{version}_FUNCTION_PREFIX {name}_\n"
+    if standards in text:
+        return text.replace(standards, definition + standards, 1)
+    start = text.index("\n") + 1  # behind the names
+    first = _FIRST_INCLUDE.search(text, start)
+    assert first is not None, file
+    return text[: first.start()] + definition + text[first.start() :]
+
+
+def _names_header(texts: Mapping[Path, str], name: str) -> str:
+    headers = (text for file, text in texts.items() if file.suffix == ".h")
+    names = sorted({found for text in headers for found in _OWN.findall(text)})
+    return "\n".join(
+        [
+            f"/* The core's names begin with {name}: other FMUs of one program have their own. */",
+            *(f"#define {found} {name}_{found}" for found in names),
+            "",
+        ]
+    )

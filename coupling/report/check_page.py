@@ -96,8 +96,10 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
 
 
 def _joints(robot: CheckedRobot) -> str:
-    def degrees(value: float) -> str:
-        return f"{np.rad2deg(value).round(1) + 0.0:.1f}" if np.isfinite(value) else "none"
+    def degrees(value: float | None) -> str:
+        if value is None or not np.isfinite(value):
+            return "none"
+        return f"{np.rad2deg(value).round(1) + 0.0:.1f}"
 
     rows = [
         (
@@ -107,8 +109,8 @@ def _joints(robot: CheckedRobot) -> str:
                 (
                     demand.lowest,
                     demand.highest,
-                    demand.lower,
-                    demand.upper,
+                    demand.lower_limit,
+                    demand.upper_limit,
                     demand.margin,
                     demand.rate,
                     demand.rate_limit,

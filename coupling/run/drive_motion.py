@@ -1,4 +1,4 @@
-"""What a command asks of every drive."""
+"""What a motion asks of every drive."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BETWEEN = 8
 
 @dataclass(frozen=True)
 class DriveMotion:
-    """What a command asks of one drive, between its rows as well.
+    """What a motion asks of one drive, between its rows as well.
 
     Attributes:
         joint: Number, from 1.
@@ -41,12 +41,30 @@ class DriveMotion:
     acceleration_time: float
     acceleration_limit: float | None
 
+    @property
+    def margin(self) -> float:
+        """Smallest distance from the limits of the angle [rad]; negative beyond them, else infinite."""
+        below = np.inf if self.lower_limit is None else self.lowest - self.lower_limit
+        above = np.inf if self.upper_limit is None else self.upper_limit - self.highest
+        return min(below, above)
+
+    @property
+    def beyond(self) -> list[str]:
+        """Names of what passes its limit."""
+        rate, most = self.rate_limit, self.acceleration_limit
+        asked = {
+            "angle": self.margin < 0.0,
+            "rate": rate is not None and self.rate > rate,
+            "acceleration": most is not None and self.acceleration > most,
+        }
+        return [name for name, passes in asked.items() if passes]
+
 
 def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion, ...]:
-    """Return what the command of one robot asks of its drives.
+    """Return what the motion of one robot asks of its drives.
 
     Args:
-        command: Motion of the drives.
+        command: Motion of the drives; at rest at both ends where it has no rates.
         limits: What they can do.
 
     Example:

@@ -7,17 +7,13 @@ a whole result at every moment.
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from coupling.errors import ResultError
-from coupling.files.whole_file import PARTIAL, sync_folder
+from coupling.files.whole_file import PARTIAL, writing
+from coupling.files.whole_folder import alone, put_right, take_place
 from coupling.process.base import EVALUATIONS
 from coupling.run.run_log import is_finished, is_run, read_log
 from coupling.run.stored_run import RESULT, RUN
@@ -35,53 +31,26 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
             written.
     """
     target = folder.resolve()
-    lock = FileLock(target.with_name(f"{target.name}.lock"))
     beside = target.with_name(f"{target.name}.unfinished")
-    replaced = target.with_name(f".{target.name}.replaced")
-    with _errors(folder):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=target.parent).close()  # it can be written
-        try:
-            lock.acquire(timeout=0)
-        except Timeout:
-            raise ResultError(f"{folder}: {_who(target, beside)}") from None
-    try:
-        with _errors(folder):
-            _put_right(target, beside, replaced)
+    with alone(folder, ResultError, lambda: _who(target, beside)):
+        with writing(folder, ResultError):
+            put_right(target)
+            if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
+                take_place(beside, target)
             require_free(folder, overwrite)
             work = beside if is_finished(target) else target
             if _is_filled(work) and not is_run(work):
                 raise ResultError(f"{work}: holds files that are not a result: name another folder")
             clear_for_work(work)
         try:
-            with _errors(folder):
+            with writing(folder, ResultError):
                 yield work
         except BaseException as error:  # an interrupt as well: what was computed is worth finding
             _leave(work, error)
             raise
-        with _errors(folder):
-            if work is not target:
-                os.rename(target, replaced)
-                os.rename(work, target)
-                sync_folder(target.parent)
-                shutil.rmtree(replaced)
-    finally:
-        with suppress(OSError):
-            os.unlink(lock.lock_file)
-        lock.release()
-
-
-def _put_right(target: Path, beside: Path, replaced: Path) -> None:
-    """Clean up after a run that was killed while it changed places with a result."""
-    if is_run(replaced):
-        if target.exists():
-            shutil.rmtree(replaced)
-        else:
-            os.rename(replaced, target)
-    if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
-        if target.exists():
-            target.rmdir()
-        os.rename(beside, target)
+        if work is not target:
+            with writing(folder, ResultError):
+                take_place(work, target)
 
 
 def require_free(folder: Path, overwrite: bool) -> None:
@@ -145,16 +114,5 @@ def _who(*places: Path) -> str:
     """Return which run is at a folder, in words."""
     logs = [log for log in map(read_log, places) if log is not None and log.state == "running"]
     if not logs:
-        return "another run writes it: wait for its end, or name another folder"
-    return (
-        f"process {logs[0].pid} on {logs[0].host} writes it since {logs[0].started}: wait for"
-        " its end, or name another folder"
-    )
-
-
-@contextmanager
-def _errors(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+        return "another run writes it"
+    return f"process {logs[0].pid} on {logs[0].host} writes it since {logs[0].started}"

@@ -1,11 +1,87 @@
-"""Principal axes of the midsurface's metric, and the turns into them and back."""
+"""Principal axes of the midsurface's metric, turns into them, derivatives of its logarithm.
+
+With f(x) = ln(x)/2 and eigenvalues x1, x2, the k-th derivative of the matrix function f in the
+eigenbasis has the coefficients f[x1, .., x1, x2, .., x2] of k + 1 arguments [Higham2008].
+"""
 
 from __future__ import annotations
+
+from math import comb
 
 import numpy as np
 
 from coupling.sheet_fem.compiled import inlined
-from coupling.sheet_fem.logarithm import divided_differences
+
+# Below this relative distance of the eigenvalues the recursion would cancel; the series then ends
+# with a relative error of _NEAR**_TERMS.
+_NEAR = 0.02
+_TERMS = 9
+
+
+def _series_coefficients() -> np.ndarray:
+    """Return h_k(1 p times, -1 q times), the complete homogeneous polynomials, (4, 4, _TERMS)."""
+    table = np.zeros((4, 4, _TERMS))
+    for p in range(1, 4):
+        for q in range(1, 4):
+            for k in range(_TERMS):
+                table[p, q, k] = sum(
+                    comb(p - 1 + i, i) * comb(q - 1 + k - i, k - i) * (-1) ** (k - i)
+                    for i in range(k + 1)
+                )
+    return table
+
+
+_COEFFICIENTS = _series_coefficients()
+
+
+@inlined
+def _by_series(p: int, q: int, mean: float, r: float) -> float:
+    """Return f[x1 p times, x2 q times] for x1, x2 = mean (1 + r), mean (1 - r) from a series."""
+    order = p + q - 1
+    total, power = 0.0, 1.0
+    sign = 1.0 if order % 2 == 1 else -1.0
+    for k in range(_TERMS):
+        total += sign * _COEFFICIENTS[p, q, k] * power / (order + k)
+        power *= r
+        sign = -sign
+    return 0.5 * total / mean**order
+
+
+@inlined
+def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
+    """Fill table[p, q] with f[x1 p times, x2 q times] for f = ln/2 and 2 <= p + q <= 4.
+
+    Args:
+        x1: First eigenvalue, > 0.
+        x2: Second eigenvalue, > 0.
+        table: Written, (5, 5).
+
+    Example:
+        >>> table = np.zeros((5, 5))
+        >>> divided_differences(2.0, 1.0, table)
+        >>> bool(np.isclose(table[1, 1], 0.5 * np.log(2.0)))
+        True
+    """
+    table[2, 0] = 0.5 / x1
+    table[0, 2] = 0.5 / x2
+    table[3, 0] = -0.25 / x1**2
+    table[0, 3] = -0.25 / x2**2
+    table[4, 0] = 1.0 / (6.0 * x1**3)
+    table[0, 4] = 1.0 / (6.0 * x2**3)
+    mean = 0.5 * (x1 + x2)
+    distance = x1 - x2
+    r = 0.5 * distance / mean
+    if abs(r) < _NEAR:
+        for p in range(1, 4):
+            for q in range(1, 5 - p):
+                table[p, q] = _by_series(p, q, mean, r)
+        return
+    table[1, 1] = 0.5 * np.log(x1 / x2) / distance
+    table[2, 1] = (table[2, 0] - table[1, 1]) / distance
+    table[1, 2] = (table[1, 1] - table[0, 2]) / distance
+    table[3, 1] = (table[3, 0] - table[2, 1]) / distance
+    table[2, 2] = (table[2, 1] - table[1, 2]) / distance
+    table[1, 3] = (table[1, 2] - table[0, 3]) / distance
 
 
 @inlined

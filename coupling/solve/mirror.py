@@ -22,7 +22,6 @@ from coupling.solve.correction import (
     SampledCorrection,
     Uncorrected,
 )
-from coupling.solve.filters import limit_rate
 from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate
@@ -221,3 +220,32 @@ class Mirror(Schema):
         if coupling.converged and within:
             return Outcome.CONVERGED
         return Outcome.STAGNATED if outcome is Outcome.CONVERGED else outcome
+
+
+def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.ndarray:
+    """Return a correction of which no component changes faster than `max_rate`.
+
+    The middle between the highest admissible function below and the lowest one above, so that a
+    jump becomes a ramp centred on it.
+
+    Args:
+        time: Rising [s], (n,).
+        correction: Positions [m] and rotations [rad], (n, 6); both are limited to `max_rate`.
+        max_rate: [m/s] and [rad/s].
+
+    Example:
+        >>> time = np.linspace(0.0, 4.0, 5)
+        >>> limit_rate(time, np.array([[0.0], [0.0], [0.0], [2.0], [2.0]]), 1.0).ravel()
+        array([0. , 0. , 0.5, 1.5, 2. ])
+    """
+    allowed = max_rate * np.diff(time)[:, None]
+    if np.all(np.abs(np.diff(correction, axis=0)) <= allowed):
+        return correction
+    below, above = correction.copy(), correction.copy()
+    for k in range(1, len(time)):
+        below[k] = np.minimum(below[k], below[k - 1] + allowed[k - 1])
+        above[k] = np.maximum(above[k], above[k - 1] - allowed[k - 1])
+    for k in range(len(time) - 2, -1, -1):
+        below[k] = np.minimum(below[k], below[k + 1] + allowed[k])
+        above[k] = np.maximum(above[k], above[k + 1] - allowed[k])
+    return 0.5 * (below + above)

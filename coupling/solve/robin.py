@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath
+from coupling.path.histories import JointPath, ToolPath
 from coupling.path.linear import interpolated
-from coupling.process.base import own_blocks
+from coupling.process.base import joined, own_blocks
 from coupling.robot.robot import SimulatedRobot
-from coupling.solve.linear_process import LinearProcess
 from coupling.solve.local_stabilisation import LocalStabilisation
-from coupling.solve.reaction import ProcessStiffness
 from coupling.solve.relaxation import Anderson, ConstantRelaxation
 from coupling.solve.scheme import Iterate, RobotAnswer
 from elastic_robot.fmi.interface import Mode
@@ -26,6 +24,13 @@ _KEPT = 0.25
 # than this part of the change of its forces, or no tool moves farther [m]; after so many simulations at
 # most.  The next evaluation corrects what is left.
 _AGREED, _STILL, _MOST = 0.01, 1e-7, 25
+# Displacement along its force that a tool may make in the first update [m].  The stiffness that this
+# asks for should rather be too large, which is slow, than too small, which loses contact.
+_FIRST_MOVE = 2e-4
+# A tool that moved less between two evaluations tells nothing of the stiffness [m].
+_LEAST_MOVE = 1e-8
+# A force that changes at a right angle to the motion, by this cosine, is no reaction to it.
+_LEAST_COSINE = 1e-3
 
 
 class Robin(ConstantRelaxation):
@@ -138,3 +143,83 @@ class Robin(ConstantRelaxation):
         self._seen = None
         if self._stabilisation is not None:
             self._stabilisation = self._stabilisation.again()
+
+
+@dataclass(frozen=True)
+class LinearProcess:
+    """F(x) = F(x_k) + K (x_k - x) at the samples of the process, straight between them.
+
+    Attributes:
+        seen: The path x_k and the answer to it.
+        stiffness: K at the samples [N/m], (n, 3 tools, 3 tools).
+    """
+
+    seen: Iterate
+    stiffness: np.ndarray
+
+    def change(self, path: ToolPath) -> np.ndarray:
+        """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
+        moved = (self.seen.path.position - path.position)[:, self.seen.rows]
+        change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
+        tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
+        return interpolated(path.time, self.seen.answer.wrench.instants, tools, axis=1)
+
+    def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
+        """Return what of this change springs to x_k do not give [N], (tools, k, 3)."""
+        return self.change(path) - spring.force(path.position)
+
+
+@dataclass(frozen=True)
+class ProcessStiffness:
+    """What evaluations of a process have told of its stiffness along the path of all tools.
+
+    Attributes:
+        position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
+        force: Forces that it answered with [N], (tools, n, 3).
+        own: Stiffness that it states, or that explains its answers [N/m], (n, 3 tools, 3 tools).
+    """
+
+    position: np.ndarray
+    force: np.ndarray
+    own: np.ndarray
+
+    @classmethod
+    def first(cls, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
+        """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
+        size = np.linalg.norm(force, axis=-1, keepdims=True)
+        direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
+        tools, count = force.shape[:2]
+        stiffness = np.zeros((count, tools, 3, tools, 3))
+        for k, along in enumerate(direction):
+            stiffness[:, k, :, k] = float(size.max()) / _FIRST_MOVE * _square(along)
+        return cls(position, force, stiffness.reshape(count, 3 * tools, 3 * tools))
+
+    @property
+    def usual(self) -> float:
+        """Stiffness that is usual along the path [N/m]: the median where there is one, 0 without."""
+        sizes = np.trace(own_blocks(self.own), axis1=-2, axis2=-1)
+        return float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
+
+    def then(
+        self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
+    ) -> ProcessStiffness:
+        """Return what is known after one more evaluation, which may state the stiffness.
+
+        Otherwise that of a sample is the symmetric one of rank one that explains the change of the
+        forces on all tools, df df^T / (-df . dx): of all that are not negative the smallest.  It stays
+        where no tool moved or the forces did not fall back.
+        """
+        step = position - self.position
+        moves, changed = joined(step), joined(force - self.force)
+        work = -np.sum(changed * moves, axis=-1)
+        moved, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
+        falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
+        found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
+        own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
+        return ProcessStiffness(position, force, own)
+
+
+def _square(vectors: np.ndarray) -> np.ndarray:
+    """Return v v^T of vectors (..., m)."""
+    product: np.ndarray = vectors[..., :, None] * vectors[..., None, :]
+    return product

@@ -1,27 +1,31 @@
-"""An answer as bytes: a line with the checksum of all that follows, a line of JSON, the arrays.
+"""An answer as the NPZ file that keeps it: its arrays, and beside them JSON that tells of it.
 
-Every bit of an answer survives, and every bit of the file is checked when it is read.
+Every bit of an answer survives, and every bit is checked when it is read.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.base import PHYSICS, ProcessResponse
 
-_FORMAT = "elastic-robot answer 1"
-# First line: the format, the checksum in hexadecimal, the end of the line.
-FIRST_LINE = len(_FORMAT) + 1 + 64 + 1
+# First words of what keys are hashes of.
+_KEYED = "elastic-robot answer 1"
 # Kinds of NumPy that are numbers; an array of objects would have to be pickled.
 _NUMBERS = "biuf"
+# Name of the JSON among the arrays.
+_HEADER = "header"
+_FIELDS = ("point_fields", "cell_fields")
 
 
 class DamagedError(Exception):
@@ -63,7 +67,7 @@ def answer_key(identity: str, path: ToolPath) -> str:
     """
     if not identity:
         return ""
-    digest = hashlib.sha256(f"{_FORMAT}\n{PHYSICS}\n{len(identity)}\n{identity}\n".encode())
+    digest = hashlib.sha256(f"{_KEYED}\n{PHYSICS}\n{len(identity)}\n{identity}\n".encode())
     for values in (path.time, path.pose):
         numbers = np.ascontiguousarray(values, dtype=float)
         digest.update(f"{numbers.shape}\n".encode())
@@ -94,8 +98,8 @@ def plain(answer: ProcessResponse) -> ProcessResponse:
 _plain = np.ascontiguousarray
 
 
-def encoded(answer: ProcessResponse, about: EntryInfo) -> list[bytes | memoryview]:
-    """Return the content of an entry in parts.
+def encoded(answer: ProcessResponse, about: EntryInfo) -> memoryview:
+    """Return the content of an entry.
 
     Args:
         answer: A `plain` one.
@@ -104,21 +108,24 @@ def encoded(answer: ProcessResponse, about: EntryInfo) -> list[bytes | memoryvie
     Raises:
         TypeError: If the answer has an array of something else than numbers.
     """
-    arrays = dict(_arrays(answer))
+    piece = answer.workpiece
+    arrays: dict[str, Any] = {"time": answer.wrench.time, "wrench": answer.wrench.wrench}
+    header: dict[str, Any] = {"about": asdict(about), "period": answer.period}
+    if answer.stiffness is not None:
+        arrays["stiffness"] = answer.stiffness
+    if piece is not None:
+        arrays |= {"points": piece.points, "cells": piece.cells}
+        for kind in _FIELDS:
+            # Names may be any, so that they stand in the JSON.
+            header[kind] = list(getattr(piece, kind))
+            arrays |= {f"{kind} {k}": v for k, v in enumerate(getattr(piece, kind).values())}
     for name, values in arrays.items():
         if values.dtype.kind not in _NUMBERS:
             raise TypeError(f"{name}: expected an array of numbers, got {values.dtype}")
-    header = {
-        "about": asdict(about),
-        "period": answer.period,
-        "arrays": [[name, v.dtype.str, list(v.shape)] for name, v in arrays.items()],
-    }
-    parts: list[bytes | memoryview] = [json.dumps(header).encode() + b"\n"]
-    parts += [_bytes_of(values) for values in arrays.values()]
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part)
-    return [f"{_FORMAT} {digest.hexdigest()}\n".encode(), *parts]
+    header["arrays"] = list(arrays)
+    content = BytesIO()
+    np.savez(content, **{**arrays, _HEADER: np.array(json.dumps(header))})
+    return content.getbuffer()
 
 
 def decoded(content: bytes, key: str) -> ProcessResponse:
@@ -127,57 +134,38 @@ def decoded(content: bytes, key: str) -> ProcessResponse:
     Raises:
         DamagedError: If the content is not that of an entry with this key.
     """
-    checked(content, key)
-    header = json.loads(content[FIRST_LINE : content.index(b"\n", FIRST_LINE)])
-    arrays, begin = {}, content.index(b"\n", FIRST_LINE) + 1
-    for name, kind, shape in header["arrays"]:
-        number, count = np.dtype(kind), int(np.prod(shape, dtype=np.int64))
-        values = np.frombuffer(content, number, count, begin).reshape(shape)
-        arrays[name] = values.copy()  # as a computed one: aligned, and may be written to
-        begin += values.nbytes
-    workpiece = None
-    if "points" in arrays:
-        fields = {
-            place: {
-                n.removeprefix(f"{place} "): v for n, v in arrays.items() if n.startswith(place)
-            }
-            for place in ("at point", "in cell")
-        }
-        workpiece = Workpiece(arrays["points"], arrays["cells"], *fields.values())
-    wrench = WrenchHistory(arrays["time"], arrays["wrench"])
-    return ProcessResponse(wrench, workpiece, header["period"], arrays.get("stiffness"))
-
-
-def checked(content: bytes, key: str) -> None:
-    """Check that content is that of an entry, every bit of it.
-
-    Raises:
-        DamagedError: If it is not.
-    """
-    first, rest = content[:FIRST_LINE], memoryview(content)[FIRST_LINE:]
-    if len(first) < FIRST_LINE or not first.startswith(_FORMAT.encode() + b" "):
-        raise DamagedError("is no entry of a store")
-    if first != f"{_FORMAT} {hashlib.sha256(rest).hexdigest()}\n".encode():
-        raise DamagedError("its checksum is wrong")
-    if read_about(content).key != key:
-        raise DamagedError("is the entry of another evaluation under this name")
-
-
-def read_about(begin: bytes) -> EntryInfo:
-    """Return what an entry says about itself.
-
-    Args:
-        begin: Its content, or as much of it as holds the first two lines.
-
-    Raises:
-        DamagedError: If it says nothing.
-    """
     try:
-        line = begin[FIRST_LINE : begin.index(b"\n", FIRST_LINE)]
-        about: dict[str, Any] = json.loads(line)["about"]
-        return EntryInfo(**about)
-    except (ValueError, TypeError, KeyError) as cause:
-        raise DamagedError("says nothing about itself") from cause
+        with NpzFile(BytesIO(content)) as kept:
+            assert kept.zip is not None, "it is while the file is open"
+            if broken := kept.zip.testzip():
+                raise DamagedError(f"the checksum of {broken} is wrong")
+            header = json.loads(str(kept[_HEADER]))
+            # By their names: an archive may be damaged so that it seems to have fewer.
+            arrays = {name: kept[name] for name in header["arrays"]}
+        if EntryInfo(**header["about"]).key != key:
+            raise DamagedError("is the entry of another evaluation under this name")
+        workpiece = None
+        if "points" in arrays:
+            point_fields, cell_fields = (
+                {name: arrays[f"{kind} {k}"] for k, name in enumerate(header[kind])}
+                for kind in _FIELDS
+            )
+            workpiece = Workpiece(arrays["points"], arrays["cells"], point_fields, cell_fields)
+        wrench = WrenchHistory(arrays["time"], arrays["wrench"])
+        return ProcessResponse(wrench, workpiece, header["period"], arrays.get("stiffness"))
+    except DamagedError:
+        raise
+    except Exception as cause:  # whatever else there is under the name
+        raise DamagedError(f"is no entry of a store: {cause}") from cause
+
+
+def read_about(file: Path) -> EntryInfo | None:
+    """Return what an entry says about itself, without its arrays; None where it says nothing."""
+    try:
+        with file.open("rb") as stream, NpzFile(stream) as kept:
+            return EntryInfo(**json.loads(str(kept[_HEADER]))["about"])
+    except Exception:  # a damaged one may fail in any way
+        return None
 
 
 def size_of(path: ToolPath) -> int:
@@ -188,20 +176,3 @@ def size_of(path: ToolPath) -> int:
 
 # A sheet of some ten thousand elements.
 _OF_WORKPIECE = 2_000_000
-
-
-def _arrays(answer: ProcessResponse) -> Iterator[tuple[str, np.ndarray]]:
-    yield "time", answer.wrench.time
-    yield "wrench", answer.wrench.wrench
-    if answer.stiffness is not None:
-        yield "stiffness", answer.stiffness
-    piece = answer.workpiece
-    if piece is not None:
-        yield "points", piece.points
-        yield "cells", piece.cells
-        yield from ((f"at point {name}", values) for name, values in piece.point_fields.items())
-        yield from ((f"in cell {name}", values) for name, values in piece.cell_fields.items())
-
-
-def _bytes_of(values: np.ndarray) -> memoryview:
-    return np.ascontiguousarray(values).reshape(-1).view(np.uint8).data

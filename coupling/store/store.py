@@ -7,7 +7,7 @@ import os
 import platform
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -19,14 +19,12 @@ from coupling.errors import StoreError
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.files.whole_file import PARTIAL, WholeFile
 from coupling.process.base import ProcessResponse
-from coupling.store.entry import DamagedError, EntryInfo, checked, decoded, encoded, read_about
+from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
 
-ENTRY, DAMAGED = ".answer", ".damaged"
+ENTRY, DAMAGED = ".npz", ".damaged"
 # Folder in the store for the locks of keys, and for who holds them.
 LOCKS = "locks"
 _KEY = re.compile(r"[0-9a-f]{64}")
-# Bytes that hold an entry's first two lines, with a name for each of some hundred fields.
-_HEAD = 20_000
 # Between two looks at a lock that another one holds [s].
 _LOOK = 0.1
 
@@ -66,7 +64,7 @@ class Entry:
     def problem(self) -> str:
         """Return what is wrong with it, empty if nothing is."""
         try:
-            checked(self.file.read_bytes(), self.key)
+            decoded(self.file.read_bytes(), self.key)
         except DamagedError as cause:
             return str(cause)
         except OSError as cause:
@@ -112,9 +110,7 @@ class Store:
 
     def about(self, key: str) -> EntryInfo | None:
         """Return what the answer that is kept under a key says about itself, if there is one."""
-        with suppress(OSError):
-            return _entry(self._file(key)).about
-        return None
+        return read_about(self._file(key))
 
     @contextmanager
     def claimed(self, key: str) -> Iterator[ProcessResponse | None]:
@@ -162,10 +158,29 @@ class Store:
         """
         with self._errors("written"):
             try:
-                file.write(encoded(answer, about))
+                file.write([encoded(answer, about)])
             except TypeError as cause:
                 file.discard()
                 raise StoreError(f"the answer cannot be kept: {cause}") from cause
+
+    def clear(self, entries: Sequence[Entry]) -> None:
+        """Remove entries, entries that were set aside, and what killed processes have left.
+
+        Raises:
+            StoreError: If a file cannot be removed.
+        """
+        with self._errors("cleared"):
+            for entry in entries:
+                entry.file.unlink(missing_ok=True)
+            for pattern in (f"*{ENTRY}.*{PARTIAL}", f"*{DAMAGED}"):
+                for file in self.folder.glob(pattern):
+                    lock = FileLock(self._lock(file.name.split(".")[0]))
+                    with suppress(Timeout), lock.acquire(timeout=0):
+                        file.unlink(missing_ok=True)
+            for file in (self.folder / LOCKS).glob("*.lock"):
+                with suppress(Timeout), FileLock(file).acquire(timeout=0):
+                    file.unlink()
+                    file.with_suffix(".owner").unlink(missing_ok=True)
 
     def _read(self, key: str) -> ProcessResponse | None:
         try:
@@ -176,10 +191,6 @@ class Store:
             raise StoreError(
                 f"{self._file(key)}: cannot be read: {cause.strerror or cause}"
             ) from cause
-        except DamagedError:
-            raise
-        except Exception as cause:  # its checksum is right, but this program did not write it
-            raise DamagedError(f"is no answer: {cause}") from cause
         with suppress(OSError):  # a store that may only be read
             os.utime(self._file(key))
         return answer
@@ -222,12 +233,38 @@ class Store:
             raise StoreError(f"{self.folder}: the store cannot be {what}: {reason}") from cause
 
 
+def to_clear(
+    entries: Sequence[Entry], now: float, older_than: float | None, keep: int | None
+) -> list[Entry]:
+    """Return the entries to remove: those not used for a time, and the oldest beyond a size.
+
+    Args:
+        entries: All entries, the one that was used last at the end.
+        now: [s since 1970].
+        older_than: Time without use after which an entry goes [s]; None: none goes for its age.
+        keep: Size of the entries that may stay [bytes]; None: any.
+
+    Example:
+        >>> entries = [Entry(Path(f"{k}"), 10, float(k), None) for k in range(4)]
+        >>> [entry.file.name for entry in to_clear(entries, 4.0, 2.5, None)]
+        ['0', '1']
+        >>> [entry.file.name for entry in to_clear(entries, 4.0, None, 25)]
+        ['0', '1']
+    """
+    left = sum(entry.size for entry in entries)
+    found = []
+    for entry in entries:
+        too_old = older_than is not None and now - entry.used > older_than
+        too_much = keep is not None and left > keep
+        if too_old or too_much:
+            found.append(entry)
+            left -= entry.size
+    return found
+
+
 def _entry(file: Path) -> Entry:
     status = file.stat()
-    about = None
-    with suppress(OSError, DamagedError), file.open("rb") as stream:
-        about = read_about(stream.read(_HEAD))
-    return Entry(file, status.st_size, status.st_mtime, about)
+    return Entry(file, status.st_size, status.st_mtime, read_about(file))
 
 
 def _owner(file: Path) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from coupling.errors import StudyError
+from coupling.files.whole_file import WholeFile
 from coupling.results.study_result import (
     InfluenceResult,
     ShareResult,
@@ -19,7 +20,7 @@ from coupling.run.figures import versions
 from coupling.study.bands import DeviationBand, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
-from coupling.study.folder import BANDS, FIGURES, SAMPLES, replaced, replaced_table
+from coupling.study.folder import BANDS, FIGURES, SAMPLES, write_whole_table
 from coupling.study.rows import StudySample
 
 MEASURES = (
@@ -56,18 +57,18 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
     time = study.run.first.desired.time
     first = parts_of_path(time, PARTS)
     try:
-        replaced_table(
+        write_whole_table(
             study.folder / SAMPLES,
             ("sample", *study.parameters.names, *MEASURES, "time_of_maximum"),
             np.column_stack([numbers, points, *figures.values(), when]),
         )
-        replaced_table(
+        write_whole_table(
             study.folder / BANDS,
             BAND_COLUMNS,
             np.column_stack([time[first], band.low, band.median, band.high, band.everywhere]),
         )
         found = _figures(study, samples, points, figures)
-        replaced(study.folder / FIGURES, found.text())
+        WholeFile(study.folder / FIGURES).write([found.text().encode()])
     except OSError as cause:
         raise StudyError(
             f"{study.folder}: cannot be written: {cause.strerror or cause}: make room, and the same"

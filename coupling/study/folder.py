@@ -7,23 +7,25 @@ import shutil
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomlkit
-from filelock import FileLock, Timeout
 
 from coupling.errors import StudyError, one_of
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
+from coupling.files.whole_file import PARTIAL, WholeFile, write_whole, writing
+from coupling.files.whole_folder import alone
 from coupling.study.design import DESIGNS, GROWS
 from coupling.study.parameters import StudyParameters
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
-RUN, LOCK = "run", ".lock"
-_OWN = {IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, RUN, LOCK}
+RUN = "run"
+_OWN = {IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, RUN}
 
 
 @contextmanager
@@ -37,54 +39,37 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
     Raises:
         StudyError: If another study works there, it holds something else, or it cannot be written.
     """
-    try:
+    with (
+        alone(folder, StudyError, lambda: "another study works in it"),
+        writing(folder, StudyError),
+    ):
         if folder.exists() and not folder.is_dir():
             raise StudyError(f"{folder}: expected the name of a folder, got a file")
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(exist_ok=True)
         foreign = [name for name in sorted(os.listdir(folder)) if not _is_own(name)]
         if foreign:
             raise StudyError(
                 f"{folder}: holds files that are not a study ({foreign[0]}): name another folder"
             )
-        with FileLock(folder / LOCK, timeout=0):
-            if overwrite:
-                _clear(folder)
-            yield folder
-    except Timeout as cause:
-        raise StudyError(
-            f"{folder}: another study works in it: wait for it, or name another folder"
-        ) from cause
-    except OSError as cause:
-        raise StudyError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+        for place in folder.iterdir() if overwrite else ():
+            shutil.rmtree(place) if place.is_dir() else place.unlink()
+        yield folder
 
 
 def _is_own(name: str) -> bool:
-    return name in _OWN or name.endswith(".part") or name.startswith(f"{RUN}.unfinished-")
+    # Beside a run that was killed there is what its command locks, makes and puts aside.
+    return name in _OWN or name.endswith(PARTIAL) or name.lstrip(".").startswith(f"{RUN}.")
 
 
-def _clear(folder: Path) -> None:
-    for place in folder.iterdir():
-        if place.is_dir():
-            shutil.rmtree(place)
-        elif place.name != LOCK:
-            place.unlink()
+def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
+    """Write a table as a whole file.
 
-
-def replaced(file: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    part = file.with_name(f"{file.name}.part")
-    with part.open("w", encoding="utf-8", newline="\n") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(part, file)
-
-
-def replaced_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
-    """Write a table whole or not at all."""
-    part = file.with_name(f"{file.name}.part")
-    write_table(part, columns, values)
-    os.replace(part, file)
+    Raises:
+        OSError: If it cannot be written.
+    """
+    text = StringIO()
+    write_table(text, columns, values)
+    WholeFile(file).write([text.getvalue().encode()])
 
 
 def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
@@ -140,13 +125,13 @@ def begin(
     """Begin a study: what is left of one that never began is removed."""
     (folder / ROWS).unlink(missing_ok=True)
     write_points(folder, points, names)
-    replaced(folder / IDENTITY, tomlkit.dumps(dict(identity)))
+    write_whole(folder / IDENTITY, tomlkit.dumps(dict(identity)), StudyError)
 
 
 def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) -> None:
     """Write the values of all samples' parameters, (n, k)."""
     table = np.column_stack([np.arange(len(points)), points])
-    replaced_table(folder / POINTS, ("sample", *parameters.names), table)
+    write_whole_table(folder / POINTS, ("sample", *parameters.names), table)
 
 
 def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:

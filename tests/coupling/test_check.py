@@ -11,15 +11,15 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
-from coupling.check.joints import joint_demands
 from coupling.check.room import DIRECTIONS, room_around
 from coupling.check.words import joint_words
 from coupling.cli import main
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import ToolPath
+from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.drive_motion import drive_motions
 
 
 @pytest.fixture
@@ -172,7 +172,8 @@ def test_joints_beyond_their_limits_are_named():
     time = np.linspace(0.0, 1.0, 101)
     swing = (0.5 - 0.5 * np.cos(2.0 * np.pi * time))[:, None]
     limits = JointLimits(*np.array([[-1.0], [0.9], [3.0], [19.0]]))
-    (asked,) = joint_demands(time, swing, limits)
+    (asked,) = drive_motions(JointPath(time, (swing,)), limits)
+    assert asked.margin == pytest.approx(-0.1, abs=1e-9)
     assert asked.beyond == ["angle", "rate", "acceleration"]
     assert "BEYOND ITS LIMIT in angle, rate, acceleration" in joint_words(asked)
 

@@ -14,8 +14,7 @@ from coupling.case.file import load_case
 from coupling.path.low_pass import low_pass
 from coupling.run.deviations import Deviations
 from coupling.run.execute import run_compensation
-from coupling.solve.filters import limit_rate
-from coupling.solve.mirror import Mirror
+from coupling.solve.mirror import Mirror, limit_rate
 from coupling.solve.outcome import Outcome
 
 

@@ -21,8 +21,7 @@ from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.outcome import Outcome
-from coupling.solve.reaction import ProcessStiffness
-from coupling.solve.robin import Robin
+from coupling.solve.robin import ProcessStiffness, Robin
 from coupling.solve.scheme import Scheme
 
 TIGHT = Tolerance(path=1e-10, rms=1e-10, force=1e-8)

@@ -15,7 +15,7 @@ from coupling.case.file import load_case
 from coupling.conduct import conduct
 from coupling.errors import PlanningError
 from coupling.events import unwatched
-from coupling.export import every_cycle, few_points
+from coupling.export import exporting
 from coupling.export.exported import ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
@@ -152,7 +152,7 @@ def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path
     run = ran(tmp_path, text.replace("feed_m_s = 0.1", f"feed_m_s = {feed:.15f}"))
     options = ExportOptions(csv, "joints", cycle=0.02)
     (solved,) = export_run(run, options)
-    monkeypatch.setattr(every_cycle, "_AIMS", ())
+    monkeypatch.setattr(exporting, "_AIMS", ())
     (samples,) = export_run(run, options)
     assert samples.loss > 5 * options.tolerance
     assert solved.loss <= options.tolerance
@@ -180,7 +180,7 @@ def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
 
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
-    monkeypatch.setattr(few_points, "_TRIES", 1)
+    monkeypatch.setattr(exporting, "_TRIES", 1)
     done = command("export", run, "--to", "krl", "--tolerance", "0.01")
     assert done.returncode == 1
     assert "Warning: expected a loss of at most 0.01 um" in done.stdout

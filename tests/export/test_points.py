@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from coupling.export.curves import JointCurve, PoseCurve, continuous
+from coupling.export.exporting import straight_error, straight_points
 from coupling.export.spline_points import spline_points, spline_values
-from coupling.export.straight_points import straight_error, straight_points
 
 
 def motion(seed: int, samples: int) -> tuple[JointCurve, np.ndarray]:

@@ -14,10 +14,10 @@ from emulators import EMULATORS
 from places import ROOT
 
 import elastic_robot
+from coupling.check.new_case import STARTS
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
 from coupling.fmu_export.core_library import library_name
-from coupling.start.starts import STARTS
 
 SHIPPED = "coupling/fmu_export/fmu_src/"
 LIBRARIES = "coupling/fmu_export/libraries/"

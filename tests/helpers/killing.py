@@ -172,8 +172,8 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
 
 def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     """Export a program of one file, and be killed at a stage of writing its folder."""
-    from coupling.export import folder as writing
-    from coupling.files import whole_file
+    from coupling.export.folder import write_export
+    from coupling.files import whole_file, whole_folder
 
     def die(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -196,11 +196,11 @@ def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     class Syncing(Os):
         fsync = staticmethod(die if stage == "written" else os.fsync)
 
-    writing.os, whole_file.os = Renaming(), Syncing()
+    whole_folder.os, whole_file.os = Renaming(), Syncing()
     if stage == "in place":
-        writing.sync_folder = die
+        whole_folder.sync_folder = die
     exported, options = one_program(text)
-    writing.write_export(folder, [exported], options, overwrite=True)
+    write_export(folder, [exported], options, overwrite=True)
 
 
 def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:

@@ -12,13 +12,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
+from coupling.check.new_case import CASE, STARTS, new_case, write_case
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.robot.batch.seat import seats
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.start.new_case import CASE, new_case, write_case
-from coupling.start.starts import STARTS
 
 WAYS = [
     (name, two) for name, start in STARTS.items() for two in (False, True)[: 1 + bool(start.cell)]

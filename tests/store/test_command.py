@@ -55,12 +55,14 @@ def test_it_lists_what_is_kept(kept, command):
 def test_it_names_the_entries_that_are_damaged(kept, command):
     assert command("store", kept.folder, "--verify").returncode == 0
     files = [entry.file for entry in kept.entries()]
-    files[1].write_bytes(files[1].read_bytes()[:-7])
+    content = bytearray(files[1].read_bytes())
+    content[len(content) // 2] ^= 1
+    files[1].write_bytes(content)
     files[2].write_bytes(b"")
     done = command("store", kept.folder, "--verify")
     assert done.returncode == 1
     said = done.stdout.replace("\n", " ")
-    assert f"{files[1]}: its checksum is wrong" in said
+    assert f"{files[1]}: the checksum of wrench.npy is wrong" in said
     assert f"{files[2]}: is no entry of a store" in said
     assert str(files[0]) not in said
     assert "2 damaged" in said
@@ -93,12 +95,12 @@ def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, comman
     (child := start_function(die_while_keeping, kept.folder, "written", "others")).join()
     (kept.folder / f"{'a' * 64}.damaged").write_text("")
     (kept.folder / "notes.txt").write_text("mine")
-    (kept.folder / "thesis.answer").write_text("mine")
+    (kept.folder / "thesis.npz").write_text("mine")
     assert child.exitcode == -9
     assert len(list(kept.folder.glob("*.partial"))) == 1
     assert command("store", kept.folder, "--clear", "--keep", "0").returncode == 0
     left = sorted(str(f.relative_to(kept.folder)) for f in kept.folder.rglob("*"))
-    assert left == ["locks", "notes.txt", "thesis.answer"]
+    assert left == ["locks", "notes.txt", "thesis.npz"]
 
 
 def test_an_answer_that_is_being_computed_is_left_alone(kept, command):

@@ -1,9 +1,9 @@
-"""An answer in the store: every bit of it survives, and every changed bit is noticed."""
+"""An answer in the store: every bit of it survives, and no changed bit of its file changes it."""
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import fields, replace
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def answer(**changes: object) -> ProcessResponse:
 
 
 def content(kept: ProcessResponse) -> bytes:
-    return b"".join(encoded(plain(kept), ABOUT))
+    return bytes(encoded(plain(kept), ABOUT))
 
 
 def parts(found: ProcessResponse) -> dict[str, np.ndarray]:
@@ -94,25 +94,28 @@ def test_a_computed_answer_has_the_layout_of_a_kept_one():
     assert all(values.flags.c_contiguous for values in parts(plain(kept)).values())
 
 
-def test_every_flipped_bit_is_noticed():
-    whole = content(answer())
+def test_every_flipped_bit_is_noticed_or_changes_nothing():
+    """Such as one of the time that an archive has for each of its members."""
+    kept, noticed = answer(), 0
+    whole = content(kept)
     for place in range(len(whole)):
         changed = bytearray(whole)
         changed[place] ^= 1 << (place % 8)
-        with pytest.raises(DamagedError):
-            decoded(bytes(changed), KEY)
+        try:
+            require_equal(decoded(bytes(changed), KEY), kept)
+        except DamagedError:
+            noticed += 1
+    assert noticed > 0.8 * len(whole)
 
 
-def test_every_truncation_and_whatever_follows_is_noticed():
+def test_every_truncation_is_noticed():
     whole = content(answer())
     for length in range(len(whole)):
         with pytest.raises(DamagedError):
             decoded(whole[:length], KEY)
-    with pytest.raises(DamagedError, match="checksum"):
-        decoded(whole + b"\0", KEY)
 
 
-@pytest.mark.parametrize("junk", [b"", b"\n", b"\0" * 4096, b"elastic-robot answer 1 ", b"PK\3\4"])
+@pytest.mark.parametrize("junk", [b"", b"\n", b"\0" * 4096, b"PK\3\4"])
 def test_what_is_no_entry_is_said_to_be_none(junk):
     with pytest.raises(DamagedError, match="is no entry"):
         decoded(junk, KEY)
@@ -127,33 +130,28 @@ def test_an_array_of_objects_is_refused():
     """What would have to be pickled is never written."""
     objects = np.array([{}, {}, {}, {}], dtype=object)
     piece = replace(answer().workpiece, point_fields={"x": objects})
-    with pytest.raises(TypeError, match="at point x: expected an array of numbers"):
+    with pytest.raises(TypeError, match="point_fields 0: expected an array of numbers"):
         encoded(answer(workpiece=piece), ABOUT)
 
 
-def forged(old: bytes, new: bytes) -> bytes:
-    """An entry with another text in its second line, and a checksum that is right."""
-    whole = content(answer())
-    _, line, rest = whole.split(b"\n", 2)
-    assert old in line
-    rest = line.replace(old, new, 1) + b"\n" + rest
-    return f"{entry._FORMAT} {hashlib.sha256(rest).hexdigest()}\n".encode() + rest
-
-
 FORGERIES = {
-    "objects": (b'"<f8"', b'"|O"'),
-    "no type": (b'"<f8"', b'"<x9"'),
-    "too many": (b"[2, 3, 6]", b"[2, 3, 7]"),
-    "far too many": (b"[2, 3, 6]", b"[1000000000000000000000000, 3, 6]"),
-    "no wrench": (b'"wrench"', b'"winch"'),
-    "no list": (b'"arrays": [', b'"arrays": 7, "others": ['),
+    "objects": {"wrench": np.array([{}] * 3, dtype=object)},
+    "no JSON": {"header": np.array("elastic-robot")},
+    "nothing about itself": {"header": np.array("{}")},
+    "others' arrays": {"header": np.array(7.0)},
+    "too many": {"wrench": np.zeros((2, 4, 6))},
+    "no wrench": {"wrench": None},
 }
 
 
 @pytest.mark.parametrize("name", FORGERIES)
 def test_a_forged_entry_is_damaged_whatever_its_checksum(name, tmp_path):
-    (tmp_path / f"{KEY}.answer").write_bytes(forged(*FORGERIES[name]))
+    with np.load(BytesIO(content(answer()))) as whole:
+        arrays = {**whole, **FORGERIES[name]}
+    np.savez(tmp_path / f"{KEY}.npz", **{k: v for k, v in arrays.items() if v is not None})
     assert Store(tmp_path).read(KEY) is None
+    (listed,) = Store(tmp_path).entries()
+    assert "is no entry of a store" in listed.problem()
 
 
 def test_all_that_an_answer_has_is_kept():

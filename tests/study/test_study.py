@@ -32,6 +32,7 @@ from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
 from coupling.store import Store
 from coupling.study.conduct import changed_table
+from coupling.study.folder import locked
 from coupling.study.parameters import StudyParameter, StudyParameters
 
 pytest.importorskip("distributed")
@@ -352,6 +353,13 @@ def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
     assert done.returncode == 2
     assert "holds files that are not a study (letter.txt)" in " ".join(done.stderr.split())
     assert (tmp_path / "letter.txt").read_text() == "dear"
+
+
+def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
+    for name in (".run.lock", "run.unfinished", ".run.replaced", "study.json.0f.partial"):
+        (tmp_path / "study" / name).mkdir(parents=True)
+    with locked(tmp_path / "study", overwrite=False) as folder:
+        assert len(list(folder.iterdir())) == 4
 
 
 def test_what_means_nothing_is_left_out(tmp_path):

@@ -1,1 +1,0 @@
-"""A first case: from an example, for any robot."""
