@@ -6,24 +6,35 @@ from dataclasses import dataclass
 
 from scipy.stats import t as student
 
+from coupling.fit.parameters import RobotParameter
+
 
 @dataclass(frozen=True)
 class ParameterVerdict:
     """A fitted parameter, and whether the measurements identify it.
 
     Attributes:
-        name: Name in the FMU.
-        start, value: Values in the start file and of the fit [N m/rad, N m s/rad, rad].
+        parameter: The parameter, with its value in the start file.
+        value: Fitted value [N m/rad, N m s/rad, rad].
         low, high: Ends of the 95 % interval, in the same unit; infinite where nothing bounds it.
         reason: Why it is not identifiable, in words; "" where it is.
     """
 
-    name: str
-    start: float
+    parameter: RobotParameter
     value: float
     low: float
     high: float
     reason: str
+
+    @property
+    def name(self) -> str:
+        """Name in the FMU."""
+        return self.parameter.name
+
+    @property
+    def start(self) -> float:
+        """Value in the start file, in the same unit."""
+        return self.parameter.value
 
     @property
     def identifiable(self) -> bool:

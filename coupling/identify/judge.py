@@ -19,12 +19,15 @@ class IdentifiedParameter(ParameterVerdict):
     """A parameter and what the measurements tell of it: a stiffness [N m/rad], or a backlash.
 
     Attributes:
-        is_backlash: Whether its numbers are half widths of backlash [rad].
         support: F test and leave-one-out of a tilt or backlash; None for torsions.
     """
 
-    is_backlash: bool
     support: Evidence | None
+
+    @property
+    def is_backlash(self) -> bool:
+        """Whether its numbers are half widths of backlash [rad]."""
+        return self.parameter.kind == "backlash"
 
 
 def judged(
@@ -44,14 +47,13 @@ def judged(
     own = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
     ends = np.sort([own.in_units(sure.low), own.in_units(sure.high)], axis=0)
-    numbers = np.array([own.in_units(own.start), own.in_units(fit.values), *ends]).T.tolist()
+    numbers = np.array([own.in_units(fit.values), *ends]).T.tolist()
     found = []
-    for j, name in enumerate(own.names):
+    for j, parameter in enumerate(own.own):
         reason, tested = _reason(fit, sure, telling, j), supports.get(j)
         if not reason and tested is not None and not tested.supported:
             reason = tested.in_words()
-        loose = bool(own.is_backlash[j])
-        found.append(IdentifiedParameter(name, *numbers[j], reason, loose, tested))
+        found.append(IdentifiedParameter(parameter, *numbers[j], reason, tested))
     return tuple(found)
 
 

@@ -12,11 +12,12 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.fit.parameters import RobotParameter
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import Learnable, robot_with
+from coupling.learn.parameters import robot_with
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
@@ -37,7 +38,11 @@ class ParameterEffect:
     """
 
     def __init__(
-        self, robot: Robot, torque_curve: str, parameters: tuple[Learnable, ...], one: MeasuredPath
+        self,
+        robot: Robot,
+        torque_curve: str,
+        parameters: tuple[RobotParameter, ...],
+        one: MeasuredPath,
     ) -> None:
         self._robot, self._torque_curve, self._parameters = robot, torque_curve, parameters
         self._pass = one

@@ -13,7 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from coupling.learn.parameters import Learnable, prior_of
+from coupling.fit.parameters import RobotParameter
+from coupling.learn.parameters import prior_of
 
 # Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
 # narrow, and the first passes may have led to the wrong side of what was known.
@@ -36,7 +37,9 @@ class FrozenDerivatives:
         return self.values
 
 
-def steps_aside(parameters: Sequence[Learnable], shown: Collection[int]) -> list[list[np.ndarray]]:
+def steps_aside(
+    parameters: Sequence[RobotParameter], shown: Collection[int]
+) -> list[list[np.ndarray]]:
     """Return steps of log factors to both sides, for every gear whose backlash is shown.
 
     Args:

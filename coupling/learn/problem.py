@@ -7,9 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
+from coupling.fit.parameters import RobotParameter
 from coupling.learn.effect import ParameterEffect
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import Learnable, prior_of
+from coupling.learn.parameters import prior_of
 from coupling.learn.secant import SecantEffect
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -61,7 +62,7 @@ class FitProblem:
     """
 
     fmus: tuple[RobotFmu, ...]
-    parameters: tuple[Learnable, ...]
+    parameters: tuple[RobotParameter, ...]
     passes: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()

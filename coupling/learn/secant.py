@@ -11,9 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from coupling.fit.parameters import RobotParameter
 from coupling.learn.effect import ParameterEffect
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import Learnable, changed
+from coupling.learn.parameters import changed
 from coupling.learn.side_by_side import side_by_side
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -41,7 +42,7 @@ class SecantEffect:
     def __init__(
         self,
         fmus: Sequence[RobotFmu],
-        parameters: tuple[Learnable, ...],
+        parameters: tuple[RobotParameter, ...],
         prior: np.ndarray,
         one: MeasuredPath,
         effect: ParameterEffect,
