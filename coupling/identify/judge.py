@@ -53,7 +53,8 @@ def judged(
         reason, tested = _reason(fit, sure, telling, j), supports.get(j)
         if not reason and tested is not None and not tested.supported:
             reason = tested.in_words()
-        found.append(IdentifiedParameter(parameter, *numbers[j], reason, tested))
+        value, low, high = numbers[j]
+        found.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
     return tuple(found)
 
 

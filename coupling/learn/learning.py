@@ -224,7 +224,7 @@ def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     squares = np.zeros(len(x))
     for effect, one in zip(problem.effects, problem.passes, strict=True):
         mean = SlowPart.of(one.seen.time)
-        columns = mean(effect.columns(x, one.seen.time)[:, :3])
+        columns = mean(effect(x, one.seen.time)[:, :3])
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
         squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.passes)
     return np.sqrt(squares)

@@ -158,20 +158,8 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
 
 def _build(robot: Robot) -> object:
     """Return all of a robot but what is learned."""
-    return (
-        robot.gravity,
-        robot.tcp_position,
-        robot.tcp_rpy,
-        robot.payload,
-        [
-            (
-                j.origin,
-                j.axis,
-                j.body,
-                j.torque_table,
-                j.stiffness is None,
-                [t.axis for t in j.tilt],
-            )
-            for j in robot.joints
-        ],
-    )
+    joints = [
+        (j.origin, j.axis, j.body, j.torque_table, j.stiffness is None, [t.axis for t in j.tilt])
+        for j in robot.joints
+    ]
+    return robot.gravity, robot.tcp_position, robot.tcp_rpy, robot.payload, joints

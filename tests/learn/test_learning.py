@@ -104,7 +104,7 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
     time, mean, zero = one.seen.time, SlowPart.of(one.seen.time), np.zeros(len(tight.parameters))
     inner = (mean.time > 1.0) & (mean.time < 8.0)
     effect = ParameterEffect(tight.robot, "backlash", tight.parameters, one)
-    columns = mean(effect.columns(zero, time))[inner]
+    columns = mean(effect(zero, time))[inner]
     turned = replace(one, seen=replace(one.seen, rotation=Rotation.identity(len(time))))
     here = turned.simulated(tight.fmu, {}).pose(time)
     for k, parameter in enumerate(tight.parameters):
