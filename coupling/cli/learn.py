@@ -53,7 +53,7 @@ def learn(
     from coupling.learn.figures import figures
     from coupling.learn.learning import LearnOptions
     from coupling.learn.learning import learn as learned
-    from coupling.learn.measured import read_seen
+    from coupling.learn.measurement import read_seen
     from coupling.learn.next_inputs import next_case_text
     from coupling.learn.robot_file import learned_text
     from coupling.learn.source import read_source

@@ -213,7 +213,7 @@ def _advance(
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
     from coupling.files.whole_folder import alone
-    from coupling.learn.measured import read_seen
+    from coupling.learn.measurement import read_seen
     from coupling.learn.next_command import plan
     from coupling.learn.next_figures import figures, sentences
     from coupling.learn.next_inputs import PLAN, inputs_folder, plan_text, write_inputs

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
 
+from coupling.fit.verdict import quantile
 from coupling.identify.least_squares import LinearProblem
 
-CONFIDENCE = 0.95
 # A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
 # this or less, is told by that row alone: no prediction of it, no jackknife.
 _ALONE = 1e-2
@@ -76,32 +75,23 @@ def _unbounded(
     weighted: LinearProblem, known: bool
 ) -> tuple[np.ndarray, np.ndarray, int, float, np.ndarray]:
     """Return centre and half width of the intervals, degrees of freedom, scale and rows rested on."""
-    (rows, width), numbers = weighted.target.shape, weighted.target.size
-    freedom = numbers - weighted.rank
-    inverse = np.linalg.pinv(np.vstack([weighted.scaled, weighted.unseen]))[:, :numbers]
-    centre = weighted.solve(bounded=False)
+    rows, freedom = len(weighted.target), weighted.target.size - weighted.rank
+    centre = weighted.solve(-np.inf)
     rest = weighted.residual(centre)
     scale = float(np.sqrt(np.sum(rest**2) / freedom)) if freedom > 0 else np.nan
     deviation = np.nanmax([scale, 1.0]) if known else scale
-    spread = np.linalg.norm(inverse, axis=1)
     if freedom > 0:
-        half = _quantile(freedom) * deviation * spread
+        half = quantile(freedom) * deviation * weighted.spread
     else:
-        half = np.full(len(centre), _quantile(np.inf) if known else np.inf) * spread
-    moved, rests_on = _jackknife(weighted, inverse.reshape(len(centre), rows, width), rest, spread)
+        half = (quantile(np.inf) if known else np.inf) * weighted.spread
+    moved, rests_on = _jackknife(weighted, rest)
     if rows > 1 and freedom > 0:
         of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
-        half = np.maximum(half, _quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
+        half = np.maximum(half, quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
     return centre, np.where(weighted.held, np.inf, half * weighted.scale), freedom, scale, rests_on
 
 
-def _quantile(freedom: float) -> float:
-    return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
-
-
-def _jackknife(
-    weighted: LinearProblem, inverse: np.ndarray, rest: np.ndarray, spread: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _jackknife(weighted: LinearProblem, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return how scaled parameters move without each row, (P, k), and the rows that they rest on.
 
     p_(i) - p = -(A^T A)^-1 A_i^T (1 - H_ii)^-1 e_i with the residual e_i of row i and its block H_ii of
@@ -109,11 +99,10 @@ def _jackknife(
 
     Args:
         weighted: The problem with k rows.
-        inverse: Pseudoinverse of its scaled columns, (P, k, r).
         rest: Its residual, (k, r).
-        spread: Standard deviations of scaled parameters under a residual of 1, (P,).
     """
     rows, width = rest.shape
+    inverse, spread = weighted.inverse, weighted.spread
     columns = weighted.scaled.reshape(rows, width, len(inverse))
     moved, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
     for i in range(rows):
@@ -136,12 +125,9 @@ def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
         problem: The problem without weights of the loss.
         weight: Those weights, kept, (k,).
     """
-    weighted, (rows, width) = problem.weighted(weight), problem.target.shape
-    p = weighted.solve(bounded=False)
-    inverse = np.linalg.pinv(np.vstack([weighted.scaled, weighted.unseen]))
-    inverse = inverse[:, : problem.target.size].reshape(len(p), rows, width)
-    spread = np.linalg.norm(inverse, axis=(1, 2))
-    moved, _ = _jackknife(weighted, inverse, weighted.residual(p), spread)
+    weighted = problem.weighted(weight)
+    p = weighted.solve(-np.inf)
+    moved, _ = _jackknife(weighted, weighted.residual(p))
     others = p[:, None] + problem.scale[:, None] * moved
     lowest = problem.lowest
     for i in np.flatnonzero(np.any(others < lowest[:, None], axis=0)):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from elastic_robot.chain import build_chain
+from coupling.fit.parameters import RobotParameter, robot_parameters, with_values
 from elastic_robot.description import Joint, Robot, Tilt
-from elastic_robot.parameters import Parameters
-from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
@@ -22,18 +21,11 @@ class ElasticParameters:
 
     Attributes:
         robot: The robot they belong to.
-        names: As the FMU names them, joint[1].stiffness or joint[1].backlash, (P,).
-        elastic: Index of the elastic coordinate of each, (P,).
-        is_backlash: Which are half widths of backlash [rad]; the others are compliances 1/k
-            [rad/(N m)], (P,).
-        start: Values of the robot's description, (P,).
+        own: Its stiffnesses and backlashes, (P,).
     """
 
     robot: Robot
-    names: tuple[str, ...]
-    elastic: np.ndarray
-    is_backlash: np.ndarray
-    start: np.ndarray
+    own: tuple[RobotParameter, ...]
 
     @classmethod
     def of(cls, robot: Robot, torque_curve: str) -> ElasticParameters:
@@ -41,66 +33,48 @@ class ElasticParameters:
 
         A gear whose torque the curve takes from its own table has none.
         """
-        chain, given = build_chain(robot), Parameters.of(robot)
-        curve = TORQUE_CURVES[torque_curve]
-        tabled = [table is not None and curve is SplineCurve for table in given.tables]
-        coordinates = np.flatnonzero(~np.array(tabled, dtype=bool))
-        loose = np.flatnonzero((given.backlash > 0.0) & ~np.array(tabled, dtype=bool))
-        loose = loose[:0] if curve is LinearCurve else loose
-        names = (
-            *(f"{chain.elastic_names[k]}.stiffness" for k in coordinates),
-            *(f"{chain.elastic_names[k]}.backlash" for k in loose),
-        )
-        return cls(
-            robot,
-            names,
-            np.concatenate([coordinates, loose]),
-            np.repeat([False, True], [len(coordinates), len(loose)]),
-            np.concatenate([1.0 / given.stiffness[coordinates], given.backlash[loose]]),
-        )
+        return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
-    @property
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names in the FMU, joint[1].stiffness or joint[1].backlash, (P,)."""
+        return tuple(own.name for own in self.own)
+
+    @cached_property
+    def elastic(self) -> np.ndarray:
+        """Numbers of their elastic coordinates, (P,)."""
+        return np.array([own.coordinate for own in self.own], dtype=int)
+
+    @cached_property
+    def is_backlash(self) -> np.ndarray:
+        """Which are half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
+        return np.array([own.kind == "backlash" for own in self.own], dtype=bool)
+
+    @cached_property
     def is_torsion(self) -> np.ndarray:
         """Which are compliances of a joint about its own axis, (P,)."""
-        return ~np.array([".tilt[" in name or backlash for name, backlash in self._pairs()])
+        return ~self.is_backlash & [own.gear is not None for own in self.own]
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Values in the robot's description, (P,)."""
+        value = np.array([own.value for own in self.own])
+        return np.where(self.is_backlash, value, 1.0 / value)
 
     @property
     def least(self) -> np.ndarray:
         """Smallest values that the model is computed with, (P,)."""
         return np.where(self.is_backlash, LEAST_BACKLASH, LEAST_COMPLIANCE)
 
-    def parameters(self, values: np.ndarray) -> Parameters:
-        """Return the model's parameters at values of p, (P,)."""
-        given = Parameters.of(self.robot)
-        values = np.maximum(values, self.least)
-        stiffness, backlash = given.stiffness.copy(), given.backlash.copy()
-        stiffness[self.elastic[~self.is_backlash]] = 1.0 / values[~self.is_backlash]
-        backlash[self.elastic[self.is_backlash]] = values[self.is_backlash]
-        return replace(given, stiffness=stiffness, backlash=backlash)
-
     def described(self, values: np.ndarray) -> Robot:
         """Return the robot with values of p, (P,)."""
-        changed = self.parameters(values)
-        joints, k = [], 0
-        for joint in self.robot.joints:
-            if joint.stiffness is not None:
-                stiffness, backlash = float(changed.stiffness[k]), float(changed.backlash[k])
-                joint = replace(joint, stiffness=stiffness, backlash=backlash)
-                k += 1
-            tilts = []
-            for tilt in joint.tilt:
-                tilts.append(replace(tilt, stiffness=float(changed.stiffness[k])))
-                k += 1
-            joints.append(replace(joint, tilt=tuple(tilts)))
-        return replace(self.robot, joints=tuple(joints))
+        written = self.in_units(np.maximum(values, self.least)).tolist()
+        return with_values(self.robot, dict(zip(self.names, written, strict=True)))
 
     def in_units(self, values: np.ndarray) -> np.ndarray:
         """Return stiffnesses [N m/rad] in the place of compliances; infinite for none."""
         with np.errstate(divide="ignore"):
             return np.where(self.is_backlash, values, 1.0 / np.maximum(values, 0.0))
-
-    def _pairs(self) -> list[tuple[str, bool]]:
-        return list(zip(self.names, self.is_backlash.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -117,13 +91,14 @@ class Candidate:
     joint: int
     axis: tuple[float, ...] | None
 
-    def added_to(self, robot: Robot, value: float) -> Robot:
-        """Return the robot with this parameter.
+    def added_to(self, robot: Robot, value: float) -> tuple[Robot, str]:
+        """Return the robot with this parameter, and the parameter's name in the FMU.
 
         Args:
             robot: The robot.
             value: Compliance [rad/(N m)] or half width [rad].
         """
+        own = self.name
         joint = robot.joints[self.joint]
         if self.axis is None:
             changed = replace(joint, backlash=max(value, LEAST_BACKLASH))
@@ -132,8 +107,9 @@ class Candidate:
             ratio = joint.damping / joint.stiffness if joint.stiffness else 0.0
             tilt = Tilt(self.axis, stiffness, ratio * stiffness)
             changed = replace(joint, tilt=(*joint.tilt, tilt))
+            own = f"joint[{self.joint + 1}].tilt[{len(changed.tilt)}].stiffness"
         joints = (*robot.joints[: self.joint], changed, *robot.joints[self.joint + 1 :])
-        return replace(robot, joints=joints)
+        return replace(robot, joints=joints), own
 
 
 def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:

@@ -40,7 +40,7 @@ def figures(found: Identification) -> dict[str, Any]:
                 "low": _number(parameter.low),
                 "high": _number(parameter.high),
                 "written": _number(float(written[j])),
-                "identified": parameter.identified,
+                "identified": parameter.identifiable,
                 "added": parameter.name in found.added,
                 "reason": parameter.reason,
                 "support": None if parameter.support is None else _support(parameter.support),

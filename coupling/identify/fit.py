@@ -126,7 +126,7 @@ def _rigid_fit(
         white = whitening(noise, rigid.by_wrench)
         columns = white @ rigid.by_parameter
         target = np.einsum("kij,kj->ki", white, measured.deflection)
-        problem = LinearProblem.of(columns, target, elasticity.start, elasticity.start)
+        problem = LinearProblem.of(columns, target, elasticity.start)
         values, _ = solved(problem, loss)
     return values, problem
 

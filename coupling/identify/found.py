@@ -83,7 +83,7 @@ class Identification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.fit.converged:
             return f"the fit has not converged: {self.fit.reason}"
-        if not any(parameter.identified for parameter in self.parameters):
+        if not any(parameter.identifiable for parameter in self.parameters):
             return "nothing is identified"
         if not np.isfinite(self.rms_written):
             return "with the values that would be kept the robot finds no rest under these loads"

@@ -64,22 +64,24 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
     added: list[str] = []
     for name in options.add:
         if name != SUPPORTED:
-            robot = _with(robot, measured, options, name)
-            added.append(_own_name(robot, name))
+            robot, own = _with(robot, measured, options, name)
+            added.append(own)
     found = _once(robot, measured, options, tuple(added), rms_start)
     while SUPPORTED in options.add:
         best = [further for further in found.further if further.support.supported]
         if not best:
             break
         chosen = min(best, key=lambda further: further.support.within)
-        robot = chosen.candidate.added_to(robot, chosen.value)
-        added.append(_own_name(robot, chosen.candidate.name))
+        robot, own = chosen.candidate.added_to(robot, chosen.value)
+        added.append(own)
         found = _once(robot, measured, options, tuple(added), rms_start)
     return found
 
 
-def _with(robot: Robot, measured: Measurements, options: IdentifyOptions, name: str) -> Robot:
-    """Return the robot with a candidate, at the value that fits beside the others."""
+def _with(
+    robot: Robot, measured: Measurements, options: IdentifyOptions, name: str
+) -> tuple[Robot, str]:
+    """Return the robot with a candidate, at the value that fits beside the others, and its name."""
     known = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
     if name not in known:
         raise IdentifyError(f"--add: {one_of([SUPPORTED, *known], name)}")
@@ -87,15 +89,6 @@ def _with(robot: Robot, measured: Measurements, options: IdentifyOptions, name: 
     fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
     (further,) = _further(fit, measured, options, [known[name]])
     return known[name].added_to(robot, further.value)
-
-
-def _own_name(robot: Robot, name: str) -> str:
-    """Return the parameter's name of a candidate that a robot has now."""
-    joint, _, what = name.partition(".")
-    if what == "backlash":
-        return name
-    number = int(joint.removeprefix("joint[").removesuffix("]"))
-    return f"{joint}.tilt[{len(robot.joints[number - 1].tilt)}].stiffness"
 
 
 def _once(
@@ -114,7 +107,7 @@ def _once(
     supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
     telling = separability(fit.rigid, elasticity.names)
     parameters = judged(fit, sure, supports, telling)
-    identified = np.array([p.identified for p in parameters])
+    identified = np.array([p.identifiable for p in parameters])
     kept = elasticity.start.copy()
     for j, name in enumerate(elasticity.names):
         if name in added and not identified[j]:
@@ -160,7 +153,7 @@ def _beside(
     problem = fit.problem.weighted(fit.weight)
     rest = problem.residual(np.where(identified, 0.0, kept))
     own = replace(problem.only(identified), target=rest)
-    written[identified] = own.within(sure.low[identified], sure.high[identified])
+    written[identified] = own.solve(sure.low[identified], sure.high[identified])
     return written
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.fit.verdict import ParameterVerdict
 from coupling.identify.accuracy import ConfidenceIntervals
 from coupling.identify.fit import StaticFit
 from coupling.identify.separable import Separability
@@ -14,28 +15,19 @@ from coupling.identify.support import Evidence
 
 
 @dataclass(frozen=True)
-class IdentifiedParameter:
-    """A parameter and what the measurements tell of it.
+class IdentifiedParameter(ParameterVerdict):
+    """A parameter and what the measurements tell of it: a stiffness [N m/rad], or a backlash.
 
     Attributes:
-        name: As the FMU names it.
-        is_backlash: Whether its numbers are half widths [rad]; else they are stiffnesses [N m/rad].
-        start, value: Of the start file and of the fit.
-        low, high: 95 % interval; infinite where nothing bounds it.
-        identified: Whether the value may be written.
-        reason: Why not, in words; "" if it may.
-        support: Of a tilt or backlash: what the tests say.
+        support: F test and leave-one-out of a tilt or backlash; None for torsions.
     """
 
-    name: str
-    is_backlash: bool
-    start: float
-    value: float
-    low: float
-    high: float
-    identified: bool
-    reason: str
     support: Evidence | None
+
+    @property
+    def is_backlash(self) -> bool:
+        """Whether its numbers are half widths of backlash [rad]."""
+        return self.parameter.kind == "backlash"
 
 
 def judged(
@@ -53,29 +45,16 @@ def judged(
         telling: What postures and loads can tell.
     """
     own = fit.elasticity
-    value, start = own.in_units(fit.values), own.in_units(own.start)
     # Compliances turn round: the largest one is the smallest stiffness.
-    first, last = own.in_units(sure.low), own.in_units(sure.high)
+    ends = np.sort([own.in_units(sure.low), own.in_units(sure.high)], axis=0)
+    numbers = np.array([own.in_units(fit.values), *ends]).T.tolist()
     found = []
-    for j, name in enumerate(own.names):
-        reason = _reason(fit, sure, telling, j)
-        tested = supports.get(j)
+    for j, parameter in enumerate(own.own):
+        reason, tested = _reason(fit, sure, telling, j), supports.get(j)
         if not reason and tested is not None and not tested.supported:
             reason = tested.in_words()
-        low, high = sorted((float(first[j]), float(last[j])))
-        found.append(
-            IdentifiedParameter(
-                name,
-                bool(own.is_backlash[j]),
-                float(start[j]),
-                float(value[j]),
-                low,
-                high,
-                not reason,
-                reason,
-                tested,
-            )
-        )
+        value, low, high = numbers[j]
+        found.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
     return tuple(found)
 
 

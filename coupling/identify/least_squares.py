@@ -39,7 +39,7 @@ class LinearProblem:
         scale: What a scaled parameter of 1 is, 1 over the length of its column; 0 where that is no
             column beside the others, (P,).
         unseen: Directions of the scaled parameters that change nothing, (d, P).
-        signed: Number of parameters, the last ones, that may be negative.
+        lowest: Lower bounds of p, 0 or minus infinity, (P,).
     """
 
     columns: np.ndarray
@@ -48,23 +48,16 @@ class LinearProblem:
     size: np.ndarray
     scale: np.ndarray
     unseen: np.ndarray
-    signed: int = 0
-
-    @property
-    def lowest(self) -> np.ndarray:
-        """Bounds of p: 0, or minus infinity, (P,)."""
-        return np.where(np.arange(len(self.start)) < len(self.start) - self.signed, 0.0, -np.inf)
+    lowest: np.ndarray
 
     @classmethod
-    def of(
-        cls, columns: np.ndarray, target: np.ndarray, start: np.ndarray, size: np.ndarray
-    ) -> LinearProblem:
-        """Return a problem with its scale and what it does not see."""
+    def of(cls, columns: np.ndarray, target: np.ndarray, start: np.ndarray) -> LinearProblem:
+        """Return a problem of parameters that are usually as large as at the start, and not negative."""
         lengths = np.linalg.norm(columns.reshape(-1, columns.shape[-1]), axis=0)
-        effect = lengths * size
+        effect = lengths * start
         seen = effect > _NO_COLUMN * effect.max(initial=0.0)
         scale = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=seen)
-        bare = cls(columns, target, start, size, scale, np.empty((0, len(start))))
+        bare = cls(columns, target, start, start, scale, np.empty((0, len(start))), 0.0 * start)
         values, directions = bare.decomposition
         return replace(bare, unseen=directions[values <= UNSEEN * values.max(initial=0.0)])
 
@@ -110,7 +103,7 @@ class LinearProblem:
             self.size[chosen],
             self.scale[chosen],
             left[:, taking_part:].T @ self.unseen[:, chosen],
-            int(np.count_nonzero(chosen & np.isinf(self.lowest))),
+            self.lowest[chosen],
         )
 
     def also(self, column: np.ndarray, size: float, signed: bool = False) -> LinearProblem:
@@ -119,7 +112,7 @@ class LinearProblem:
         Args:
             column: Its whitened column, (k, r).
             size: Its usual size.
-            signed: Whether it may be negative; those after it are as well.
+            signed: Whether it may be negative.
         """
         length = float(np.linalg.norm(column))
         effect = np.divide(
@@ -134,7 +127,7 @@ class LinearProblem:
             np.append(self.size, size),
             np.append(self.scale, 1.0 / length if seen else 0.0),
             held,
-            self.signed + signed,
+            np.append(self.lowest, -np.inf if signed else 0.0),
         )
         values, directions = _decomposed(np.vstack([wider.scaled, held]))
         alike = directions[values <= UNSEEN * values.max(initial=0.0)]
@@ -148,39 +141,38 @@ class LinearProblem:
         """Return z - A p, (k, r)."""
         return self.target - self.columns @ p
 
-    def solve(self, bounded: bool = True) -> np.ndarray:
-        """Return p, within its bounds where `bounded`, (P,)."""
-        matrix, rest = self._equations()
-        step: np.ndarray = np.linalg.lstsq(matrix, rest, rcond=None)[0]
-        found = self.start + self.scale * step
-        lowest = self.lowest
-        if not bounded or np.all(found >= lowest):
-            return found
-        low = np.full(len(step), -np.inf)
-        bound = (self.scale > 0.0) & np.isfinite(lowest)
-        low[bound] = -self.start[bound] / self.scale[bound]
-        low -= 1e-12 * (low == 0.0)  # bounds have to leave room
-        active = lsq_linear(matrix, rest, (low, np.inf), method="bvls").active_mask < 0
-        step = np.where(active, low, 0.0)
-        rest = rest - matrix @ step
-        step[~active] = np.linalg.lstsq(matrix[:, ~active], rest, rcond=None)[0]
-        return np.where(active, 0.0, np.maximum(self.start + self.scale * step, lowest))
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """Pseudoinverse of the scaled columns, with what is not seen held, (P, k, r)."""
+        inverse = np.linalg.pinv(np.vstack([self.scaled, self.unseen]))
+        return inverse[:, : self.target.size].reshape(-1, *self.target.shape)
 
-    def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Return the p between two bounds that solves best, (P,); low < high."""
-        scale = np.where(self.scale > 0.0, self.scale, 1.0)
-        found = self.solve()
-        if np.array_equal(np.clip(found, low, high), found):
-            return found
-        bounds = ((low - self.start) / scale, (high - self.start) / scale)
-        step = lsq_linear(*self._equations(), bounds, method="bvls").x
-        return np.clip(self.start + scale * step, low, high)
+    @property
+    def spread(self) -> np.ndarray:
+        """Standard deviations of scaled parameters under residuals of 1, (P,)."""
+        return np.linalg.norm(self.inverse, axis=(1, 2))
 
-    def _equations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return matrix and right side of the scaled step from the start."""
-        # The last ones hold what is not seen; they take part in nothing else.
+    def solve(
+        self, low: np.ndarray | float | None = None, high: np.ndarray | float = np.inf
+    ) -> np.ndarray:
+        """Return the p between two bounds that solves best, (P,).
+
+        Args:
+            low: Lower bounds, (P,) or one for all; None: `lowest`.
+            high: Upper bounds, above the lower ones.
+        """
+        low = self.lowest if low is None else low
+        # The last rows hold what is not seen; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
-        return matrix, np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        found: np.ndarray = self.start + self.scale * np.linalg.lstsq(matrix, rest, rcond=None)[0]
+        if np.all((low <= found) & (found <= high)):
+            return found
+        scale = np.where(self.scale > 0.0, self.scale, 1.0)
+        bounds = ((low - self.start) / scale, (high - self.start) / scale)
+        bounded = lsq_linear(matrix, rest, bounds, method="bvls")
+        found = np.where(bounded.active_mask < 0, low, self.start + self.scale * bounded.x)
+        return np.clip(found, low, high)
 
 
 def _decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

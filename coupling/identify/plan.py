@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
-from scipy.stats import t as student
 
 from coupling.errors import IdentifyError
+from coupling.fit.verdict import quantile
 from coupling.identify.elastic import ElasticParameters
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import MeasurementNoise, whitening
@@ -228,5 +228,5 @@ def _halves(information: np.ndarray, numbers: int) -> np.ndarray:
     freedom = numbers - len(information)
     if freedom <= 0:
         return np.full(len(information), np.inf)
-    half: np.ndarray = student.ppf(0.975, freedom) * deviation
+    half: np.ndarray = quantile(freedom) * deviation
     return np.where(half > 1e-2 / np.sqrt(_NOTHING_KNOWN), np.inf, half)

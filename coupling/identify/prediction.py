@@ -24,6 +24,7 @@ from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import Acting, Load
@@ -87,15 +88,10 @@ def candidate_columns(
     """Return what a unit of each candidate adds to the rigid prediction, (k, r, candidates)."""
     columns = np.empty((measured.count, measured.rows, len(found)))
     for number, candidate in enumerate(found):
-        with_it = ElasticParameters.of(candidate.added_to(robot, 1e-6), torque_curve)
-        own = [
-            p
-            for p, name in enumerate(with_it.names)
-            if name.startswith(f"joint[{candidate.joint + 1}]")
-            and ((".tilt[" in name) if candidate.axis else name.endswith("backlash"))
-        ][-1]
-        prediction = rigid_prediction(with_it, measured, with_it.start)
-        columns[:, :, number] = prediction.by_parameter[:, :, own]
+        with_it, name = candidate.added_to(robot, 1e-6)
+        wider = ElasticParameters.of(with_it, torque_curve)
+        prediction = rigid_prediction(wider, measured, wider.start)
+        columns[:, :, number] = prediction.by_parameter[:, :, wider.names.index(name)]
     return columns
 
 
@@ -177,7 +173,7 @@ class StaticModel:
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
         """
-        parameters = self._elasticity.parameters(values)
+        parameters = Parameters.of(self._elasticity.described(values))
         for robot in self._robots.values():
             robot.parameters = parameters
         rows = [self._row(k) for k in range(self._measured.count)]

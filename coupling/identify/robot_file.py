@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.files.robot_edit import RobotEdit, place_of
-from coupling.files.robot_file import axes_of_file
+from coupling.fit.robot_file import FileEntry, fitted_text
 from coupling.identify.found import Identification, rms
 from coupling.identify.judge import IdentifiedParameter
 
@@ -28,35 +27,23 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
     """
     if found.refusal:
         raise IdentifyError(f"{target}: not written: {found.refusal}")
-    file = RobotEdit(start, found.robot)
-    axes = axes_of_file(start)
-    for parameter, value in zip(found.parameters, _values(found), strict=True):
-        joint, tilt = place_of(parameter.name)
-        is_new = parameter.name in found.added
-        if is_new and not parameter.identified:
-            continue
-        if is_new and tilt:
-            description = found.robot.joints[joint - 1].tilt[tilt - 1]
-            axis = np.round(axes[joint - 1].T @ description.axis, 15) + 0.0
-            new = {"axis": axis.tolist(), "stiffness": value, "damping": description.damping}
-            sources = {
-                "axis": "tested by elastic-robot identify",
-                "damping": "the ratio to the stiffness that the joint itself has",
-            }
-            file.add_tilt(joint, new, sources)
-        if parameter.identified:
-            file.change(parameter.name, value, f"identified, {source}")
-        file.remark(parameter.name, _remark(parameter, found))
-    return file.text(_head(found, start, source), target)
-
-
-def _values(found: Identification) -> list[float]:
-    """Return the written values in the file's units."""
-    return [float(value) for value in found.fit.elasticity.in_units(found.written)]
+    written = found.fit.elasticity.in_units(found.written).tolist()
+    entries = [
+        FileEntry(
+            parameter.name,
+            value if parameter.identifiable else None,
+            _remark(parameter),
+            parameter.name in found.added,
+        )
+        for parameter, value in zip(found.parameters, written, strict=True)
+        if parameter.identifiable or parameter.name not in found.added
+    ]
+    head = _head(found, start, source)
+    return fitted_text(start, found.robot, entries, f"identified, {source}", head, target)
 
 
 def _head(found: Identification, start: Path, source: str) -> str:
-    kept = [p.name for p in found.parameters if not p.identified and p.name not in found.added]
+    kept = [p.name for p in found.parameters if not p.identifiable and p.name not in found.added]
     return (
         f"Made from {start.name} by elastic-robot identify: {source}.\n"
         f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components, rows left out"
@@ -66,8 +53,8 @@ def _head(found: Identification, start: Path, source: str) -> str:
     )
 
 
-def _remark(parameter: IdentifiedParameter, found: Identification) -> str:
-    if parameter.identified:
+def _remark(parameter: IdentifiedParameter) -> str:
+    if parameter.identifiable:
         return f"95 %: {parameter.low:.4g} to {parameter.high:.4g}"
     at_least = f"; 95 %: {parameter.low:.4g} or more" if np.isfinite(parameter.low) else ""
     if parameter.is_backlash or parameter.low == 0.0:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import qr
 
 from coupling.identify.least_squares import LinearProblem
 
@@ -91,16 +92,9 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
 
 def _reduced(directions: np.ndarray) -> np.ndarray:
     """Return directions that span the same, each with a parameter of its own and few others."""
-    rows = directions.copy()
-    free = list(range(len(rows)))
-    while free:
-        i, j = divmod(int(np.argmax(np.abs(rows[free]))), rows.shape[1])
-        pivot = free.pop(i)
-        rows[pivot] /= rows[pivot, j]
-        for other in range(len(rows)):
-            if other != pivot:
-                rows[other] -= rows[other, j] * rows[pivot]
-    return rows
+    _, order = qr(directions, mode="r", pivoting=True)
+    reduced: np.ndarray = np.linalg.solve(directions[:, order[: len(directions)]], directions)
+    return reduced
 
 
 def _named(

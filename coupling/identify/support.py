@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
+from coupling.fit.verdict import quantile
 from coupling.identify.accuracy import left_out
 from coupling.identify.least_squares import LinearProblem
 
@@ -175,23 +176,16 @@ def common_loss(
     way[:, 3:] = 0.0
     length = np.linalg.norm(way, axis=1, keepdims=True)
     way = np.divide(-way, length, out=np.zeros_like(way), where=length > 0.0)
-    extended = problem.also(np.einsum("kij,kj->ki", white, way), _SMALL, signed=True).weighted(
-        weight
-    )
+    column = np.einsum("kij,kj->ki", white, way)
+    extended = problem.also(column, _SMALL, signed=True).weighted(weight)
     freedom = problem.target.size - extended.rank
     if extended.rank == problem.rank or freedom <= 0:
         return None
-    found = extended.solve(bounded=False)
+    found = extended.solve(-np.inf)
     variance = float(np.sum(extended.residual(found) ** 2)) / freedom
-    inverse = np.linalg.pinv(np.vstack([extended.scaled, extended.unseen]))
-    deviation = float(
-        np.linalg.norm(inverse[-1, : problem.target.size]) * extended.scale[-1] * np.sqrt(variance)
-    )
+    deviation = float(extended.spread[-1] * extended.scale[-1] * np.sqrt(variance))
     if not deviation > 0.0:
         return None
     value = float(found[-1])
-    return CommonLoss(
-        value,
-        float(student.ppf(0.975, freedom)) * deviation,
-        float(2.0 * student.sf(abs(value) / deviation, freedom)),
-    )
+    probability = float(2.0 * student.sf(abs(value) / deviation, freedom))
+    return CommonLoss(value, quantile(freedom) * deviation, probability)

@@ -41,11 +41,12 @@ def warnings(found: Identification) -> list[str]:
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"
         f" {p.low:.4g} to {p.high:.4g}"
         for p, against in zip(found.parameters, found.intervals.against, strict=True)
-        if not (p.identified or against or p.name in found.added) and not p.low <= p.start <= p.high
+        if not (p.identifiable or against or p.name in found.added)
+        and not p.low <= p.start <= p.high
     ]
     rests: dict[int, list[str]] = {}
     for parameter, row in zip(found.parameters, found.intervals.rests_on.tolist(), strict=True):
-        if row >= 0 and parameter.identified:
+        if row >= 0 and parameter.identifiable:
             rests.setdefault(row, []).append(parameter.name)
     said += [f"{', '.join(own)} rest on {measured.names[row]} alone" for row, own in rests.items()]
     if found.noise.known and found.intervals.freedom > 0:

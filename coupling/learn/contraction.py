@@ -12,12 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
+from scipy.linalg import eigh
 
 from coupling.errors import LearnError
-from elastic_robot.chain import build_chain
+from coupling.inverse.link_model import LinkModel
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameters import Parameters
 
 # Part of what is estimated that is corrected at most: all of it.
@@ -67,23 +66,22 @@ class Responses:
             stiffness, damping: Factors of the elastic coordinates of each robot, (r, m).
             frequency: [Hz], (f,).
         """
-        chain, nominal = build_chain(robot), Parameters.of(robot)
-        data = chain.model.createData()
+        model, nominal = LinkModel(robot), Parameters.of(robot)
+        chain = model.chain
+        theta = np.array([chain.theta(angles) for angles in postures])
+        rest = np.zeros_like(theta)
+        _, by = model.linearised(theta, rest, rest, np.zeros((len(theta), 6)))
         ratios, lowest = [], np.inf
-        for angles in postures:
-            theta = chain.theta(angles)
-            mass = pin.crba(chain.model, data, theta)
-            mass = np.triu(mass) + np.triu(mass, 1).T
-            jacobian = tcp_jacobian(chain, data, theta)
+        for mass, jacobian in zip(by.load[:, 2, chain.elastic], by.jacobian, strict=True):
             own = _Posture(
-                mass[np.ix_(chain.elastic, chain.elastic)],
-                mass[np.ix_(chain.elastic, chain.drive)],
+                mass[:, chain.elastic],
+                mass[:, chain.drive],
                 jacobian[:, chain.elastic],
                 jacobian[:, chain.drive],
             )
             lowest = min(lowest, own.lowest_mode(nominal.stiffness))
-            model = own.response(nominal.stiffness, nominal.damping, frequency)
-            inverse = np.linalg.pinv(model)[..., :3]
+            nominally = own.response(nominal.stiffness, nominal.damping, frequency)
+            inverse = np.linalg.pinv(nominally)[..., :3]
             for k, d in zip(stiffness, damping, strict=True):
                 true = own.response(k * nominal.stiffness, d * nominal.damping, frequency)
                 ratios.append(true[:, :3] @ inverse)
@@ -124,8 +122,8 @@ class _Posture:
         """Return the lowest eigenfrequency without damping [Hz]."""
         if not len(stiffness):
             return np.inf
-        squares = np.linalg.eigvals(np.linalg.solve(self.mass, np.diag(stiffness))).real
-        return float(np.sqrt(squares.min()) / (2.0 * np.pi))
+        squares = eigh(np.diag(stiffness), self.mass, eigvals_only=True, subset_by_index=(0, 0))
+        return float(np.sqrt(squares[0]) / (2.0 * np.pi))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
 
 Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
-equation (`coupling.learn.effect`) or of simulations (`coupling.learn.secant`).
+equation or of simulations (`coupling.learn.effect`).
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ class Descent:
             mean, own = self.slow[number], problem.own(now.z, number)
             # Columns are slow: taken at the means' own times they are their own means.
             time = mean.time + own[6]
-            columns = effects[number].columns(now.z[:count], one.seen.time + own[6])
+            columns = effects[number](now.z[:count], one.seen.time + own[6])
             path = now.simulated[number]
             residual = self._residuals[number]
             frame = residual.by_frame(path, time, problem.frame_size)

@@ -4,7 +4,7 @@ All of a pass at once has local minima beside the valley: where a gear crosses i
 not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
 What a crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
-is tried again from beside it (`coupling.learn.frozen`) before it looks any further.
+is tried again from beside it (`steps_aside`) before it looks any further.
 
 So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
 fit goes on with rows that count as their noise says, and as what is left over noise says
@@ -13,17 +13,17 @@ fit goes on with rows that count as their noise says, and as what is left over n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
+from coupling.fit.parameters import RobotParameter
 from coupling.learn.descent import FLOOR, MOST_PASSES, SETTLED, Descent, DescentPoint
-from coupling.learn.frozen import FrozenDerivatives, steps_aside
-from coupling.learn.horizon import next_horizon
+from coupling.learn.effect import SecantEffect, side_by_side
+from coupling.learn.parameters import prior_of
 from coupling.learn.problem import FitProblem
-from coupling.learn.secant import SecantEffect
-from coupling.learn.side_by_side import side_by_side
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 from coupling.learn.unexplained import UnexplainedPart
 from coupling.robot.robot_fmu import RobotFmu
@@ -38,6 +38,17 @@ _COUNTED = 2
 _LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
+# Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
+# narrow, and the first passes may have led to the wrong side of what was known.
+_STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
+_SIZES = (1.0 / 3.0, 2.0 / 3.0)
+# What is looked at first [s], by how much more at least, and how far behind where noise ends.
+_FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
+# By which part more at least where what was looked at stays unexplained, as where a gear is in its
+# backlash without load: else a fit that comes to nothing takes longest.
+_STRIDE = 0.5
+# Means over so long [s] that are so many times noise are no longer explained.
+_OVER, _FAR = 0.2, 2.0
 
 
 @dataclass(frozen=True)
@@ -203,9 +214,8 @@ def _sides(
     problem, count = part.problem, len(part.problem.parameters)
     times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
     x = now.z[:count]
-    held = [
-        FrozenDerivatives(own.columns(x, time)) for own, time in zip(secants, times, strict=True)
-    ]
+    values = [own(x, time) for own, time in zip(secants, times, strict=True)]
+    held = [lambda x, time, own=own: own for own in values]
     shown = {int(k) for own in secants for k in own.shown}
     gears = steps_aside(problem.parameters, shown)
 
@@ -217,3 +227,70 @@ def _sides(
     ordered = iter(side_by_side(problem.fmus, all_steps, tried))
     found = [min((next(ordered) for _ in steps), key=lambda own: own.cost) for steps in gears]
     yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
+
+
+def steps_aside(
+    parameters: Sequence[RobotParameter], shown: Collection[int]
+) -> list[list[np.ndarray]]:
+    """Return steps of log factors to both sides, for every gear whose backlash is shown.
+
+    What a gear's crossing takes is 2 B d: its backlash and its damping pull against each other, and
+    along that local minima lie one behind the other.  So a gear is taken to both sides along it, and in
+    its damping alone.
+
+    Args:
+        parameters: What is learned.
+        shown: Numbers of the parameters that matter.
+
+    Returns:
+        For each gear whose backlash and damping matter its steps, (P,).
+    """
+    of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
+    prior = prior_of(tuple(parameters))
+    found = []
+    for gear in sorted({own.gear for own in parameters if own.gear is not None}):
+        pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
+        if len(pair) < 2:
+            continue
+        steps = []
+        for size, signs in product(_SIZES, _STEPS):
+            step = np.zeros(len(parameters))
+            step[pair] = size * prior[pair] * signs
+            steps.append(step)
+        found.append(steps)
+    return found
+
+
+def next_horizon(
+    slow: Sequence[np.ndarray],
+    means: Sequence[SlowPart],
+    noise: float,
+    before: float,
+    explained: bool = True,
+) -> float:
+    """Return how far to look next [s], of every pass; infinite where all is explained or looked at.
+
+    Args:
+        slow: Slow parts of what is left of the passes [m], (k, 3) or (k, 6).
+        means: Their times.
+        noise: What noise alone would leave of them [m], rms.
+        before: How far was looked before [s]; 0 in the beginning.
+        explained: Whether that was explained.
+    """
+    least = _LEAST if explained else max(_LEAST, _STRIDE * before)
+    ends = [_explained(rest, mean, noise, before) for rest, mean in zip(slow, means, strict=True)]
+    if min(ends) == np.inf:
+        return np.inf
+    seconds = max(min(ends) + _BEHIND, before + least, _FIRST)
+    longest = max(float(np.ptp(mean.time)) for mean in means)
+    return seconds if seconds < longest else np.inf
+
+
+def _explained(rest: np.ndarray, mean: SlowPart, noise: float, before: float) -> float:
+    """Return when more than noise is left of a pass for the first time behind what was looked at [s]."""
+    since = mean.time - mean.time[0]
+    squares = np.sum(rest[:, :3] ** 2, axis=1)
+    count = max(1, round(_OVER * len(since) / max(float(since[-1]), _OVER)))
+    over = np.convolve(squares, np.ones(count) / count, mode="same") > (_FAR * noise) ** 2
+    late = over & (since > before)
+    return float(since[np.argmax(late)]) if late.any() else np.inf

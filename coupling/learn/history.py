@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.errors import LearnError
+from coupling.fit.parameters import RobotParameter, robot_parameters
 from coupling.learn.device import FrameKnown
 from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.measurement import Measurement, SimulatedPath
-from coupling.learn.parameters import Learnable, changed, factors_between, learnables
+from coupling.learn.parameters import changed, factors_between
 from coupling.learn.source import MeasuredFile, require_alike
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
@@ -34,7 +35,7 @@ class History:
     """
 
     runs: tuple[MeasuredRun, ...]
-    parameters: tuple[Learnable, ...]
+    parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
     _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
@@ -55,7 +56,7 @@ class History:
         first = sources[0]
         own = cls(
             (),
-            learnables(first.robot, first.torque_curve),
+            robot_parameters(first.robot, first.torque_curve),
             models.of(first.robot, first.torque_curve).fmu,
         )
         for source in sources:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.fit.parameters import RobotParameter
+from coupling.fit.verdict import ParameterVerdict
 from coupling.inverse.diagnosis import GearDiagnosis
-from coupling.learn.parameters import Learnable
 
 # A parameter is identifiable where its error is below this part of what was known before.
-_TOLD = 0.5
+_IDENTIFIABLE = 0.5
 # What a parameter's prior deviation does to the tool does not matter below this [m]; less a constant, as
 # the measuring frame takes one anyway.
 _MATTERS = 2e-6
@@ -24,26 +25,20 @@ _SMALLER = float(np.sqrt(2.0))
 
 
 @dataclass(frozen=True)
-class LearnedParameter:
+class LearnedParameter(ParameterVerdict):
     """Verdict on one parameter.
 
     Attributes:
-        parameter: Which.
-        factor: Factor of the robot file's value that fits best.
-        low, high: Ends of the 95 % interval of the factor.
-        identifiable: Whether the runs measured tell it.
-        effect: What its prior standard deviation does to the tool along the passes, less a constant: rms
-            of the slow part [m].
-        reason: Why it is not identifiable, or "".
+        effect: Effect of its prior standard deviation on the tool along the runs measured, less a
+            constant: rms of the slow part [m].
     """
 
-    parameter: Learnable
-    factor: float
-    low: float
-    high: float
-    identifiable: bool
     effect: float
-    reason: str = ""
+
+    @property
+    def factor(self) -> float:
+        """Fitted value by that of the robot file."""
+        return self.value / self.start
 
     @property
     def significant(self) -> bool:
@@ -52,17 +47,17 @@ class LearnedParameter:
 
     @property
     def written(self) -> float:
-        """Factor in the robot as written: 1 where the path does not depend on it.
+        """Value in the robot as written: the file's where the path does not depend on it.
 
         What hardly matters by itself is written as it fits best beside the others: these make up for
         it, and a dozen such left out are missed.
         """
         moves = self.effect >= _MOVES or self.parameter.vibrates
-        return self.factor if self.identifiable or moves else 1.0
+        return self.value if self.identifiable or moves else self.start
 
 
 def judged(
-    parameters: Sequence[Learnable],
+    parameters: Sequence[RobotParameter],
     x: np.ndarray,
     deviation: np.ndarray,
     half: np.ndarray,
@@ -83,24 +78,17 @@ def judged(
     """
     verdicts = []
     for k, parameter in enumerate(parameters):
-        identifiable = bool(deviation[k] < _TOLD * prior[k])
-        width = min(float(half[k]), 1.96 * float(prior[k])) if not identifiable else float(half[k])
+        identifiable, width = deviation[k] < _IDENTIFIABLE * prior[k], half[k]
+        if not identifiable:
+            width = min(width, 1.96 * prior[k])
+        ends = np.exp(x[k] + width * np.array([0.0, -1.0, 1.0]))
+        value, low, high = (parameter.value * ends).tolist()
         reason = "" if identifiable else _reason(parameter, float(effect[k]), gears)
-        verdicts.append(
-            LearnedParameter(
-                parameter,
-                float(np.exp(x[k])),
-                float(np.exp(x[k] - width)),
-                float(np.exp(x[k] + width)),
-                identifiable,
-                float(effect[k]),
-                reason,
-            )
-        )
+        verdicts.append(LearnedParameter(parameter, value, low, high, reason, float(effect[k])))
     return tuple(verdicts)
 
 
-def _reason(parameter: Learnable, effect: float, gears: Sequence[GearDiagnosis]) -> str:
+def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagnosis]) -> str:
     if effect >= _MATTERS:
         return "not distinguishable from the others"
     stays = parameter.gear is not None and gears[parameter.gear].changes == 0

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
+from coupling.fit.parameters import robot_parameters, with_values
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.descent import size_of
@@ -17,7 +18,7 @@ from coupling.learn.effect import ParameterEffect
 from coupling.learn.fit import Fitter, ParameterFit
 from coupling.learn.judge import LearnedParameter, discrepancy, floating, judged, missing
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
+from coupling.learn.parameters import factors_between, prior_of, robot_with
 from coupling.learn.problem import FitProblem, FramePrior
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import MeasuredFile, require_alike
@@ -86,8 +87,9 @@ class Learned:
     @property
     def robot(self) -> Robot:
         """The robot as written."""
-        x = np.log([own.written for own in self.parameters])
-        return robot_with(self.sources[0].robot, tuple(p.parameter for p in self.parameters), x)
+        return with_values(
+            self.sources[0].robot, {own.name: own.written for own in self.parameters}
+        )
 
     @property
     def left(self) -> tuple[float, float]:
@@ -186,7 +188,7 @@ def _learned(
         own = models.of(source.robot, source.torque_curve).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         passes.append(source.whole(options.own_frame, model))
-    parameters = learnables(first.robot, first.torque_curve)
+    parameters = robot_parameters(first.robot, first.torque_curve)
     effects = []
     for number, one in enumerate(passes):
         watch(Progress("learning: what the parameters do", number, len(passes) + 1))
@@ -222,7 +224,7 @@ def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     squares = np.zeros(len(x))
     for effect, one in zip(problem.effects, problem.passes, strict=True):
         mean = SlowPart.of(one.seen.time)
-        columns = mean(effect.columns(x, one.seen.time)[:, :3])
+        columns = mean(effect(x, one.seen.time)[:, :3])
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
         squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.passes)
     return np.sqrt(squares)

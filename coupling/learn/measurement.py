@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
+from coupling.errors import LearnError
+from coupling.files.measured_table import MeasuredTable
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -16,6 +19,11 @@ from coupling.robot.robot_fmu import RobotFmu
 
 # How far behind the last sample a pass is simulated, as its clock may be off [s].
 _CLOCK = 0.3
+_TIME, _POSITION, _ROTATION = ("time",), ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+# A quaternion is of length 1 to this.
+_UNIT = 1e-2
+# Fewest rows that can be a pass.
+_FEWEST = 20
 
 
 @dataclass(frozen=True)
@@ -130,3 +138,31 @@ class SimulatedPath:
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
         return np.clip(time, self.path.time[0], self.path.time[-1])
+
+
+def read_seen(path: Path) -> Measurement:
+    """Read where a tool was seen (columns: docs/learn.md).
+
+    Args:
+        path: CSV file; lines that begin with # are comments, other columns are ignored.
+
+    Raises:
+        LearnError: With file, line, column, what was expected and what was got.
+    """
+    table = MeasuredTable.read(path, LearnError)
+    table.require((*_TIME, *_POSITION))
+    table.require_whole(_ROTATION)
+    time, position = table.of(_TIME)[:, 0], table.of(_POSITION)
+    if len(time) < _FEWEST:
+        raise LearnError(f"{path}: expected at least {_FEWEST} rows, got {len(time)}")
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(falls):
+        raise table.row_error("time", int(falls[0]) + 1, f"more than {time[falls[0]]:.9g}")
+    rotation = None
+    if table.has(_ROTATION):
+        quaternion = table.of(_ROTATION)
+        off = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0)
+        if off.max() > _UNIT:
+            raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
+        rotation = Rotation.from_quat(quaternion)
+    return Measurement(path.name, time, position, rotation)

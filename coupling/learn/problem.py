@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
-from coupling.learn.effect import ParameterEffect
+from coupling.fit.parameters import RobotParameter
+from coupling.learn.effect import ParameterEffect, SecantEffect
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import Learnable, prior_of
-from coupling.learn.secant import SecantEffect
+from coupling.learn.parameters import prior_of
 from coupling.robot.robot_fmu import RobotFmu
 
 # Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
 # probe's turn on the tool.
 _FRAME, _WITH_PROBE = 7, 10
+
+# Derivatives of the tool's pose by log factors, around x (P,) at times (n,): [m] and, base axes, [rad],
+# (n, 6, P).
+PoseDerivatives = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -40,14 +44,6 @@ class FramePrior:
         return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time] + [self.probe] * 3)
 
 
-class PoseDerivatives(Protocol):
-    """Derivatives of the tool's pose by log factors."""
-
-    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return them around x (P,) at times (n,): [m] and, base axes, [rad], (n, 6, P)."""
-        ...
-
-
 @dataclass(frozen=True)
 class FitProblem:
     """What is to be fitted.
@@ -61,7 +57,7 @@ class FitProblem:
     """
 
     fmus: tuple[RobotFmu, ...]
-    parameters: tuple[Learnable, ...]
+    parameters: tuple[RobotParameter, ...]
     passes: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()
@@ -97,9 +93,8 @@ class FitProblem:
         Args:
             change: Change of a log factor.
         """
-        prior = prior_of(self.parameters)
         return tuple(
-            SecantEffect(self.fmus, self.parameters, prior, one, effect, change)
+            SecantEffect(self.fmus, one, effect, change)
             for one, effect in zip(self.passes, self.effects, strict=True)
         )
 

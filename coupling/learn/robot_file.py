@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from coupling.errors import LearnError
-from coupling.files.robot_edit import RobotEdit
+from coupling.fit.robot_file import FileEntry, fitted_text
 from coupling.learn.judge import LearnedParameter
 from coupling.learn.learning import Learned
 
@@ -25,29 +25,27 @@ def learned_text(found: Learned, target: Path) -> str:
         raise LearnError(f"{target}: not written: {found.refusal}")
     start = found.sources[0].file
     measured = " and ".join(source.seen.name for source in found.sources)
-    file = RobotEdit(start, found.robot)
-    for own in found.parameters:
-        if own.written != 1.0:
-            value = own.written * own.parameter.value
-            file.change(own.parameter.name, value, f"learned, {measured}")
-        file.remark(own.parameter.name, remark(own))
-    return file.text(_head(found, start, measured), target)
+    entries = [
+        FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
+        for own in found.parameters
+    ]
+    head = _head(found, start, measured)
+    return fitted_text(start, found.robot, entries, f"learned, {measured}", head, target)
 
 
 def remark(own: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
-    value = own.parameter.value
-    span = f"95 %: {own.low * value:.4g} to {own.high * value:.4g}"
+    span = f"95 %: {own.low:.4g} to {own.high:.4g}"
     if own.identifiable:
         return span
-    if own.written != 1.0:
+    if own.written != own.start:
         return f"fits best beside the others, but {own.reason}; {span}"
     return f"NOT LEARNED, kept: {own.reason}"
 
 
 def _head(found: Learned, start: Path, measured: str) -> str:
     before, after = found.left
-    kept = [own.parameter.name for own in found.parameters if own.written == 1.0]
+    kept = [own.name for own in found.parameters if own.written == own.start]
     return (
         f"Made from {start.name} by elastic-robot learn: {measured}.\n"
         f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"

@@ -12,10 +12,10 @@ from coupling.case.file import load_case
 from coupling.errors import CaseError, LearnError
 from coupling.files.robot_file import find_robot
 from coupling.files.toml_file import load_toml
+from coupling.fit.parameters import robot_parameters
 from coupling.inverse.inversion import DesiredMotion
 from coupling.learn.alignment import aligned
 from coupling.learn.measurement import MeasuredPath, Measurement
-from coupling.learn.parameters import learnables
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
@@ -141,7 +141,7 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
         LearnError: If one of them is another one's, or there is nothing to learn.
     """
     first = sources[0]
-    if not learnables(first.robot, first.torque_curve):
+    if not robot_parameters(first.robot, first.torque_curve):
         raise LearnError(f"{first.file}: expected a robot with elastic joints, got a rigid one")
     for other in sources[1:]:
         if other.torque_curve != first.torque_curve:
@@ -158,20 +158,8 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
 
 def _build(robot: Robot) -> object:
     """Return all of a robot but what is learned."""
-    return (
-        robot.gravity,
-        robot.tcp_position,
-        robot.tcp_rpy,
-        robot.payload,
-        [
-            (
-                j.origin,
-                j.axis,
-                j.body,
-                j.torque_table,
-                j.stiffness is None,
-                [t.axis for t in j.tilt],
-            )
-            for j in robot.joints
-        ],
-    )
+    joints = [
+        (j.origin, j.axis, j.body, j.torque_table, j.stiffness is None, [t.axis for t in j.tilt])
+        for j in robot.joints
+    ]
+    return robot.gravity, robot.tcp_position, robot.tcp_rpy, robot.payload, joints

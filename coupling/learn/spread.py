@@ -13,15 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import t as student
 
+from coupling.fit.verdict import quantile
 from coupling.learn.fit import Fitter, ParameterFit
 from coupling.learn.measurement import Measurement
 from coupling.learn.parameters import changed, prior_of
 from coupling.learn.problem import FitProblem
 from coupling.learn.residual import Residual, noise_of
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -54,13 +52,9 @@ def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
     return Uncertainty(
         deviation,
         # The scale of what is left is that of as many independent values as there are parameters told.
-        _quantile(max(found.left_over.effective, 1.0)) * deviation,
+        quantile(max(found.left_over.effective, 1.0)) * deviation,
         noise_of([rest[:, :3] for rest in found.residuals]),
     )
-
-
-def _quantile(freedom: float) -> float:
-    return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
 
 
 def spread_of(
@@ -105,4 +99,4 @@ def spread_of(
     # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
     own = np.sqrt(np.diag(covariance))
     deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)
-    return Uncertainty(deviation, _quantile(draws) * deviation, noise, draws)
+    return Uncertainty(deviation, quantile(draws) * deviation, noise, draws)

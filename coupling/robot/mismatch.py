@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastic_robot.chain import build_chain
+from coupling.fit.parameters import KINDS, robot_parameters
 from elastic_robot.description import Body, Robot, Vector
-from elastic_robot.parameters import Parameters
 
 _NOTHING = (0.0, 0.0, 0.0)
 
@@ -75,22 +74,12 @@ class ModelMismatch:
         Raises:
             ValueError: If there are neither one nor as many factors as joints.
         """
-        nominal, chain = Parameters.of(robot), build_chain(robot)
-        tabled = np.array([table is not None for table in nominal.tables], dtype=bool)
-        tabled &= torque_curve == "spline"
-        shows = {
-            "stiffness": ~tabled,
-            "damping": np.ones(len(tabled), dtype=bool),
-            "backlash": ~tabled & (torque_curve != "linear"),
+        factors = {kind: self._by_coordinate(kind, robot) for kind in KINDS}
+        return {
+            own.name: value
+            for own in robot_parameters(robot, torque_curve)
+            if (value := float(factors[own.kind][own.coordinate] * own.value)) != own.value
         }
-        changed: dict[str, float] = {}
-        for key, rows in shows.items():
-            values = self._by_coordinate(key, robot) * getattr(nominal, key)
-            rows = rows & (values != getattr(nominal, key))
-            changed |= {
-                f"{chain.elastic_names[k]}.{key}": float(values[k]) for k in np.nonzero(rows)[0]
-            }
-        return changed
 
     def _by_coordinate(self, key: str, robot: Robot) -> np.ndarray:
         """Return the factors of every elastic coordinate, (m,)."""

@@ -56,8 +56,8 @@ class Told:
         """Yield what a pass tells of a robot that is known."""
         for own in found.parameters:
             if own.identifiable:
-                half = float(np.log(own.high / own.factor))
-                off = abs(np.log(own.factor / truth.factors.get(own.parameter.name, 1.0)))
+                half = float(np.log(own.high / own.value))
+                off = abs(np.log(own.factor / truth.factors.get(own.name, 1.0)))
                 yield cls(times, own.parameter.kind, float(off) / half, half)
 
 

@@ -130,7 +130,7 @@ class Shop:
         Rms along the pass, less a constant, of what the model knows of the real robot.
         """
         real = self.moved(self._first, truth).position[0]
-        factors = {own.parameter.name: own.written for own in found.parameters}
+        factors = {own.name: own.written / own.start for own in found.parameters}
         off = [self.moved(self._first, Truth("", own)).position[0] - real for own in ({}, factors)]
         before, after = (Left.of(rows).less_rms for rows in off)
         return before, after

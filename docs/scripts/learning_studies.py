@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from coupling.fit.parameters import robot_parameters
 from coupling.learn.learning import Learned
-from coupling.learn.parameters import PRIOR, learnables
+from coupling.learn.parameters import PRIOR
 from docs.scripts.learning_beyond import Beyond
 from docs.scripts.runs import CASES
 from elastic_robot.chain import build_chain
@@ -119,7 +120,7 @@ def drawn(robot: Robot, seed: int, times: float, torque_curve: str = "backlash")
     rng = np.random.default_rng(seed)
     factors = {
         own.name: float(np.exp(times * PRIOR[own.kind] * rng.standard_normal()))
-        for own in learnables(robot, torque_curve)
+        for own in robot_parameters(robot, torque_curve)
     }
     return Truth(f"drawn {seed}, {times:g} times", factors)
 
@@ -144,8 +145,8 @@ def of_kinds(found: Learned, truth: Truth) -> dict[str, list[tuple[float, float,
     rows: dict[str, list[tuple[float, float, float]]] = {kind: [] for kind in SPREAD}
     for own in found.parameters:
         if own.identifiable:
-            true = truth.factors.get(own.parameter.name, 1.0)
-            error, half = abs(np.log(own.factor / true)), np.log(own.high / own.factor)
+            true = truth.factors.get(own.name, 1.0)
+            error, half = abs(np.log(own.factor / true)), np.log(own.high / own.value)
             rows[own.parameter.kind].append((100 * error, 100 * half, float(error <= half)))
     return rows
 

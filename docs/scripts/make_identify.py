@@ -91,12 +91,12 @@ def fanuc() -> str:
             (
                 f"`{p.name}`",
                 *(_kilo(value) for value in (p.value, p.low, p.high)),
-                "identified" if p.identified else f"not identified: {p.reason}",
+                "identified" if p.identifiable else f"not identified: {p.reason}",
             )
             for p in tilted.parameters
         ],
     )
-    kept = [p.name for p in six.parameters if not p.identified]
+    kept = [p.name for p in six.parameters if not p.identifiable]
     shifts = " ".join(
         f"- {words}, one at a time: {'; '.join(_shift(point) for point in found.points)}.\n"
         for words, found in (("Without the tilt", axial), ("With it", tilted))

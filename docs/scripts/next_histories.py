@@ -21,7 +21,7 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.learn.device import FrameKnown
-from coupling.learn.measured import read_seen
+from coupling.learn.measurement import read_seen
 from coupling.learn.next_command import plan
 from coupling.learn.next_inputs import inputs_folder, write_inputs
 from coupling.learn.next_options import NextOptions

@@ -43,7 +43,7 @@ class Fanuc:
         widths = [
             50.0 * (parameter.high - parameter.low) / parameter.value
             for parameter in tilted.parameters
-            if parameter.identified
+            if parameter.identifiable
         ]
         return cls(
             _left_out("deflection of a real robot, joints", axial),

@@ -6,11 +6,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.events import unwatched
+from coupling.fit.parameters import robot_parameters
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.learn.effect import ParameterEffect
 from coupling.learn.fit import Fitter
 from coupling.learn.measurement import MeasuredPath, Measurement
-from coupling.learn.parameters import changed, learnables, prior_of, robot_with
+from coupling.learn.parameters import changed, prior_of, robot_with
 from coupling.learn.problem import FitProblem
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -50,7 +51,7 @@ class Robots:
     ) -> None:
         self.robot, self.models = robot, models
         self.wanted = circles(robot, seconds, turns=rate * seconds)
-        self.parameters = learnables(robot, "backlash")
+        self.parameters = robot_parameters(robot, "backlash")
         self.fmu = models.of(robot, "backlash").fmu
         self.time = np.arange(0.0, seconds + 1e-9, 0.004)
         (told,) = self.wanted.wrench.before

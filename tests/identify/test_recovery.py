@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -50,7 +48,8 @@ def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     silent = fitted(start, rows, "backlash", noise_of(rows)).rigid.held
     assert not silent[~right.is_backlash].any()
     assert not silent.all()
-    start = replace(start, start=np.where(silent, right.start, start.start))
+    begun = start.described(np.where(silent, right.start, start.start))
+    start = ElasticParameters.of(begun, "backlash")
     found = fitted(start, rows, "backlash", noise_of(rows))
     assert found.converged
     np.testing.assert_allclose(found.values, right.start, rtol=1e-7)

@@ -42,7 +42,7 @@ def test_a_tilt_that_is_there_is_added_and_one_that_is_not_is_not(seed):
         assert found.added == added
         if added:
             (own,) = [p for p in found.parameters if p.name in added]
-            assert own.identified
+            assert own.identifiable
             assert own.low < 8e5 < own.high
 
 
@@ -51,7 +51,7 @@ def test_a_tilt_of_the_start_file_without_support_keeps_its_value():
     start = arm(tilt=True)
     found = identify(start, rows, IdentifyOptions(noise_of(rows)))
     (own,) = [p for p in found.parameters if "tilt" in p.name]
-    assert not own.identified
+    assert not own.identifiable
     assert found.robot.joints[2].tilt[0].stiffness == pytest.approx(
         start.joints[2].tilt[0].stiffness, rel=1e-12
     )
@@ -64,7 +64,7 @@ def test_backlash_that_loads_reverse_is_found_by_name():
     rows = noisy(exact(true, 16, seed=5), np.random.default_rng(1), 1e-5)
     found = identify(arm(), rows, IdentifyOptions(noise_of(rows), add=("joint[1].backlash",)))
     (own,) = [p for p in found.parameters if p.is_backlash]
-    assert own.identified
+    assert own.identifiable
     assert own.low < 2e-4 < own.high < 3e-4
     with pytest.raises(IdentifyError, match=r"did you mean 'joint\[1\]\.backlash'"):
         identify(arm(), rows, IdentifyOptions(noise_of(rows), add=("joint[1].backlsh",)))

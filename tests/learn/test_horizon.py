@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.learn.horizon import next_horizon
+from coupling.learn.fit import next_horizon
 from coupling.learn.smoothing import SlowPart
 
 TIME = np.arange(0.0, 10.0, 0.004)

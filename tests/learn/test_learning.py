@@ -15,18 +15,14 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
+from coupling.fit.parameters import robot_parameters
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.effect import ParameterEffect
 from coupling.learn.judge import floating
 from coupling.learn.measurement import Measurement
 from coupling.learn.next_inputs import next_case_text
-from coupling.learn.parameters import (
-    changed,
-    factors_between,
-    learnables,
-    robot_with,
-)
+from coupling.learn.parameters import changed, factors_between, robot_with
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
 from coupling.learn.spread import spread_of, spread_of_fit
@@ -108,7 +104,7 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
     time, mean, zero = one.seen.time, SlowPart.of(one.seen.time), np.zeros(len(tight.parameters))
     inner = (mean.time > 1.0) & (mean.time < 8.0)
     effect = ParameterEffect(tight.robot, "backlash", tight.parameters, one)
-    columns = mean(effect.columns(zero, time))[inner]
+    columns = mean(effect(zero, time))[inner]
     turned = replace(one, seen=replace(one.seen, rotation=Rotation.identity(len(time))))
     here = turned.simulated(tight.fmu, {}).pose(time)
     for k, parameter in enumerate(tight.parameters):
@@ -126,9 +122,9 @@ def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
     x = rng.uniform(-0.3, 0.3, len(robots.parameters))
     other = robot_with(robots.robot, robots.parameters, x)
     np.testing.assert_allclose(factors_between(robots.parameters, other), x, atol=1e-12)
-    again = {p.name: p.value for p in learnables(other, "backlash")}
+    again = {p.name: p.value for p in robot_parameters(other, "backlash")}
     assert again == pytest.approx(changed(robots.parameters, x))
-    kinds = {p.kind for p in learnables(robots.robot, "linear")}
+    kinds = {p.kind for p in robot_parameters(robots.robot, "linear")}
     assert kinds == {"stiffness", "damping"}
 
 
@@ -219,7 +215,7 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
 
     source = read_source(run / "run", Measurement("", np.zeros(1), np.zeros((1, 3))))
     longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
-    softer = robot_with(example, learnables(example, "backlash"), np.full(27, -0.1))
+    softer = robot_with(example, robot_parameters(example, "backlash"), np.full(27, -0.1))
     require_alike([source, replace(source, robot=softer)])
     with pytest.raises(LearnError, match="another one"):
         require_alike([source, replace(source, robot=longer)])

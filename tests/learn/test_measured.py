@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.learn.alignment import aligned
-from coupling.learn.measured import read_seen
-from coupling.learn.measurement import Measurement
+from coupling.learn.measurement import Measurement, read_seen
 from coupling.learn.smoothing import SlowPart
 from coupling.path.histories import ToolPath
 

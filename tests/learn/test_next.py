@@ -24,7 +24,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.learn.causes import causes
 from coupling.learn.device import FrameKnown
 from coupling.learn.history import History
-from coupling.learn.measured import read_seen
+from coupling.learn.measurement import read_seen
 from coupling.learn.next_inputs import inputs_folder
 from coupling.learn.source import read_source
 from coupling.run.models import Models
