@@ -10,9 +10,9 @@ from scipy.stats import rankdata
 from coupling.errors import StudyError
 from coupling.results.study_result import (
     InfluenceResult,
-    ShareResult,
     StudyCommandResult,
     StudyResult,
+    StudySample,
     UncertainResult,
 )
 from coupling.run.figures import versions
@@ -20,7 +20,6 @@ from coupling.study.bands import DeviationBand, influences, parts_of_path, quant
 from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, replaced, replaced_table
-from coupling.study.rows import StudySample
 
 MEASURES = (
     "maximum",
@@ -118,19 +117,10 @@ def _parameters(
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
     found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
     return tuple(
-        UncertainResult(
-            name=entry.name,
-            distribution=entry.in_words(),
-            range=entry.range,
-            influence=InfluenceResult(
-                **{
-                    name: None
-                    if every is None
-                    else ShareResult(
-                        share=every[k].share, rank_correlation=every[k].rank_correlation
-                    )
-                    for name, every in found.items()
-                }
+        UncertainResult.of(
+            entry,
+            influence=InfluenceResult.of(
+                **{name: None if own is None else own[k] for name, own in found.items()}
             ),
         )
         for k, entry in enumerate(study.parameters.entries)
