@@ -69,8 +69,7 @@ def _robot_file(folder: Path, found: CommandPlan) -> Path:
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
         write_whole(target, learned_text(found.learned, target), LearnError)
-        learned = figures(found.learned).text() + "\n"
-        write_whole(folder / "learned.json", learned, LearnError)
+        write_whole(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
         return target
     return runs[model.since].source.file
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args
 
@@ -17,7 +17,7 @@ from pydantic import (
     model_serializer,
 )
 
-from coupling.files.toml_file import problem
+from coupling.files.toml_file import model_in, problem
 
 # What ends a key: the unit of its value.
 _UNIT = re.compile(r"(_(m|rad|s|s2|N|Nm|Hz|deg|relative))+$")
@@ -90,20 +90,12 @@ def _told(value: object, kind: object) -> object:
         return value if np.isfinite(value) else None
     if isinstance(value, Path):
         return str(value)
-    part = next(_parts(kind), None)
+    part = model_in(kind)
     if part is None or value is None or isinstance(value, part):
         return value
     if isinstance(value, tuple | list):
         return tuple(_told(own, part) for own in value)
     return part.of(value)
-
-
-def _parts(kind: object) -> Iterator[type[ResultPart]]:
-    """Yield the tables in a type."""
-    if isinstance(kind, type) and issubclass(kind, ResultPart):
-        yield kind
-    for inner in get_args(kind):
-        yield from _parts(inner)
 
 
 class ResultFile(ResultPart):

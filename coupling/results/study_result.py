@@ -55,7 +55,7 @@ class StudyCommandResult(ResultPart):
 
     converged: bool
     reason: str
-    deviation_m: Deviation
+    deviation_m: Annotated[Deviation, From("shares_m.dynamic_after")]
 
 
 class ShareResult(ResultPart):
@@ -105,7 +105,7 @@ class StudyResult(ResultFile):
     command: StudyCommandResult
     quantiles_m: dict[str, dict[str, float]]
     parameters: Annotated[tuple[UncertainResult, ...], Field(min_length=1)]
-    silent: tuple[str, ...]
+    silent: Annotated[tuple[str, ...], From("parameters.silent")]
     fmu_fingerprint: str
     versions: dict[str, str]
 

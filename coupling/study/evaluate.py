@@ -10,7 +10,6 @@ from scipy.stats import rankdata
 from coupling.errors import StudyError
 from coupling.results.study_result import (
     InfluenceResult,
-    StudyCommandResult,
     StudyResult,
     StudySample,
     UncertainResult,
@@ -81,30 +80,22 @@ def _figures(
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
     shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
-    assert run.shares_m.dynamic_after is not None, "opened refuses such runs"
-    return StudyResult(
-        case=study.case,
+    return StudyResult.of(
+        study,
+        table,
+        run,
         kind="study",
         samples=len(samples),
-        design=table.design,
-        seed=table.seed,
-        coverage=table.coverage,
         wrench="model" if study.work.process is None else "coupled",
         process_evaluations=sum(sample.evaluations for sample in samples),
-        not_coupled=tuple(s.number for s in samples if not s.converged),
+        not_coupled=[s.number for s in samples if not s.converged],
         failed={str(sample.number): sample.failure for sample in samples if sample.failure},
-        command=StudyCommandResult(
-            converged=run.converged,
-            reason=run.reason,
-            deviation_m=run.shares_m.dynamic_after,
-        ),
+        command=run,
         quantiles_m={
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
             for name, values in figures.items()
         },
         parameters=_parameters(study, points, figures),
-        silent=tuple(study.parameters.silent),
-        fmu_fingerprint=run.fmu_fingerprint,
         versions=versions(),
     )
 
