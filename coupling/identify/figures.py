@@ -27,7 +27,6 @@ def figures(found: Identification) -> IdentifiedResult:
         found.fit,
         found.separability,
         rms_m=RmsResult.of(
-            found,
             measured=rms(measured.deflection),
             start=found.rms_start,
             fit=rms(found.residual),

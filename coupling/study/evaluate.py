@@ -8,12 +8,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from coupling.errors import StudyError
-from coupling.results.study_result import (
-    InfluenceResult,
-    StudyResult,
-    StudySample,
-    UncertainResult,
-)
+from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
 from coupling.run.figures import versions
 from coupling.study.bands import DeviationBand, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
