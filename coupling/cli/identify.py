@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -103,7 +102,7 @@ def identify(
     console.print("\n".join(lines(told)))
     title = f"{measurements.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
-    _write(data, json.dumps(told, indent=1) + "\n")
+    _write(data, told.text() + "\n")
     _write(report, identify_page(title, told))
     console.print(f"Report: {report}")
     if found.refusal:

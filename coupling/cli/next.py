@@ -216,7 +216,7 @@ def _advance(
     from coupling.learn.measurement import read_seen
     from coupling.learn.next_command import plan
     from coupling.learn.next_figures import figures, sentences
-    from coupling.learn.next_inputs import PLAN, inputs_folder, plan_text, write_inputs
+    from coupling.learn.next_inputs import PLAN, inputs_folder, write_inputs
     from coupling.learn.selection import selected
     from coupling.learn.source import read_source
     from coupling.report.next_page import next_page
@@ -248,7 +248,7 @@ def _advance(
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
         told = figures(found, done.run.forecast)
-        write_whole(place / PLAN, plan_text(told), LearnError)
+        write_whole(place / PLAN, told.text() + "\n", LearnError)
         write_whole(place / REPORT, next_page(title, told), LearnError)
     print_summary(console, done.case, done.run, output, done.from_store)
     console.print(f"How it was found: {place / REPORT}")

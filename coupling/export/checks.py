@@ -12,8 +12,9 @@ from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Language
+from coupling.results.run_result import DriveMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.drive_motion import drive_motions
 from coupling.run.stored_run import StoredRobot, StoredRun
 
 # By how much a limit may be passed for rounding.

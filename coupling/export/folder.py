@@ -6,18 +6,16 @@ there when they are complete and on the disk.
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.files.whole_file import WholeFile, writing
 from coupling.files.whole_folder import alone, aside, put_right, take_place
+from coupling.results.export_result import ExportResult
 
 SUMMARY = "export.json"
 
@@ -75,34 +73,6 @@ def _contents(
     for one in exports:
         for file in one.files:
             yield file.name, file.text
-    yield SUMMARY, json.dumps(summary(exports, options), indent=1)
+    yield SUMMARY, ExportResult.of(options, robots=exports).text()
 
 
-def summary(exports: Sequence[ExportedProgram], options: ExportOptions) -> dict[str, Any]:
-    """Return what export.json says."""
-    return {
-        "language": options.language.name,
-        "targets": options.targets,
-        "tolerance_m": options.tolerance,
-        "robots": [_of_robot(one) for one in exports],
-    }
-
-
-def _of_robot(one: ExportedProgram) -> dict[str, Any]:
-    return {
-        "robot": one.robot,
-        "program": one.program.name,
-        "files": [{"name": file.name, "bytes": len(file.text)} for file in one.files],
-        "points": one.points,
-        "points_on_every_cycle": one.candidates,
-        "points_tolerance_m": one.points_tolerance,
-        "shortest_time_s": one.shortest,
-        "loss_m": one.loss,
-        "deviation_of_command_m": one.command and asdict(one.command),
-        "deviation_of_file_m": one.read_back and asdict(one.read_back),
-        "base": one.program.base,
-        "tool": one.program.tool,
-        "counted_as_controller": one.counted,
-        "nearest_singularity": asdict(one.nearest),
-        "drives": [asdict(drive) for drive in one.drives],
-    }

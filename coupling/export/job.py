@@ -14,11 +14,12 @@ from coupling.export.checks import require_limits
 from coupling.export.commands import RobotCommand
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.interpolated import drive_motion
-from coupling.export.postures import NearestSingularity, nearest_singular
+from coupling.export.postures import nearest_singular
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.results.export_result import NearestSingularity
 from coupling.robot.cell import Member
 
 # Smallest singular value of a Jacobian, lengths in units of the reach, at which poses tell angles.

@@ -9,6 +9,7 @@ import numpy as np
 from coupling.errors import ProgramError
 from coupling.files.controller_axes import ControllerAxes
 from coupling.programs.program import Configuration
+from coupling.results.export_result import NearestSingularity
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
@@ -139,21 +140,6 @@ def _towards(arm: Posture, joint: int, point: np.ndarray) -> np.ndarray:
     return found
 
 
-@dataclass(frozen=True)
-class NearestSingularity:
-    """The posture of a path that is nearest to a singular one.
-
-    Attributes:
-        time: When [s].
-        value: Smallest singular value of the Jacobian, lengths in units of the reach; 0 is singular.
-        kind: "wrist", "elbow", "shoulder", or which joint moves most.
-    """
-
-    time: float
-    value: float
-    kind: str
-
-
 def nearest_singular(
     postures: Postures, time: np.ndarray, q: np.ndarray, jacobians: np.ndarray, reach: float
 ) -> NearestSingularity:
@@ -170,9 +156,8 @@ def nearest_singular(
     scaled[:, :3] /= reach
     values = np.linalg.svd(scaled, compute_uv=False)[:, -1]
     k = int(values.argmin())
-    return NearestSingularity(
-        float(time[k]), float(values[k]), _kind(postures.arm(q[k]), scaled[k], reach)
-    )
+    kind = _kind(postures.arm(q[k]), scaled[k], reach)
+    return NearestSingularity(time=float(time[k]), value=float(values[k]), kind=kind)
 
 
 def _kind(arm: Posture, jacobian: np.ndarray, reach: float) -> str:

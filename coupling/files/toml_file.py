@@ -136,16 +136,16 @@ def _keys_at(schema: Any, place: Sequence[str | int]) -> list[str]:
     for part in place:
         if isinstance(part, str):
             schema = schema.model_fields[part].annotation
-        schema = _model_in(schema)
+        schema = model_in(schema)
     return list(schema.model_fields)
 
 
-def _model_in(annotation: Any) -> Any:
-    """The schema inside list[Schema], Schema | None and the like."""
+def model_in(annotation: Any) -> Any:
+    """Return the model inside list[Model], Model | None and the like; None where there is none."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     for argument in getattr(annotation, "__args__", ()):
-        found = _model_in(argument)
+        found = model_in(argument)
         if found is not None:
             return found
     return None

@@ -1,9 +1,6 @@
-"""How the next command was found, as plain data and in words: next.json, terminal and page."""
+"""How the next command was found: next.json, and in words for terminal and page."""
 
 from __future__ import annotations
-
-from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
@@ -11,80 +8,42 @@ from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import CommandPlan
 from coupling.learn.size import DeviationSize
 from coupling.results.forecast import PassForecast
+from coupling.results.next_result import NextPassResult, NextResult, PathCorrectionResult
 
 
-def figures(found: CommandPlan, forecast: PassForecast | None = None) -> dict[str, Any]:
+def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextResult:
     """Return the figures of a plan; SI.
 
     Args:
         found: How the next command is computed.
         forecast: What it is expected to leave; None before it is computed.
     """
-    own, learned = found.contraction, found.learned
     beyond = found.repeating
-    return {
-        "absolute": found.options.absolute,
-        "sentences": sentences(found),
-        "passes": [_pass(found, number) for number in range(len(found.history.runs))],
-        "judgement": asdict(found.judgement),
-        "move": found.move.kind,
-        "robot": found.move.model.name,
-        "moves": [
-            {
-                "kind": move.kind,
-                "robot": move.model.name,
-                "predicted": move.predicted,
-                "left_m": asdict(move.size),
-            }
-            for move in found.moves
-        ],
-        "parameters_refused": "" if learned is None else learned.refusal,
-        "contraction": {**asdict(own), "holds": own.holds},
-        "correction": None
-        if beyond is None
-        else {
-            "cutoff_Hz": beyond.cutoff,
-            "weights": list(beyond.weights),
-            "new_m": found.hypotheses.rms,
-            "left_m": beyond.left,
-            "time": beyond.time.tolist(),
-            "deviation_m": beyond.deviation[:, :3].tolist(),
-        },
-        "causes": [
-            {
-                "kind": cause.kind,
-                "joint": cause.joint,
-                "waves": cause.waves,
-                "rms_m": cause.size,
-                "text": str(cause),
-            }
-            for cause in found.causes
-        ],
-        "forecast": None if forecast is None else forecast.model_dump(),
-    }
+    return NextResult.of(
+        found,
+        found.options,
+        sentences=sentences(found),
+        passes=[_pass(run) for run in found.history.runs],
+        parameters_refused="" if found.learned is None else found.learned.refusal,
+        correction=beyond
+        and PathCorrectionResult.of(
+            beyond, new_m=found.hypotheses.rms, deviation_m=beyond.deviation[:, :3]
+        ),
+        forecast=forecast,
+    )
 
 
-def _pass(found: CommandPlan, number: int) -> dict[str, Any]:
-    run = found.history.runs[number]
-    told = run.source.forecast
-    thin = max(1, len(run.seen.time) // 2000)
-    return {
-        "run": str(run.source.folder),
-        "measured": run.seen.name,
-        "rows": len(run.seen.time),
-        "from_s": float(run.seen.time[0]),
-        "to_s": float(run.seen.time[-1]),
-        "clock_s": run.clock,
-        "frame_shift_m": run.shift.tolist(),
-        "frame_turn_rad": run.turn.tolist(),
-        "tip_m": run.tip.tolist(),
-        "noise_m": run.noise,
-        "left_out": run.left_out,
-        "size_m": asdict(run.size),
-        "forecast": None if told is None else told.model_dump() | {"robots": []},
-        "time": run.seen.time[::thin].tolist(),
-        "distance_m": np.linalg.norm(run.deviation[::thin], axis=1).tolist(),
-    }
+def _pass(run: MeasuredRun) -> NextPassResult:
+    told, time = run.source.forecast, run.seen.time
+    thin = slice(None, None, max(1, len(time) // 2000))
+    return NextPassResult.of(
+        run,
+        from_s=time[0],
+        to_s=time[-1],
+        forecast=told and told.model_copy(update={"robots": ()}),
+        time=time[thin],
+        distance_m=np.linalg.norm(run.deviation[thin], axis=1),
+    )
 
 
 def sentences(found: CommandPlan) -> list[str]:

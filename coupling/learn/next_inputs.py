@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import CommandPlan
 from coupling.learn.robot_file import learned_text
 from coupling.path.discrepancy import Discrepancy
+from coupling.results.next_result import NextResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
 
@@ -32,7 +32,7 @@ def inputs_folder(run: Path) -> Path:
     return run.with_name(f"{run.name}_inputs")
 
 
-def write_inputs(folder: Path, found: CommandPlan, told: Mapping[str, Any]) -> Path:
+def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
@@ -58,14 +58,9 @@ def write_inputs(folder: Path, found: CommandPlan, told: Mapping[str, Any]) -> P
         )
     last = found.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_whole(folder / PLAN, plan_text(told), LearnError)
+    write_whole(folder / PLAN, told.text() + "\n", LearnError)
     write_whole(folder / CASE, text, LearnError)
     return folder / CASE
-
-
-def plan_text(told: Mapping[str, Any]) -> str:
-    """Return the text of `PLAN`, the figures of a plan."""
-    return json.dumps(told, indent=1) + "\n"
 
 
 def _robot_file(folder: Path, found: CommandPlan) -> Path:
@@ -74,8 +69,7 @@ def _robot_file(folder: Path, found: CommandPlan) -> Path:
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
         write_whole(target, learned_text(found.learned, target), LearnError)
-        learned = figures(found.learned).text() + "\n"
-        write_whole(folder / "learned.json", learned, LearnError)
+        write_whole(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
         return target
     return runs[model.since].source.file
 

@@ -15,13 +15,8 @@ from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
-from coupling.results.placement_result import (
-    DemandsResult,
-    MapResult,
-    PlacementResult,
-    SettingResult,
-)
-from coupling.run.figures import gear_figures
+from coupling.results.placement_result import MapResult, PlacementResult, SettingResult
+from coupling.results.run_result import GearResult
 
 FIGURES, MAP = "place.json", "map.csv"
 _MAP_COLUMNS = ("map", "across_m", "up_m", "admitted", "moved_m", "exposure_m", "changing")
@@ -63,36 +58,20 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
 
 def figures_of(found: CasePlacement) -> PlacementResult:
     """Return what is to be told of a placement."""
-    placing = found.placing
-    ranges = placing.ranges
+    placing, ranges = found.placing, found.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
-    return PlacementResult(
-        case=placing.case.name,
-        robot=placing.robot.name,
-        optimise=placing.goal.objective,
-        forced=placing.goal.forced,
-        demands=DemandsResult(
-            joint_margin_rad=placing.goal.demands.joint_margin,
-            least_regularity=placing.goal.demands.regularity,
-            clear_share=placing.goal.demands.clear_share,
-        ),
+    return PlacementResult.of(
+        found,
+        placing,
         limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
         ranges={key: (low[key], high[key]) for key in low},
-        free=tuple(NAMES[k] for k in ranges.free),
-        places_s=tuple(found.stations.time.tolist()),
-        settings=found.looked_at,
-        filling=placing.case.place.settings,
-        refused=found.refused,
+        free=[NAMES[k] for k in ranges.free],
         present_setting=setting_keys(placing.present),
         present=None if found.present is None else _setting(placing, found.present),
-        best=tuple(
+        best=[
             _setting(placing, own, placed_file(number))
             for number, own in enumerate(found.best, start=1)
-        ),
-        maps=tuple(
-            MapResult(setting=own.name, across=own.across, up=own.up, shape=own.moved.shape)
-            for own in found.maps
-        ),
+        ],
         version=elastic_robot.__version__,
     )
 
@@ -100,22 +79,21 @@ def figures_of(found: CasePlacement) -> PlacementResult:
 def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -> SettingResult:
     """Return what one setting comes to."""
     figures, goal = own.figures, placing.goal
-    margin = float(figures.limit_margin[0])
-    return SettingResult(
+    return SettingResult.of(
+        own,
         file=file,
         setting=setting_keys(own.setting),
-        admitted=bool(goal.demands.admits(figures)[0]),
-        cost_m=float(own.cost) if np.isfinite(own.cost) else None,
-        moved_m=float(goal.moved(figures)[0]),
-        exposure_m=float(goal.demands.exposure(figures)[0]),
-        compliance_m_N=float(figures.compliance[0]),
-        regularity=float(figures.regularity[0]),
-        limit_margin_rad=margin if np.isfinite(margin) else None,
-        rate_share=float(figures.rate_share[0]),
-        gears=tuple(
-            gear_figures(gear, swing=float(swing))
+        admitted=goal.demands.admits(figures)[0],
+        moved_m=goal.moved(figures)[0],
+        exposure_m=goal.demands.exposure(figures)[0],
+        compliance_m_N=figures.compliance[0],
+        regularity=figures.regularity[0],
+        limit_margin_rad=figures.limit_margin[0],
+        rate_share=figures.rate_share[0],
+        gears=[
+            GearResult.of(gear, swing_Nm=swing)
             for gear, swing in zip(own.gears, figures.swing[0], strict=True)
-        ),
+        ],
     )
 
 

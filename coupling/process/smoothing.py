@@ -40,10 +40,15 @@ class ForceNoise:
         return float(self.level[:, :3].max())
 
     @property
+    def adaptive(self) -> bool:
+        """Whether the filter follows from the noise."""
+        return isinstance(self.filter, AdaptiveLowPass)
+
+    @property
     def sentence(self) -> str:
         """The level and what is done about it."""
         what = f"of about {self.force:.3g} N" if self.heard else "that hardly counts"
-        left = self.filter is None or (isinstance(self.filter, AdaptiveLowPass) and not self.heard)
+        left = self.filter is None or (self.adaptive and not self.heard)
         done = "not filtered" if left else f"{self.filter}, without delay"
         return f"The forces of the process have noise {what}; they are {done}."
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.style import style
+from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
 
 _MM = 1e3
 
 
-def amplification(found: dict[str, Any]) -> int:
+def amplification(found: IdentifiedResult) -> int:
     """Return a round factor that makes the largest deflection about a quarter of the poses' extent."""
     _, place, measured, _ = _rows(found)
     largest = np.linalg.norm(measured, axis=1).max()
@@ -26,7 +25,7 @@ def amplification(found: dict[str, Any]) -> int:
     return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
 
 
-def arrows(found: dict[str, Any], factor: int) -> go.Figure:
+def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
     """Draw measured and predicted deflections where the tool was, amplified."""
     names, place, measured, predicted = _rows(found)
     figure = go.Figure()
@@ -59,7 +58,7 @@ def arrows(found: dict[str, Any], factor: int) -> go.Figure:
     return style(figure, 620).update_layout(legend_itemsizing="constant")
 
 
-def agreement(found: dict[str, Any]) -> go.Figure:
+def agreement(found: IdentifiedResult) -> go.Figure:
     """Every measured component over the predicted one."""
     names, _, measured, predicted = _rows(found)
     figure = go.Figure()
@@ -92,10 +91,10 @@ def agreement(found: dict[str, Any]) -> go.Figure:
 _NAMED = 22
 
 
-def residuals(found: dict[str, Any]) -> go.Figure:
+def residuals(found: IdentifiedResult) -> go.Figure:
     """Distance of measured from predicted by row, and predicted without that row."""
     names, _, measured, predicted = _rows(found)
-    left = np.array([row["left_out_error"][:3] for row in found["measurements"]])
+    left = np.array([row.left_out_error[:3] for row in found.measurements])
     figure = go.Figure()
     labels = [f"{k + 1}: {name}" for k, name in enumerate(names)]  # names may come twice
     for words, errors, color in (
@@ -121,18 +120,18 @@ def residuals(found: dict[str, Any]) -> go.Figure:
     return style(figure, 440)
 
 
-def intervals(found: dict[str, Any]) -> go.Figure:
+def intervals(found: IdentifiedResult) -> go.Figure:
     """Fitted values with their intervals, beside the start values."""
-    entries = found["parameters"]
+    entries = found.parameters
     rows = []
     for entry in entries:
-        value = entry["value"] or _far(entry)
-        low, high = entry["low"] or 0.1 * value, entry["high"] or _far(entry)
-        rows.append(ShownInterval(label(entry), value, low, high, entry["identified"]))
+        value = entry.value or _far(entry)
+        low, high = entry.low or 0.1 * value, entry.high or _far(entry)
+        rows.append(ShownInterval(label(entry), value, low, high, entry.identified))
     figure = interval_figure(rows, "identified, 95 % interval", "not identified", 34)
     figure.add_scatter(
-        x=[entry["start"] for entry in entries if not entry["added"]],
-        y=[label(entry) for entry in entries if not entry["added"]],
+        x=[entry.start for entry in entries if not entry.added],
+        y=[label(entry) for entry in entries if not entry.added],
         mode="markers",
         name="start file",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
@@ -141,21 +140,22 @@ def intervals(found: dict[str, Any]) -> go.Figure:
     return figure
 
 
-def _far(entry: dict[str, Any]) -> float:
+def _far(entry: IdentifiedParameterResult) -> float:
     """Return where an unbounded interval ends on the page."""
-    return 30.0 * max(entry["low"] or 0.0, entry["start"] or 0.0, 1e-9)
+    return 30.0 * max(entry.low or 0.0, entry.start or 0.0, 1e-9)
 
 
-def label(entry: dict[str, Any]) -> str:
+def label(entry: IdentifiedParameterResult) -> str:
     """Return a parameter's name as short as it is clear."""
-    name: str = entry["name"].removesuffix(".stiffness")
+    name: str = entry.name.removesuffix(".stiffness")
     return name
 
 
-def _rows(found: dict[str, Any]) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+def _rows(found: IdentifiedResult) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
     """Return names, places, measured and predicted displacements [m] of all rows."""
-    rows = found["measurements"]
+    rows = found.measurements
     place, measured, predicted = (
-        np.array([row[key][:3] for row in rows]) for key in ("position_m", "measured", "predicted")
+        np.array([getattr(row, key)[:3] for row in rows])
+        for key in ("position_m", "measured", "predicted")
     )
-    return [row["name"] for row in rows], place, measured, predicted
+    return [row.name for row in rows], place, measured, predicted

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from typing import Any
 
 from coupling.report.document import document
 from coupling.report.identify_figures import (
@@ -15,11 +14,12 @@ from coupling.report.identify_figures import (
     residuals,
 )
 from coupling.report.tables import table
+from coupling.results.identified_result import IdentifiedResult
 
 _MM = 1e3
 
 
-def identify_page(title: str, found: dict[str, Any]) -> str:
+def identify_page(title: str, found: IdentifiedResult) -> str:
     """Return the page of an identification as one self-contained HTML text.
 
     Args:
@@ -42,16 +42,16 @@ def identify_page(title: str, found: dict[str, Any]) -> str:
     return document(title, head, sections, _separability(found) + _further(found))
 
 
-def _verdict(found: dict[str, Any]) -> str:
-    state = "no" if found["refusal"] else "yes"
-    words = f"Not written: {found['refusal']}" if found["refusal"] else "Identified"
-    kept = [label(p) for p in found["parameters"] if not p["identified"]]
-    if kept and not found["refusal"]:
+def _verdict(found: IdentifiedResult) -> str:
+    state = "no" if found.refusal else "yes"
+    words = f"Not written: {found.refusal}" if found.refusal else "Identified"
+    kept = [label(p) for p in found.parameters if not p.identified]
+    if kept and not found.refusal:
         words += f", except {', '.join(kept)}"
     return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
 
 
-def _sizes(found: dict[str, Any]) -> str:
+def _sizes(found: IdentifiedResult) -> str:
     words = {
         "measured": "measured deflections",
         "start": "left by the start file",
@@ -59,24 +59,24 @@ def _sizes(found: dict[str, Any]) -> str:
         "left_out": "rows predicted by a fit of all others (leave-one-out)",
         "written": "left by the robot as written",
     }
-    rows = [(text, _size(found["rms_m"][key])) for key, text in words.items()]
-    return table((f"{found['rows']} measurements", "rms over all components [mm]"), rows)
+    rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
+    return table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
 
 
 def _size(length: float | None) -> str:
     return "no rest found" if length is None else f"{_MM * length:.4f}"
 
 
-def _parameters(found: dict[str, Any]) -> str:
+def _parameters(found: IdentifiedResult) -> str:
     rows = [
         (
-            html.escape(entry["name"]),
-            "none" if entry["added"] else _number(entry["start"]),
-            *(_number(entry[key]) for key in ("value", "low", "high")),
-            _number(entry["written"]) if entry["identified"] else "kept",
-            html.escape(entry["reason"] or (entry["support"] or {}).get("in_words", "")),
+            html.escape(entry.name),
+            "none" if entry.added else _number(entry.start),
+            *map(_number, (entry.value, entry.low, entry.high)),
+            _number(entry.written) if entry.identified else "kept",
+            html.escape(entry.reason or (entry.support.in_words if entry.support else "")),
         )
-        for entry in found["parameters"]
+        for entry in found.parameters
     ]
     header = ("parameter", "start", "fit", "95 % from", "to", "written", "")
     return f"<h2>Parameters</h2>{table(header, rows)}"
@@ -86,34 +86,32 @@ def _number(value: float | None) -> str:
     return "&infin;" if value is None else f"{value:.4g}"
 
 
-def _warnings(found: dict[str, Any]) -> str:
+def _warnings(found: IdentifiedResult) -> str:
     items = "".join(
-        f"<li>{html.escape(text)}{'.' * (not text.endswith('?'))}</li>"
-        for text in found["warnings"]
+        f"<li>{html.escape(text)}{'.' * (not text.endswith('?'))}</li>" for text in found.warnings
     )
     return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""
 
 
-def _separability(found: dict[str, Any]) -> str:
-    lines = [f"Condition of the columns, each of length 1: {_number(found['condition'])}."]
-    lines += [f"{name}: no measurement moves it." for name in found["without_effect"]]
-    lines += [f"Not seen: {d['in_words']} changes nothing measured." for d in found["unseen"]]
-    lines += [f"Hardly seen (index {d['index']:.0f}): {d['in_words']}." for d in found["weak"]]
+def _separability(found: IdentifiedResult) -> str:
+    lines = [f"Condition of the columns, each of length 1: {_number(found.condition)}."]
+    lines += [f"{name}: no measurement moves it." for name in found.without_effect]
+    lines += [f"Not seen: {d.in_words} changes nothing measured." for d in found.unseen]
+    lines += [f"Hardly seen (index {d.index:.0f}): {d.in_words}." for d in found.weak if d.index]
     lines += [
-        f"Alike: {' and '.join(pair['names'])}, cosine {pair['cosine']:.4f}."
-        for pair in found["alike"]
+        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
     ]
     return f"<h2>What can be told apart</h2><p>{'<br>'.join(map(html.escape, lines))}</p>"
 
 
-def _further(found: dict[str, Any]) -> str:
+def _further(found: IdentifiedResult) -> str:
     rows = [
         (
-            html.escape(entry["name"]),
-            f"{_number(entry['value'])} {entry['unit']}",
-            html.escape(entry["in_words"]),
+            html.escape(entry.name),
+            f"{_number(entry.value)} {entry.unit}",
+            html.escape(entry.in_words),
         )
-        for entry in found["further"]
+        for entry in found.further
     ]
     return (
         f"<h2>Further parameters</h2>{_FURTHER_TEXT}{table(('', 'fit', 'tests'), rows)}"

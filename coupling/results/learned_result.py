@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from coupling.results.result_file import ResultFile, ResultPart
+from typing import Annotated
+
+from coupling.results.result_file import From, ResultFile, ResultPart
 from coupling.results.run_result import GearResult, Three
 
 
@@ -31,19 +33,24 @@ class LearnedParameterResult(ResultPart):
     reason: str
 
 
-class LearnedPassResult(ResultPart):
-    """A measured pass."""
+class PassResult(ResultPart):
+    """A measured pass, and what is drawn of it over its time."""
 
-    run: str
-    measured: str
-    rows: int
+    run: Annotated[str, From("source.folder")]
+    measured: Annotated[str, From("seen.name")]
+    rows: Annotated[int, From("seen.time.__len__")]
     from_s: float
     to_s: float
-    frame_shift_m: Three
-    frame_turn_rad: Three
+    frame_shift_m: Annotated[Three, From("shift")]
+    frame_turn_rad: Annotated[Three, From("turn")]
     clock_s: float
-    orientation_noise_rad: float | None
     time: list[float]
+
+
+class LearnedPassResult(PassResult):
+    """A measured pass that a robot was learned from."""
+
+    orientation_noise_rad: float | None
     left_robot_file_m: list[float]
     left_learned_m: list[float]
 

@@ -44,7 +44,7 @@ class WorstReplay(ResultPart):
     nothing_less_constant: float
 
     @classmethod
-    def of(cls, before: Deviation, replays: Sequence[Replay]) -> WorstReplay | None:
+    def among(cls, before: Deviation, replays: Sequence[Replay]) -> WorstReplay | None:
         """Return the outlook; None where nothing was replayed.
 
         Args:

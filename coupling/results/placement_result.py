@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.result_file import From, ResultFile, ResultPart
 from coupling.results.run_result import GearResult
 
 
@@ -14,7 +14,7 @@ class DemandsResult(ResultPart):
     """Demands of [place]."""
 
     joint_margin_rad: float
-    least_regularity: float
+    least_regularity: Annotated[float, From("regularity")]
     clear_share: float
 
 
@@ -39,10 +39,10 @@ class SettingResult(ResultPart):
 class MapResult(ResultPart):
     """A map in map.csv."""
 
-    setting: str
+    setting: Annotated[str, From("name")]
     across: str
     up: str
-    shape: tuple[int, int]
+    shape: Annotated[tuple[int, int], From("moved.shape")]
 
 
 class PlacementResult(ResultFile):
@@ -50,17 +50,17 @@ class PlacementResult(ResultFile):
 
     what = "the figures of a placement"
 
-    case: str
-    robot: str
-    optimise: str
-    forced: bool
-    demands: DemandsResult
+    case: Annotated[str, From("case.name")]
+    robot: Annotated[str, From("robot.name")]
+    optimise: Annotated[str, From("goal.objective")]
+    forced: Annotated[bool, From("goal.forced")]
+    demands: Annotated[DemandsResult, From("goal.demands")]
     limited_joints: int
     ranges: dict[str, tuple[float, float]]
     free: tuple[str, ...]
-    places_s: tuple[float, ...]
-    settings: int
-    filling: int
+    places_s: Annotated[tuple[float, ...], From("stations.time")]
+    settings: Annotated[int, From("looked_at")]
+    filling: Annotated[int, From("case.place.settings")]
     refused: dict[str, int]
     present_setting: dict[str, float]
     present: SettingResult | None

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, get_args
 
+import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -14,7 +17,18 @@ from pydantic import (
     model_serializer,
 )
 
-from coupling.files.toml_file import problem
+from coupling.files.toml_file import model_in, problem
+
+# What ends a key: the unit of its value.
+_UNIT = re.compile(r"(_(m|rad|s|s2|N|Nm|Hz|deg|relative))+$")
+_MISSING = object()
+
+
+class From(str):
+    """What a key tells of an object, where that is not the attribute of its name without the unit.
+
+    An attribute or a method; after a dot one of that, or None where there is none.
+    """
 
 
 class ResultPart(BaseModel):
@@ -26,10 +40,62 @@ class ResultPart(BaseModel):
     model_config = ConfigDict(frozen=True, populate_by_name=True)
     sparse: ClassVar[tuple[str, ...]] = ()
 
+    @classmethod
+    def of(cls, *sources: object, **known: object) -> Self:
+        """Return the table that tells of objects, with tables of their attributes in it.
+
+        A number that is not finite is None where that may stand.
+
+        Args:
+            sources: The objects; an attribute is the first one's that has it.
+            known: Values of keys that are no attributes.
+
+        Example:
+            >>> from types import SimpleNamespace
+            >>> class SpringResult(ResultPart):
+            ...     rest_m: float
+            ...     limit_N: float | None
+            ...     name: str
+            >>> SpringResult.of(SimpleNamespace(rest=0.1, limit=np.inf), name="left")
+            SpringResult(rest_m=0.1, limit_N=None, name='left')
+        """
+        for key, field in cls.model_fields.items():
+            if key not in known:
+                paths = (own for own in field.metadata if isinstance(own, From))
+                known[key] = _attribute(sources, next(paths, _UNIT.sub("", key)))
+        told = {key: value for key, value in known.items() if value is not _MISSING}
+        return cls(**{k: _told(value, cls.model_fields[k].annotation) for k, value in told.items()})
+
     @model_serializer(mode="wrap")
     def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         told: dict[str, Any] = handler(self)
         return {k: v for k, v in told.items() if v is not None or k not in self.sparse}
+
+
+def _attribute(sources: Sequence[object], path: str) -> object:
+    """Return an attribute, or what a method returns, of the first source that has it."""
+    name, *inner = path.split(".")
+    owned = (getattr(source, name, _MISSING) for source in sources)
+    value = next((own for own in owned if own is not _MISSING), _MISSING)
+    for name in inner:
+        value = None if value is None else getattr(value, name)
+    return value() if callable(value) else value
+
+
+def _told(value: object, kind: object) -> object:
+    """Return a value as a key of a kind holds it."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, float) and type(None) in get_args(kind):
+        return value if np.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    part = model_in(kind)
+    if part is None or value is None or isinstance(value, part):
+        return value
+    if isinstance(value, tuple | list):
+        return tuple(_told(own, part) for own in value)
+    return part.of(value)
 
 
 class ResultFile(ResultPart):

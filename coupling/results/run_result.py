@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.forecast import PassForecast
 from coupling.results.outlook import WorstReplay
-from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.result_file import From, ResultFile, ResultPart
 
 Kind = Literal["couple", "compensate"]
 Three = tuple[float, float, float]
@@ -28,10 +27,10 @@ class RepeatabilityResult(ResultPart):
 class NoiseResult(ResultPart):
     """Noise of the process's forces."""
 
-    level_N: float
-    cutoff_Hz: float | None
+    level_N: Annotated[float, From("force")]
+    cutoff_Hz: Annotated[float | None, From("filter.cutoff")]
     adaptive: bool
-    counts: bool
+    counts: Annotated[bool, From("heard")]
     sentence: str
 
 
@@ -42,7 +41,7 @@ class SharesResult(ResultPart):
     process: Deviation
     gravity_after: Deviation | None = None
     process_after: Deviation | None = None
-    dynamic_after: Deviation | None
+    dynamic_after: Annotated[Deviation | None, From("dynamic")]
 
 
 class ReplayResult(ResultPart):
@@ -56,9 +55,9 @@ class PlantCouplingResult(ResultPart):
     """How the plant was coupled with its process."""
 
     converged: bool
-    outcome: str
+    outcome: Annotated[str, From("outcome.value")]
     reason: str
-    process_evaluations: int
+    process_evaluations: Annotated[int, From("evaluations.__len__")]
 
 
 class PlantResult(ResultPart):
@@ -91,15 +90,61 @@ class GearResult(ResultPart):
     robot: str | None = None
     joint: int
     backlash_rad: float
-    backlash_reversals: int
+    backlash_reversals: Annotated[int, From("changes")]
     in_backlash_s: float
     margin_Nm: float
-    backlash_20_percent_m: float
+    backlash_20_percent_m: Annotated[float, From("miss")]
     torque_Nm: float
     torque_time_s: float
-    base_tilt_rad: float | None
-    base_tilt_direction_rad: float | None
+    base_tilt_rad: Annotated[float | None, From("base_tilt.angle")]
+    base_tilt_direction_rad: Annotated[float | None, From("base_tilt.direction")]
     swing_Nm: float | None = None
+
+
+class DriveMotion(ResultPart):
+    """What a motion asks of one drive, between its rows as well.
+
+    Attributes:
+        joint: Number, from 1.
+        lowest, highest: Range of the angle [rad].
+        lower_limit, upper_limit: What the joint allows of it [rad], or None.
+        rate: Largest |q'| [rad/s].
+        rate_time: Instant of it [s].
+        rate_limit: Highest rate that the joint allows [rad/s], or None.
+        acceleration: Largest |q''| [rad/s^2].
+        acceleration_time: Instant of it [s].
+        acceleration_limit: Highest acceleration that joint and controller allow [rad/s^2], or None.
+    """
+
+    joint: int
+    lowest: float
+    highest: float
+    lower_limit: float | None
+    upper_limit: float | None
+    rate: float
+    rate_time: float
+    rate_limit: float | None
+    acceleration: float
+    acceleration_time: float
+    acceleration_limit: float | None
+
+    @property
+    def margin(self) -> float:
+        """Smallest distance from the limits of the angle [rad]; negative beyond them, else infinite."""
+        below = np.inf if self.lower_limit is None else self.lowest - self.lower_limit
+        above = np.inf if self.upper_limit is None else self.upper_limit - self.highest
+        return min(below, above)
+
+    @property
+    def beyond(self) -> list[str]:
+        """Names of what passes its limit."""
+        rate, most = self.rate_limit, self.acceleration_limit
+        asked = {
+            "angle": self.margin < 0.0,
+            "rate": rate is not None and self.rate > rate,
+            "acceleration": most is not None and self.acceleration > most,
+        }
+        return [name for name, passes in asked.items() if passes]
 
 
 class DriveResult(ResultPart):
@@ -134,14 +179,10 @@ class GapResult(ResultPart):
     widest_after: float
 
     @classmethod
-    def of(cls, gap: ToolGap) -> GapResult:
+    def extremes(cls, gap: ToolGap) -> GapResult:
         """Return the extremes of a gap."""
-        both = [gap.commanded + end for w in (gap.before, gap.after) for end in _ends(w)]
-        return cls(**dict(zip(cls.model_fields, (gap.commanded, *both), strict=True)))
-
-
-def _ends(values: np.ndarray) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+        ends = [gap.commanded + end() for w in (gap.before, gap.after) for end in (w.min, w.max)]
+        return cls(**dict(zip(cls.model_fields, (gap.commanded, *ends), strict=True)))
 
 
 class ToothPassingResult(ResultPart):
@@ -154,13 +195,13 @@ class ToothPassingResult(ResultPart):
 
 
 class EvaluationResult(ResultPart):
-    """One evaluation of the process."""
+    """One evaluation of the process; none is before the first, by which its force could change."""
 
     number: int
-    path_change_max_m: float
+    path_change_max_m: Annotated[float, From("path_change")]
     path_change_rms_m: float
     force_change_relative: float | None
-    springs_relative: float
+    springs_relative: Annotated[float, From("carried")]
     peak_force_N: float
     worst_time_s: float
 
@@ -174,10 +215,10 @@ class IterationResult(ResultPart):
 
     number: int
     deviation_m: Deviation
-    largest_correction_step_m: float | None = None
-    largest_correction_step_time_s: float | None = None
-    rate_limited_samples: int | None = None
-    evaluations: tuple[EvaluationResult, ...]
+    largest_correction_step_m: Annotated[float | None, From("correction.largest_step")] = None
+    largest_correction_step_time_s: Annotated[float | None, From("correction.step_time")] = None
+    rate_limited_samples: Annotated[int | None, From("correction.limited_samples")] = None
+    evaluations: Annotated[tuple[EvaluationResult, ...], From("coupling")]
 
 
 class WarningResult(ResultPart):
@@ -224,12 +265,12 @@ class RunResult(ResultFile):
     kind: Kind
     mode: Literal["dynamic", "quasistatic"]
     converged: bool
-    outcome: str
+    outcome: Annotated[str, From("outcome.value")]
     reason: str
-    process_evaluations: int
+    process_evaluations: Annotated[int, From("evaluations")]
     repeatability: RepeatabilityResult | None = None
     noise: NoiseResult | None = None
-    before: Literal["coupled", "one-way"]
+    before: Annotated[Literal["coupled", "one-way"], From("before.how")]
     deviation_before_m: Deviation
     deviation_after_m: Deviation
     consistency_m: float
@@ -248,7 +289,7 @@ class RunResult(ResultFile):
     warnings: tuple[WarningResult, ...] = ()
     rate_warnings: tuple[str, ...]
     remarks: tuple[str, ...] = ()
-    evaluation_keys: tuple[str, ...]
+    evaluation_keys: Annotated[tuple[str, ...], From("keys")]
     fmu_fingerprint: str
     versions: dict[str, str]
     robots: Annotated[tuple[RobotResult, ...], Field(min_length=1)]

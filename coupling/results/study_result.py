@@ -1,13 +1,53 @@
-"""study.json, what the samples of a study say."""
+"""Samples of a study, and study.json, what they say."""
 
 from __future__ import annotations
 
+import json
+import zlib
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.result_file import From, ResultFile, ResultPart
+
+
+class StudySample(ResultPart):
+    """What the command leaves on one sampled robot.
+
+    Attributes:
+        number: Number of the sample, from 0.
+        deviation: Deviation from the desired paths, the worst figures of all tools; None where the
+            robot cannot be simulated.
+        distance: Largest distance from them in each part of the path [m]; empty there.
+        failure: Why it cannot be simulated, or empty.
+        evaluations: Evaluations of the process that it took.
+        converged: Whether robot and process came together; true where the process was not asked.
+    """
+
+    number: int
+    deviation: Deviation | None
+    distance: tuple[float, ...]
+    failure: str = ""
+    evaluations: int = 0
+    converged: bool = True
+
+    def line(self) -> bytes:
+        """Return its line of the table; numbers survive exactly."""
+        text = json.dumps(self.model_dump(), separators=(",", ":")).encode()
+        return b"%08x %s\n" % (zlib.crc32(text), text)
+
+    @classmethod
+    def of_line(cls, line: bytes) -> StudySample:
+        """Return the sample of a line.
+
+        Raises:
+            ValueError: If it is torn or damaged.
+        """
+        crc, _, text = line.partition(b" ")
+        if not text.endswith(b"\n") or int(crc, 16) != zlib.crc32(text[:-1]):
+            raise ValueError("the line does not agree with its checksum")
+        return cls.model_validate_json(text, strict=True)
 
 
 class StudyCommandResult(ResultPart):
@@ -15,11 +55,17 @@ class StudyCommandResult(ResultPart):
 
     converged: bool
     reason: str
-    deviation_m: Deviation
+    deviation_m: Annotated[Deviation, From("shares_m.dynamic_after")]
 
 
 class ShareResult(ResultPart):
-    """Share of a parameter in the variance of a deviation."""
+    """How much one parameter matters for a deviation.
+
+    Attributes:
+        share: Share of the deviation's variance that goes back to this parameter alone, its first-order
+            Sobol index: 0 to 1.
+        rank_correlation: Spearman's, -1 to 1: whether the deviation rises with the parameter.
+    """
 
     share: float
     rank_correlation: float
@@ -36,7 +82,7 @@ class UncertainResult(ResultPart):
     """An uncertain parameter."""
 
     name: str
-    distribution: str
+    distribution: Annotated[str, From("in_words")]
     range: tuple[float, float]
     influence: InfluenceResult
 
@@ -59,7 +105,7 @@ class StudyResult(ResultFile):
     command: StudyCommandResult
     quantiles_m: dict[str, dict[str, float]]
     parameters: Annotated[tuple[UncertainResult, ...], Field(min_length=1)]
-    silent: tuple[str, ...]
+    silent: Annotated[tuple[str, ...], From("parameters.silent")]
     fmu_fingerprint: str
     versions: dict[str, str]
 

@@ -274,7 +274,7 @@ def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
 
 def _of_cell(run: Run, gap: ToolGap, compensated: bool) -> list[str]:
     """Return what there is to say of the gap between the tools and of each robot."""
-    found = GapResult.of(gap)
+    found = GapResult.extremes(gap)
     before, after = (
         f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
         for low, high in (

@@ -19,11 +19,11 @@ from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, SmoothedProcess
 from coupling.results.forecast import PassForecast
 from coupling.results.outlook import Replay
-from coupling.results.run_result import Kind
+from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.asked_again import RememberedProcess, asked_again, explained
-from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.drive_motion import drive_motions
 from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings

@@ -31,14 +31,13 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
             _, numbers = robot_numbers(find_robot(table["description"]))
         own = link_points(placed.description, joints.q[0][len(joints.time) // 2])
         found.append(
-            RobotResult(
-                name=placed.name,
+            RobotResult.of(
+                placed,
                 title=placed.description.name,
                 description=Path(table["description"]).name,
-                torque_curve=placed.torque_curve,
                 sources=by_source(numbers),
                 touch_off=_touch_off(case, placed),
-                links_m=np.round(placed.world_from_base.points(own), 6).tolist(),
+                links_m=np.round(placed.world_from_base.points(own), 6),
             )
         )
     return tuple(found)
@@ -54,10 +53,10 @@ def _touch_off(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
         warnings.simplefilter("ignore", UserWarning)
         rpy = part.rotation.as_euler("xyz", degrees=True)
     shown = own.real_from_shown
-    return TouchOffResult(
-        part_position_m=part.position.tolist(),
-        part_rpy_deg=rpy.tolist(),
-        shift_m=(part.position - shown.coordinates(part.position)).tolist(),
-        turn_rad=shown.rotation.as_rotvec().tolist(),
-        residual_m=own.residual,
+    return TouchOffResult.of(
+        own,
+        part_position_m=part.position,
+        part_rpy_deg=rpy,
+        shift_m=part.position - shown.coordinates(part.position),
+        turn_rad=shown.rotation.as_rotvec(),
     )

@@ -17,8 +17,8 @@ from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.whole_file import WholeFile
 from coupling.process.base import EVALUATIONS
+from coupling.results.run_result import EvaluationResult
 from coupling.results.run_state import AnswerResult, RunState
-from coupling.run.figures import evaluation_figures
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
 from coupling.store import StoredAnswer, WaitingForOther
@@ -75,7 +75,7 @@ class RunLog:
                     told = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
                     self._write(answers=(*content.answers, told), waiting=None)
                 case Evaluated(evaluation):
-                    own = evaluation_figures(evaluation)
+                    own = EvaluationResult.of(evaluation)
                     self._write(evaluations=(*content.evaluations, own))
                 case WaitingForOther(text):
                     self._write(waiting=text)

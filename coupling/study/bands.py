@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import spearmanr
 
+from coupling.results.study_result import ShareResult
+
 # Degrees of the polynomials that tell a parameter's share, the first for which there are samples enough:
 # even ones see a deviation that grows to both sides, which a correlation is blind to.
 _DEGREES = (4, 2)
@@ -90,21 +92,7 @@ def _limit(distance: np.ndarray, share: float) -> np.ndarray:
     return limit
 
 
-@dataclass(frozen=True)
-class ParameterInfluence:
-    """How much one parameter matters for a figure.
-
-    Attributes:
-        share: Share of the figure's variance that goes back to this parameter alone, its first-order
-            Sobol index: 0 to 1.
-        rank_correlation: Spearman's, -1 to 1: whether the figure rises with the parameter.
-    """
-
-    share: float
-    rank_correlation: float
-
-
-def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ParameterInfluence, ...] | None:
+def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...] | None:
     """Return how much each parameter matters for a figure, out of samples as they are.
 
     The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with
@@ -132,7 +120,7 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ParameterInfluen
     degree = enough[0]
     variance = float(np.var(figure))
     if variance == 0.0:
-        return (ParameterInfluence(0.0, 0.0),) * width
+        return (ShareResult(share=0.0, rank_correlation=0.0),) * width
     parts = [np.polynomial.legendre.legvander(2.0 * x - 1.0, degree)[:, 1:] for x in points.T]
     terms = np.column_stack([np.ones(count), *parts])
     weights, *_ = np.linalg.lstsq(terms, figure, rcond=None)
@@ -140,7 +128,10 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ParameterInfluen
     squares = weights[1:].reshape(width, degree) ** 2 / (2.0 * np.arange(1, degree + 1) + 1.0)
     shares = np.clip(squares.sum(axis=1) / variance, 0.0, 1.0)
     ranks = [float(spearmanr(x, figure).statistic) for x in points.T]
-    return tuple(ParameterInfluence(float(s), r) for s, r in zip(shares, ranks, strict=True))
+    return tuple(
+        ShareResult(share=share, rank_correlation=rank)
+        for share, rank in zip(shares.tolist(), ranks, strict=True)
+    )
 
 
 def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
 from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
@@ -21,7 +22,6 @@ from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Coupling
 from coupling.study.bands import largest_in_parts, parts_of_path
 from coupling.study.parameters import SampledRobots, StudyParameters
-from coupling.study.rows import StudySample
 
 # Parts of the path's time of which a sample keeps the largest deviation.
 PARTS = 400
@@ -100,12 +100,12 @@ class RobotPool:
         except HostError:
             raise
         except (SimulationError, ProcessError) as error:
-            return StudySample(number, None, (), str(error))
+            return StudySample(number=number, deviation=None, distance=(), failure=str(error))
         distance = largest_in_parts(path.distance_to(self._work.desired), self._first)
         return StudySample(
-            number,
-            measure(path, self._work.desired),
-            tuple(distance.tolist()),
+            number=number,
+            deviation=measure(path, self._work.desired),
+            distance=tuple(distance.tolist()),
             evaluations=0 if coupling is None else len(coupling.evaluations),
             converged=coupling is None or coupling.converged,
         )

@@ -13,8 +13,8 @@ from typing import Any
 from uuid import uuid4
 
 from coupling.errors import HostError, StudyError
+from coupling.results.study_result import StudySample
 from coupling.study.bench import RobotPool, StudyJob
-from coupling.study.rows import StudySample
 from coupling.study.workers import Workers
 
 try:

@@ -20,13 +20,14 @@ from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.results.study_result import StudySample
 from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.bands import samples_for
 from coupling.study.bench import StudyJob
 from coupling.study.design import GROWS
 from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
 from coupling.study.parameters import StudyParameters
-from coupling.study.rows import SampleTable, StudySample
+from coupling.study.rows import SampleTable
 from coupling.study.workers import Workers
 
 

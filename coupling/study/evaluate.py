@@ -9,19 +9,12 @@ from scipy.stats import rankdata
 
 from coupling.errors import StudyError
 from coupling.files.whole_file import WholeFile
-from coupling.results.study_result import (
-    InfluenceResult,
-    ShareResult,
-    StudyCommandResult,
-    StudyResult,
-    UncertainResult,
-)
+from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
 from coupling.run.figures import versions
 from coupling.study.bands import DeviationBand, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, write_whole_table
-from coupling.study.rows import StudySample
 
 MEASURES = (
     "maximum",
@@ -83,30 +76,22 @@ def _figures(
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
     shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
-    assert run.shares_m.dynamic_after is not None, "opened refuses such runs"
-    return StudyResult(
-        case=study.case,
+    return StudyResult.of(
+        study,
+        table,
+        run,
         kind="study",
         samples=len(samples),
-        design=table.design,
-        seed=table.seed,
-        coverage=table.coverage,
         wrench="model" if study.work.process is None else "coupled",
         process_evaluations=sum(sample.evaluations for sample in samples),
-        not_coupled=tuple(s.number for s in samples if not s.converged),
+        not_coupled=[s.number for s in samples if not s.converged],
         failed={str(sample.number): sample.failure for sample in samples if sample.failure},
-        command=StudyCommandResult(
-            converged=run.converged,
-            reason=run.reason,
-            deviation_m=run.shares_m.dynamic_after,
-        ),
+        command=run,
         quantiles_m={
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
             for name, values in figures.items()
         },
         parameters=_parameters(study, points, figures),
-        silent=tuple(study.parameters.silent),
-        fmu_fingerprint=run.fmu_fingerprint,
         versions=versions(),
     )
 
@@ -119,19 +104,10 @@ def _parameters(
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
     found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
     return tuple(
-        UncertainResult(
-            name=entry.name,
-            distribution=entry.in_words(),
-            range=entry.range,
-            influence=InfluenceResult(
-                **{
-                    name: None
-                    if every is None
-                    else ShareResult(
-                        share=every[k].share, rank_correlation=every[k].rank_correlation
-                    )
-                    for name, every in found.items()
-                }
+        UncertainResult.of(
+            entry,
+            influence=InfluenceResult.of(
+                **{name: None if own is None else own[k] for name, own in found.items()}
             ),
         )
         for k, entry in enumerate(study.parameters.entries)

@@ -7,58 +7,12 @@ that of a line which was damaged later.
 
 from __future__ import annotations
 
-import dataclasses
 import errno
-import json
 import os
-import zlib
-from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import StudyError
-from coupling.path.deviation import Deviation
-
-
-@dataclass(frozen=True)
-class StudySample:
-    """What the command leaves on one sampled robot.
-
-    Attributes:
-        number: Number of the sample, from 0.
-        deviation: Deviation from the desired paths, the worst figures of all tools; None where the
-            robot cannot be simulated.
-        distance: Largest distance from them in each part of the path [m]; empty there.
-        failure: Why it cannot be simulated, or empty.
-        evaluations: Evaluations of the process that it took.
-        converged: Whether robot and process came together; true where the process was not asked.
-    """
-
-    number: int
-    deviation: Deviation | None
-    distance: tuple[float, ...]
-    failure: str = ""
-    evaluations: int = 0
-    converged: bool = True
-
-    def line(self) -> bytes:
-        """Return its line of the table; numbers survive exactly."""
-        text = json.dumps(dataclasses.asdict(self), separators=(",", ":")).encode()
-        return b"%08x %s\n" % (zlib.crc32(text), text)
-
-    @classmethod
-    def of(cls, line: bytes) -> StudySample:
-        """Return the sample of a line.
-
-        Raises:
-            ValueError: If it is torn or damaged.
-        """
-        crc, _, text = line.partition(b" ")
-        if not text.endswith(b"\n") or int(crc, 16) != zlib.crc32(text[:-1]):
-            raise ValueError("the line does not agree with its checksum")
-        data = json.loads(text)
-        found = data["deviation"]
-        data["deviation"] = None if found is None else Deviation(**found)
-        return cls(**{**data, "distance": tuple(data["distance"])})
+from coupling.results.study_result import StudySample
 
 
 class SampleTable:
@@ -90,8 +44,8 @@ class SampleTable:
         self.damaged = 0
         for line in lines:
             try:
-                sample = StudySample.of(line)
-            except (ValueError, KeyError, TypeError):
+                sample = StudySample.of_line(line)
+            except ValueError:
                 self.damaged += 1
             else:
                 self.samples[sample.number] = sample

@@ -19,12 +19,12 @@ from benchmarks import study as benchmark
 from coupling.case.file import load_case
 from coupling.events import unwatched
 from coupling.report import study_page
+from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.study.conduct import changed_table, opened, simulated
 from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
-from coupling.study.rows import StudySample
 from coupling.study.stored_study import StoredStudy, read_study
 from coupling.study.workers import Workers
 from docs.scripts.page import finish, replace_parts, table

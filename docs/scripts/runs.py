@@ -78,7 +78,7 @@ def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
 def gap_ranges(run: Run) -> tuple[str, str]:
     """Return from where to where the gap between a cell's tools goes, before and after, in words."""
     assert run.gap is not None
-    gap = {name: 1e3 * value for name, value in GapResult.of(run.gap)}
+    gap = {name: 1e3 * value for name, value in GapResult.extremes(run.gap)}
     before, after = (
         f"{gap[f'narrowest_{state}']:.3f} to {gap[f'widest_{state}']:.3f} mm"
         for state in ("before", "after")

@@ -85,7 +85,6 @@ def test_lines_and_page_tell_both(runs):
             lambda second: (second / "result.json").write_text('{"kind": "couple"}'),
             "got damaged ones",
         ),
-        (lambda second: (second / "result.json").write_text("[]"), "got damaged ones"),
         (lambda second: (second / "command.csv").write_text("time\n0\n"), "columns"),
         (lambda second: (second / "gap.csv").write_text("time,before,after\n0,0,0\n"), "robots"),
     ],

@@ -29,7 +29,7 @@ def deviation(maximum: float, less_constant: float) -> Deviation:
 
 def outlook(*rows: tuple[str, float, float]) -> WorstReplay:
     replays = [Replay(name, deviation(*own), ()) for name, *own in rows]
-    found = WorstReplay.of(deviation(1.7e-3, 4e-4), replays)
+    found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays)
     assert found is not None
     return found
 
@@ -97,5 +97,5 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
 
 
 def test_nothing_is_expected_where_nothing_was_replayed():
-    assert WorstReplay.of(deviation(1e-3, 1e-4), ()) is None
+    assert WorstReplay.among(deviation(1e-3, 1e-4), ()) is None
     assert "expect" not in verdict(figures(), "measured")

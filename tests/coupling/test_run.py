@@ -384,25 +384,3 @@ def test_a_damaged_run_folder_is_named(finished, tmp_path):
     (copy / "result.json").write_text("{")
     with pytest.raises(ResultError, match="not valid JSON"):
         write_report(copy)
-
-
-@pytest.mark.parametrize("content", [[], None, 7, {}, {"kind": "couple"}])
-def test_a_result_that_is_none_is_one_message(finished, tmp_path, content):
-    copy = tmp_path / "copy"
-    shutil.copytree(finished[0], copy)
-    (copy / "result.json").write_text(json.dumps(content))
-    with pytest.raises(ResultError, match=r"result\.json: expected the figures of a run"):
-        write_report(copy)
-
-
-@pytest.mark.parametrize(
-    "key", ["deviation_before_m", "shares_m", "iterations", "command", "reason"]
-)
-def test_a_figure_that_is_missing_or_no_figure_is_one_message(finished, tmp_path, key):
-    copy = tmp_path / "copy"
-    shutil.copytree(finished[0], copy)
-    whole = json.loads((finished[0] / "result.json").read_text())
-    for content in ({k: v for k, v in whole.items() if k != key}, whole | {key: 7}):
-        (copy / "result.json").write_text(json.dumps(content))
-        with pytest.raises(ResultError, match=r"expected the figures of a run, got damaged ones"):
-            write_report(copy)

@@ -206,10 +206,10 @@ def die_while_exporting(folder: Path, stage: str, text: str) -> None:
 def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:
     """Return a program of one file, WAY.src, with this text, as an export has it."""
     from coupling.export.exported import ExportedProgram, ExportOptions
-    from coupling.export.postures import NearestSingularity
     from coupling.path.deviation import Deviation
     from coupling.programs.languages import LANGUAGES
     from coupling.programs.program import ProgramFile, ProgramMove, RobotProgram
+    from coupling.results.export_result import NearestSingularity
 
     start, end = (0.0,) * 6, (0.1,) * 6
     moves = (ProgramMove("joint", joints=start), ProgramMove("joint", joints=end, duration=1.0))
@@ -224,7 +224,7 @@ def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:
         command=none,
         read_back=none,
         drives=(),
-        nearest=NearestSingularity(0.0, 1.0, "wrist"),
+        nearest=NearestSingularity(time=0.0, value=1.0, kind="wrist"),
         counted=True,
     )
     return exported, ExportOptions(LANGUAGES["krl"], "joints")

@@ -1,6 +1,8 @@
 """A file of any kind that is damaged anywhere is refused in one sentence with its place."""
 
+import importlib
 import json
+import pkgutil
 import re
 from pathlib import Path
 
@@ -8,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from coupling import results
 from coupling.errors import ResultError
-from coupling.results.learned_result import LearnedResult
-from coupling.results.placement_result import PlacementResult
 from coupling.results.result_file import ResultFile
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState
-from coupling.results.study_result import StudyResult
 
-KINDS = (LearnedResult, PlacementResult, RunResult, RunState, StudyResult)
+for module in pkgutil.iter_modules(results.__path__, f"{results.__name__}."):
+    importlib.import_module(module.name)
+KINDS = ResultFile.__subclasses__()
 
 
 def example(schema: dict, known: dict) -> object:
@@ -69,11 +71,19 @@ def refused(kind: type[ResultFile], file: Path, told: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_written_is_read_and_more_keys_are_passed_over(kind, tmp_path):
     file, content = tmp_path / "file.json", whole(kind)
-    content |= {key: None for key in ("outlook", "forecast") if key in content}  # tell sentences
     file.write_text(json.dumps(content | {"of_a_later_version": [1]}))
     read = kind.read(file, ResultError)
-    assert json.loads(read.text()) == content
+    assert read_alike(json.loads(read.text()), content)
     assert read == kind.read(_written(tmp_path / "again.json", read), ResultError)
+
+
+def read_alike(found: object, content: object) -> bool:
+    """Whether a content is found, but for sentences that are made of the rest."""
+    if isinstance(content, dict):
+        return all(read_alike(found[key], own) for key, own in content.items())
+    if isinstance(content, list):
+        return len(found) == len(content) and all(map(read_alike, found, content))
+    return found == content
 
 
 def _written(file: Path, content: ResultFile) -> Path:

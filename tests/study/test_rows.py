@@ -13,13 +13,16 @@ import pytest
 
 from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
+from coupling.results.study_result import StudySample
 from coupling.study.conduct import simulated
-from coupling.study.rows import SampleTable, StudySample
+from coupling.study.rows import SampleTable
 
 
 def sample(number: int) -> StudySample:
     figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25, 0.1, 1e-9]
-    return StudySample(number, Deviation(*figures), (1.0 / 3.0, 5e-324, 7.0e-5))
+    return StudySample(
+        number=number, deviation=Deviation(*figures), distance=(1.0 / 3.0, 5e-324, 7.0e-5)
+    )
 
 
 @pytest.fixture
@@ -76,7 +79,7 @@ def test_a_table_of_something_else_holds_no_samples(table):
 
 def test_a_failed_sample_is_worth_another_try(table):
     with SampleTable(table) as rows:
-        rows.add(StudySample(3, None, (), "the robot fell"))
+        rows.add(StudySample(number=3, deviation=None, distance=(), failure="the robot fell"))
         assert not rows.has(3)
         rows.add(sample(3))
         assert rows.has(3)

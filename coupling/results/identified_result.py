@@ -1,0 +1,115 @@
+"""identified.json, what measured deflections tell of a robot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.run_result import Three
+
+
+class RmsResult(ResultPart):
+    """Rms deflection [m], and what is left of it."""
+
+    measured: float | None
+    start: float | None
+    fit: float | None
+    left_out: float | None
+    written: float | None
+
+
+class EvidenceResult(ResultPart):
+    """What the tests of a tilt or backlash say."""
+
+    F: Annotated[float | None, From("statistic")]
+    probability: float | None
+    left_out_change: Annotated[float | None, From("change")]
+    left_out_change_without_worst: Annotated[float | None, From("trimmed")]
+    supported: bool
+    in_words: str
+
+
+class IdentifiedParameterResult(ResultPart):
+    """A parameter of the robot; None is infinite, or no start."""
+
+    name: str
+    unit: str
+    start: float | None
+    value: float | None
+    low: float | None
+    high: float | None
+    written: float | None
+    identified: bool
+    added: bool
+    reason: str
+    support: EvidenceResult | None
+
+
+class FurtherResult(EvidenceResult):
+    """A parameter that the robot does not have, tested beside its own."""
+
+    name: str
+    unit: str
+    value: float | None
+
+
+class DirectionResult(ResultPart):
+    """A change of parameters that hardly moves what was measured."""
+
+    names: tuple[str, ...]
+    parts: tuple[float, ...]
+    index: float | None
+    in_words: str
+
+
+class AlikeResult(ResultPart):
+    """Two parameters that look alike."""
+
+    names: tuple[str, str]
+    cosine: float
+
+
+class CommonLossResult(ResultPart):
+    """A deflection that is missing in every row."""
+
+    value_m: float
+    half_m: float
+    probability: float
+
+
+class MeasuredRowResult(ResultPart):
+    """A measurement and what the robot predicts of it [m], [rad]."""
+
+    name: str
+    position_m: Three
+    force_N: Three
+    measured: list[float]
+    predicted: list[float]
+    left_out_error: list[float]
+    weight: float
+
+
+class IdentifiedResult(ResultFile):
+    """Figures of an identification; docs/identify.md says what they are."""
+
+    what = "the figures of an identification"
+
+    converged: bool
+    reason: str
+    refusal: str
+    rows: Annotated[int, From("measured.count")]
+    rms_m: RmsResult
+    residual_over_deviation: Annotated[float | None, From("intervals.scale")]
+    parameters: tuple[IdentifiedParameterResult, ...]
+    further: tuple[FurtherResult, ...]
+    condition: float | None
+    without_effect: Annotated[tuple[str, ...], From("silent")]
+    unseen: tuple[DirectionResult, ...]
+    weak: tuple[DirectionResult, ...]
+    alike: tuple[AlikeResult, ...]
+    common_loss: Annotated[CommonLossResult | None, From("loss")]
+    warnings: tuple[str, ...]
+    measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
+    worst: tuple[str, ...]
