@@ -6,7 +6,7 @@ import base64
 import gzip
 import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.report import section
 from coupling.report.colours import ON_DARK
 from coupling.report.plotly_js import plotly_js
+from coupling.report.section import Note, Table
 
 # Significant digits of what is drawn: a millisecond in an hour.
 _DIGITS = 7
@@ -23,6 +25,51 @@ _STYLE, _SCRIPT = (Path(__file__).with_name(f"document.{kind}") for kind in ("cs
 
 # Title in HTML or "", name, what is drawn beside each other, and HTML before it.
 Section = tuple[str, str, go.Figure | tuple[go.Figure, ...], str]
+
+
+def page(title: str, sections: Iterable[section.Section]) -> str:
+    """Return a self-contained HTML text."""
+    told: list[Section] = [
+        (html.escape(own.title), own.name, tuple(own.figures), _body(own)) for own in sections
+    ]
+    return document(title, "", told)
+
+
+def _body(told: section.Section) -> str:
+    if told.good is None:
+        return "".join(map(_part, told.parts))
+    first, *rest = (html.escape(part) for part in told.parts if isinstance(part, str))
+    text = "<br>".join((f"<b>{first}</b>", *rest))
+    others = (part for part in told.parts if not isinstance(part, str))
+    return (
+        f'<p class="verdict {"yes" if told.good else "no"}">{text}</p>{"".join(map(_part, others))}'
+    )
+
+
+def _part(part: str | Table | Note) -> str:
+    """Return a sentence, a table or a note as HTML."""
+    if isinstance(part, Table):
+        return _table(part)
+    note = part if isinstance(part, Note) else Note(part)
+    text = html.escape(note.text)
+    if note.as_it_stands:
+        return f'<pre tabindex="0">{text}</pre>'
+    return f'<p><a href="{note.target}">{text}</a></p>' if note.target else f"<p>{text}</p>"
+
+
+def _table(told: Table) -> str:
+    above = [
+        f'<th scope="colgroup" colspan="{columns}">{html.escape(cell)}</th>'
+        if cell
+        else "<td></td>"
+        for cell, columns in told.groups
+    ]
+    lines = [above] if above else []
+    lines += [[f'<th scope="col">{html.escape(cell)}</th>' for cell in told.columns]]
+    lines += [[f"<td>{html.escape(cell)}</td>" for cell in row] for row in told.rows]
+    content = "".join(f"<tr>{chr(10).join(line)}</tr>" for line in lines)
+    marked = f' class="{told.kind}"' if told.kind else ""
+    return f'<div class="scroll" tabindex="0"><table{marked}>{content}</table></div>'
 
 
 def document(title: str, head: str, sections: Sequence[Section], end: str = "") -> str:
