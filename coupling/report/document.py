@@ -14,28 +14,59 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.report import section
 from coupling.report.colours import ON_DARK
 from coupling.report.plotly_js import plotly_js
-from coupling.report.section import Note, Table
+from coupling.report.section import Note, Part, Section, Table
 
 # Significant digits of what is drawn: a millisecond in an hour.
 _DIGITS = 7
 _STYLE, _SCRIPT = (Path(__file__).with_name(f"document.{kind}") for kind in ("css", "js"))
 
-# Title in HTML or "", name, what is drawn beside each other, and HTML before it.
-Section = tuple[str, str, go.Figure | tuple[go.Figure, ...], str]
+
+def document(title: str, sections: Iterable[Section]) -> str:
+    """Return a self-contained HTML text.
+
+    Figures and plotly.js are compressed in it; what a figure's legend says is HTML above it.
+
+    Args:
+        title: Title, as plain text.
+        sections: What it tells.
+    """
+    drawn: dict[str, go.Figure] = {}
+    body = ""
+    for section in sections:
+        heading = html.escape(section.title)
+        own = {
+            f"{section.name}_{k + 1}" if k else section.name: f
+            for k, f in enumerate(section.figures)
+        }
+        drawn |= own
+        cells = "".join(
+            f"<div>{_legend(name, figure)}{_place(name, figure, heading)}</div>"
+            for name, figure in own.items()
+        )
+        shown = f"<h2>{heading}</h2>" if heading else ""
+        shown += f"<div>{_told(section)}</div>"
+        shown += f'<div class="figures">{cells}</div>' if cells else ""
+        body += f"<section>{shown}</section>"
+    title = html.escape(title)
+    packed = json.dumps(
+        {name: _plain(figure.to_plotly_json()) for name, figure in drawn.items()},
+        separators=(",", ":"),
+    )
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
+        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>"
+        f'<script type="application/octet-stream" id="plotly">{_plotly(_kinds(drawn))}</script>'
+        f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
+        f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
+        f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
+    )
 
 
-def page(title: str, sections: Iterable[section.Section]) -> str:
-    """Return a self-contained HTML text."""
-    told: list[Section] = [
-        (html.escape(own.title), own.name, tuple(own.figures), _body(own)) for own in sections
-    ]
-    return document(title, "", told)
-
-
-def _body(told: section.Section) -> str:
+def _told(told: Section) -> str:
     if told.good is None:
         return "".join(map(_part, told.parts))
     first, *rest = (html.escape(part) for part in told.parts if isinstance(part, str))
@@ -46,7 +77,7 @@ def _body(told: section.Section) -> str:
     )
 
 
-def _part(part: str | Table | Note) -> str:
+def _part(part: Part) -> str:
     """Return a sentence, a table or a note as HTML."""
     if isinstance(part, Table):
         return _table(part)
@@ -72,48 +103,6 @@ def _table(told: Table) -> str:
     return f'<div class="scroll" tabindex="0"><table{marked}>{content}</table></div>'
 
 
-def document(title: str, head: str, sections: Sequence[Section], end: str = "") -> str:
-    """Return a self-contained HTML text.
-
-    Figures and plotly.js are compressed in it; what a figure's legend says is HTML above it.
-
-    Args:
-        title: Title, as plain text.
-        head: HTML before the sections.
-        sections: Title, name, figure or figures side by side, and HTML of each.
-        end: HTML after them.
-    """
-    drawn: dict[str, go.Figure] = {}
-    body = ""
-    for heading, name, figure, text in sections:
-        figures = figure if isinstance(figure, tuple) else (figure,)
-        names = [name if not k else f"{name}_{k + 1}" for k in range(len(figures))]
-        drawn |= dict(zip(names, figures, strict=True))
-        cells = "".join(
-            f"<div>{_legend(own_name, own)}{_place(own_name, own, heading)}</div>"
-            for own_name, own in zip(names, figures, strict=True)
-        )
-        shown = f"<h2>{heading}</h2>" if heading else ""
-        shown += f"<div>{text}</div>"
-        shown += f'<div class="figures">{cells}</div>' if cells else ""
-        body += f"<section>{shown}</section>"
-    title = html.escape(title)
-    packed = json.dumps(
-        {name: _plain(figure.to_plotly_json()) for name, figure in drawn.items()},
-        separators=(",", ":"),
-    )
-    return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
-        f"<body><main><h1>{title}</h1>{_TROUBLE}{head}{body}{end}</main>"
-        f'<script type="application/octet-stream" id="plotly">{_plotly(_kinds(drawn))}</script>'
-        f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
-        f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
-        f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
-    )
-
-
 _TROUBLE = (
     "<noscript><p>The figures need JavaScript; the tables do not.</p></noscript>"
     '<p id="trouble" hidden>The figures cannot be drawn: they need a browser of 2023 or later.</p>'
@@ -136,9 +125,8 @@ def _packed(text: str) -> str:
 
 def _place(name: str, figure: go.Figure, heading: str) -> str:
     height = figure.layout.height or 400
-    label = html.escape(html.unescape(heading))
     return (
-        f'<div class="figure" id="{name}" role="img" aria-label="{label}"'
+        f'<div class="figure" id="{name}" role="img" aria-label="{heading}"'
         f' style="min-height: {height}px"></div>'
     )
 

@@ -13,8 +13,8 @@ from coupling.files.whole_file import write_whole
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.document import page
-from coupling.report.section import Note, Section, Table, warned
+from coupling.report.document import document
+from coupling.report.section import Note, Part, Section, Table, warned
 from coupling.report.style import style
 from coupling.results.placement_result import PlacementResult, SettingResult
 
@@ -50,7 +50,7 @@ def place_page(stored: StoredPlacement) -> str:
         title = f"The part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
-    return page(f"{figures.case}: place", [*place_summary(figures), _gears(figures), *sections])
+    return document(f"{figures.case}: place", [*place_summary(figures), _gears(figures), *sections])
 
 
 def place_summary(figures: PlacementResult) -> list[Section]:
@@ -76,7 +76,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     lost = "As it is, the robot cannot follow the path."
     refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)
     limits = "the robot file has no limits of its joints: look whether they are kept."
-    parts = [
+    parts: list[Part] = [
         *([lost] if figures.present is None else []),
         Table(header, rows),
         _TABLE,

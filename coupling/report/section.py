@@ -41,6 +41,9 @@ class Table:
     groups: Sequence[tuple[str, int]] = ()
 
 
+Part = str | Table | Note
+
+
 @dataclass(frozen=True)
 class Section:
     """Part of what is told of a result.
@@ -55,7 +58,7 @@ class Section:
     """
 
     title: str
-    parts: Sequence[str | Table | Note]
+    parts: Sequence[Part]
     name: str = ""
     figures: Sequence[go.Figure] = ()
     good: bool | None = None

@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 from coupling.errors import StudyError
 from coupling.files.whole_file import write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.document import page
+from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import style
 from coupling.results.study_result import StudyResult
@@ -65,7 +65,7 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
             Section("What matters", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
-    return page(f"{figures.case}: study", sections)
+    return document(f"{figures.case}: study", sections)
 
 
 def study_summary(figures: StudyResult) -> list[Section]:

@@ -30,8 +30,8 @@ def _columns(told: Table) -> table.Table:
     shown = table.Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     above = [name for name, count in told.groups or [("", len(told.columns))] for _ in range(count)]
     for k, (group, name) in enumerate(zip(above, told.columns, strict=True)):
-        side = "left" if k == 0 or told.kind == "words" or not name else "right"
-        shown.add_column(Text(f"{group} {name}".strip()), justify=side)
+        words = k == 0 or told.kind == "words" or not name
+        shown.add_column(Text(f"{group} {name}".strip()), justify="left" if words else "right")
     for row in told.rows:
         shown.add_row(*map(Text, row))
     return shown

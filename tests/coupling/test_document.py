@@ -14,6 +14,7 @@ from plotly.offline import get_plotlyjs
 from coupling.report import plotly_js as module
 from coupling.report.document import document
 from coupling.report.plotly_js import plotly_js
+from coupling.report.section import Section
 
 IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
@@ -27,8 +28,8 @@ DRAWN = {
 
 
 def page(*kinds: str) -> str:
-    sections = [("", f"figure{k}", go.Figure(DRAWN[kind][0]), "") for k, kind in enumerate(kinds)]
-    return document("Figures", "", sections)
+    figures = [go.Figure(DRAWN[kind][0]) for kind in kinds]
+    return document("Figures", [Section("", [], "figure", figures)])
 
 
 def plotly_in(text: str) -> str:
