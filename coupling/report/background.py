@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
 from coupling.report.section import Note, Section, Table
-from coupling.results.run_result import RunResult
+from coupling.results.run_result import RunResult, TouchOffResult
 from coupling.results.run_state import AnswerResult, RunCase
 from coupling.run.stored_run import CASE, StoredRun
 
@@ -96,11 +96,11 @@ def inputs(figures: RunResult, case: str) -> list[Section]:
     ]
 
 
-def touched_off(figures: RunResult) -> list[Section]:
-    """Return what the robots' touch-off came to; none for a run without."""
+def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str]:
+    """Return what the touch-off of robots came to, by their names; nothing for those without."""
     said = []
-    for robot in figures.robots:
-        if (found := robot.touch_off) is None:
+    for name, found in robots:
+        if found is None:
             continue
         part, rpy, shift, turn = (
             ", ".join(f"{factor * value:.{digits}f}" for value in values)
@@ -112,11 +112,11 @@ def touched_off(figures: RunResult) -> list[Section]:
             )
         )
         said.append(
-            f"{robot.name} robot: touched off with its sag, the part is really at {part} m, roll, pitch,"
+            f"{name} robot: touched off with its sag, the part is really at {part} m, roll, pitch,"
             f" yaw {rpy} deg; there the controller shows a frame that is off by {shift} um and {turn}"
             f" mrad, world axes. The touched points fit that to {_UM * found.residual_m:.2f} um."
         )
-    return [Section("", said)] if said else []
+    return said
 
 
 def real_part(figures: RunResult, case: RunCase) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def _head(run: StoredRun, figures_: RunResult, told: Section) -> list[Section]:
     return [
         verdict(figures_, case_of(run).process.model),
         told,
-        *touched_off(figures_),
+        Section("", touched_off((own.name, own.touch_off) for own in figures_.robots)),
         *warned(warnings, figures_.remarks),
     ]
 

@@ -37,14 +37,14 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
                 description=Path(table["description"]).name,
                 torque_curve=placed.torque_curve,
                 sources=by_source(numbers),
-                touch_off=_touch_off(case, placed),
+                touch_off=touch_off_of(case, placed),
                 links_m=np.round(placed.world_from_base.points(own), 6).tolist(),
             )
         )
     return tuple(found)
 
 
-def _touch_off(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
+def touch_off_of(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
     """Return where the part really is and how far a robot's own frame of it is off; None without."""
     own, part = placed.touch_off, case.task.part
     if own is None:
