@@ -15,7 +15,7 @@ def tell(console: Console, sections: Iterable[Section]) -> None:
     """Print sections; notes are for pages."""
     for section in sections:
         if section.title:
-            console.print(Text(section.title), style="bold")
+            console.print(Text(f"\n{section.title}"), style="bold")
         for part in section.parts:
             match part:
                 case str():
