@@ -28,10 +28,11 @@ def tell(console: Console, sections: Iterable[Section]) -> None:
 
 def _columns(told: Table) -> table.Table:
     shown = table.Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    above = [name for name, count in told.groups or [("", len(told.columns))] for _ in range(count)]
-    for k, (group, name) in enumerate(zip(above, told.columns, strict=True)):
+    above = [part for name, count in told.groups for part in (name, *[""] * (count - 1))]
+    for k, name in enumerate(told.columns):
         words = k == 0 or told.kind == "words" or not name
-        shown.add_column(Text(f"{group} {name}".strip()), justify="left" if words else "right")
+        head = f"{above[k]}\n{name}" if above else name
+        shown.add_column(Text(head), justify="left" if words else "right")
     for row in told.rows:
         shown.add_row(*map(Text, row))
     return shown

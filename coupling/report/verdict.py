@@ -35,10 +35,10 @@ def sentence(figures: RunResult, process: str) -> str:
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
     if figures.kind == "couple":
-        what = f"commanded along its path as it is, the tool is up to {_um(before)} off"
+        what = f"Commanded along its path as it is, the tool is up to {_um(before)} off"
     else:
         what = (
-            f"the command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+            f"The command leads the tool to within {_um(after)} of its path, {_um(before)} without"
         )
     own, _ = mode_names(figures.mode)
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
