@@ -150,25 +150,6 @@ class Case:
         """Path of the forming tool where the process is asked, before its tool is turned."""
         return self.tool_path.untilted(self.task.part, self.corners).sampled
 
-    @property
-    def touch_off_remarks(self) -> list[str]:
-        """Sentence for each robot that was touched off: how far its own frame of the part is off."""
-        said = []
-        for robot in self.robots:
-            if robot.touch_off is None:
-                continue
-            origin = self.task.part.position
-            shown = robot.touch_off.real_from_shown
-            shift = 1e6 * np.linalg.norm(origin - shown.coordinates(origin))
-            turn = 1e3 * shown.rotation.magnitude()
-            x, y, z = origin.tolist()
-            said.append(
-                f"{robot.name} robot: touched off with its sag, the part is really at {x:.6f}, {y:.6f},"
-                f" {z:.6f} m; what the controller shows of it is off by {shift:.1f} um and"
-                f" {turn:.3f} mrad (touched points fit to {1e6 * robot.touch_off.residual:.2f} um)"
-            )
-        return said
-
 
 def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.

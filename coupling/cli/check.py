@@ -34,15 +34,18 @@ def check(
     from coupling.case.file import load_case
     from coupling.check.checked import checked
     from coupling.check.estimate import repeated
-    from coupling.check.words import robot_lines
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
-    from coupling.report.check_page import write_check_page
+    from coupling.report.background import touched_off
+    from coupling.report.check_page import check_summary, write_check_page
+    from coupling.report.section import Section, warned
+    from coupling.report.terminal import tell
     from coupling.run.asked_again import RememberedProcess
     from coupling.run.console import RunView
     from coupling.run.execute import quiet_process
     from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
+    from coupling.run.robots import touch_off_of
 
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
@@ -64,13 +67,13 @@ def check(
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
-    lines = [line for robot in robots for line in robot_lines(robot, loads)]
-    lines += [f"Remark: {remark}" for remark in said]
-    lines += [*alike, *loaded.task.remarks, *loaded.touch_off_remarks, *_time(loaded, each)]
+    touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
+    others = [*alike, *loaded.task.remarks, *touches, *_time(loaded, each)]
+    told = [*check_summary(robots, loads), *warned((), said), Section("", others)]
     file = output or Path("results", f"{case.stem}_check.html")
-    write_check_page(file, f"{loaded.name}: check", robots, lines)
-    for line in (*lines, f"Picture: {file}"):
-        console.print(line)
+    write_check_page(file, f"{loaded.name}: check", robots, told)
+    tell(console, told)
+    console.print(f"Picture: {file}")
 
 
 def _time(case: Case, each: float | None) -> list[str]:

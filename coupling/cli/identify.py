@@ -67,7 +67,6 @@ def identify(
 ) -> None:
     """Identify stiffness, tilts and backlash from measured static deflections; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot
-    from coupling.identify.console import lines
     from coupling.identify.figures import figures
     from coupling.identify.identification import IdentifyOptions
     from coupling.identify.identification import identify as identified
@@ -76,7 +75,8 @@ def identify(
     from coupling.identify.noise import noise_of
     from coupling.identify.plan import PlanRequest
     from coupling.identify.robot_file import identified_text
-    from coupling.report.identify_page import identify_page
+    from coupling.report.identify_page import identify_page, identify_summary
+    from coupling.report.terminal import tell
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
@@ -99,14 +99,13 @@ def identify(
     found = identified(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
-    console.print("\n".join(lines(told)))
+    tell(console, identify_summary(told))
     title = f"{measurements.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
     _write(data, told.text() + "\n")
     _write(report, identify_page(title, told))
     console.print(f"Report: {report}")
     if found.refusal:
-        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow")
         raise typer.Exit(_REFUSED)
     source = f"{measurements.name}, {measured.count} measurements"
     _write(target, identified_text(found, start, target, source))

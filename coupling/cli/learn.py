@@ -10,7 +10,7 @@ import typer
 
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED
+from coupling.cli.runs import NOT_CONVERGED, tell_run
 from coupling.errors import CaseError, LearnError
 from coupling.files.whole_file import make_folder_of, write_whole
 
@@ -49,7 +49,6 @@ def learn(
     """Learn backlash, stiffness and damping from measured passes, and compute the next command."""
     from coupling.conduct import conduct
     from coupling.files.toml_file import load_toml
-    from coupling.learn.console import lines
     from coupling.learn.figures import figures
     from coupling.learn.learning import LearnOptions
     from coupling.learn.learning import learn as learned
@@ -57,8 +56,9 @@ def learn(
     from coupling.learn.next_inputs import next_case_text
     from coupling.learn.robot_file import learned_text
     from coupling.learn.source import read_source
-    from coupling.report.learn_page import learn_page
-    from coupling.run.console import RunView, gear_lines, print_summary
+    from coupling.report.learn_page import learn_page, learn_summary
+    from coupling.report.terminal import tell
+    from coupling.run.console import RunView
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
@@ -86,15 +86,13 @@ def learn(
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
     told = figures(found)
     make_folder_of(target, LearnError)
-    said = [*lines(told), "What the gears go through:", *gear_lines(found.gears)]
-    console.print("\n".join(said))
+    tell(console, learn_summary(told))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
     _write(target.with_suffix(".json"), told.text() + "\n")
     _write(report, learn_page(title, told))
     console.print(f"Report: {report}")
     if found.refusal:
-        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow")
         raise typer.Exit(_REFUSED)
     _write(target, learned_text(found, target))
     console.print(f"Robot file: {target}")
@@ -107,7 +105,7 @@ def learn(
     kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
     with RunView(console) as view:
         done = conduct(case, folder, overwrite, kept, "compensate", run_compensation, view.watch)
-    print_summary(console, done.case, done.run, folder, done.from_store)
+    tell_run(done, folder)
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 

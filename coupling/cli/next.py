@@ -13,7 +13,7 @@ import typer
 
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED
+from coupling.cli.runs import NOT_CONVERGED, tell_run
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.whole_file import write_whole
@@ -215,12 +215,13 @@ def _advance(
     from coupling.files.whole_folder import alone
     from coupling.learn.measurement import read_seen
     from coupling.learn.next_command import plan
-    from coupling.learn.next_figures import figures, sentences
+    from coupling.learn.next_figures import figures
     from coupling.learn.next_inputs import PLAN, inputs_folder, write_inputs
     from coupling.learn.selection import selected
     from coupling.learn.source import read_source
-    from coupling.report.next_page import next_page
-    from coupling.run.console import RunView, print_summary
+    from coupling.report.next_page import next_page, next_summary
+    from coupling.report.terminal import tell
+    from coupling.run.console import RunView
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
@@ -237,8 +238,9 @@ def _advance(
     with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
         found = plan(sources, options, models, view.watch)
         found = selected(found, models, view.watch)
-        console.print("\n".join(sentences(found)))
-        case = write_inputs(place, found, figures(found))
+        begun = figures(found)
+        tell(console, next_summary(begun))
+        case = write_inputs(place, found, begun)
         beside = store or (None if no_store else pairs[-1][0].parent / STORE)
         kept = store_folder(output, beside, no_store)
 
@@ -250,7 +252,7 @@ def _advance(
         told = figures(found, done.run.forecast)
         write_whole(place / PLAN, told.text() + "\n", LearnError)
         write_whole(place / REPORT, next_page(title, told), LearnError)
-    print_summary(console, done.case, done.run, output, done.from_store)
+    tell_run(done, output)
     console.print(f"How it was found: {place / REPORT}")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)

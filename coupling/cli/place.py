@@ -33,11 +33,11 @@ def place(
 ) -> None:
     """Find where to put the part and how to hold the tool: stiff, and gears that do not reverse."""
     from coupling.case.file import load_case
-    from coupling.place.console import print_placement
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_page import write_place_report
+    from coupling.report.place_page import REPORT, place_summary, write_place_report
+    from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.run.kept_process import kept_process
     from coupling.run.logged_folder import logged_folder
@@ -61,7 +61,8 @@ def place(
         write_place_report(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(found.durations)
-    print_placement(console, read_placement(folder), folder)
+    tell(console, place_summary(read_placement(folder).figures))
+    console.print(f"Placement: {folder}  (report: {folder / REPORT})")
 
 
 def _objective(word: str | None) -> Objective | None:

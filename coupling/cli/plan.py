@@ -13,6 +13,8 @@ from coupling.errors import IdentifyError
 from coupling.files.whole_file import write_whole
 from coupling.identify.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
 from coupling.identify.plan import MeasurementPlan
+from coupling.report.section import Section, Table
+from coupling.report.terminal import tell
 
 
 def write_plan(plan: MeasurementPlan, file: Path) -> None:
@@ -36,23 +38,19 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
 
 def print_plan(plan: MeasurementPlan, file: Path) -> None:
     """Say what the planned measurements will tell."""
-    lines = [
-        "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:"
+    rows = [
+        (own.name, f"{own.start:.4g}", _percent(own.before), _percent(own.after))
+        for own in plan.expected
     ]
-    width = max(len(entry.name) for entry in plan.expected)
-    lines.append(f"{'parameter':<{width}} {'start':>10} {'so far':>10} {'then':>10}")
-    for entry in plan.expected:
-        lines.append(
-            f"{entry.name:<{width}} {entry.start:>10.4g} {_percent(entry.before):>10}"
-            f" {_percent(entry.after):>10}"
-        )
     away = np.linalg.norm(plan.measurements.deflection, axis=1)
-    lines.append(
+    told = (
+        "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:",
+        Table(("parameter", "start", "so far", "then"), rows),
         f"Deflections to expect: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Look whether every"
-        " pose is free of collisions before you drive there."
+        " pose is free of collisions before you drive there.",
+        f"{file}: {plan.measurements.count} poses and loads",
     )
-    lines.append(f"{file}: {plan.measurements.count} poses and loads")
-    console.print("\n".join(lines))
+    tell(console, [Section("", told)])
 
 
 def _percent(half: float) -> str:

@@ -21,6 +21,7 @@ from coupling.events import Watch
 
 if TYPE_CHECKING:
     from coupling.case.file import Case
+    from coupling.conduct import FinishedRun
     from coupling.run.execute import Run
 
 NOT_CONVERGED = 1
@@ -90,13 +91,29 @@ def _run(
     work: Callable[[Case, Watch], Run],
 ) -> None:
     from coupling.conduct import conduct
-    from coupling.run.console import RunView, print_summary
+    from coupling.run.console import RunView
 
     with RunView(console) as view:
         done = conduct(file, folder, overwrite, store, kind, work, view.watch)
-    print_summary(console, done.case, done.run, folder, done.from_store)
+    tell_run(done, folder)
     if done.unkept:
         text = f"Warning: {done.unkept} answers of the process could not be kept in {store}"
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
+
+
+def tell_run(done: FinishedRun, folder: Path) -> None:
+    """Say what a run found and where it is."""
+    from coupling.report.page import run_summary
+    from coupling.report.terminal import tell
+    from coupling.run.stored_run import read_run
+
+    stored = read_run(folder)
+    tell(console, run_summary(stored))
+    seconds = sum(done.run.durations.values())
+    console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
+    outlook = stored.figures.outlook
+    if outlook is not None and not outlook.gains:
+        text = "Do not send this command to a robot yet: it may be worse than none, see above."
+        console.print(text, style="yellow")

@@ -39,12 +39,12 @@ def study(
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
     from coupling.case.file import load_case
-    from coupling.report.study_page import write_study_report
+    from coupling.report.study_page import study_summary, write_study_report
+    from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.study.conduct import changed_table, opened, simulated
-    from coupling.study.console import print_findings
     from coupling.study.evaluate import write_findings
-    from coupling.study.folder import RUN, locked
+    from coupling.study.folder import REPORT, RUN, locked
     from coupling.study.stored_study import read_study
     from coupling.study.workers import Workers
 
@@ -61,7 +61,8 @@ def study(
         write_findings(begun, found)
         write_study_report(folder)
     stored = read_study(folder)
-    print_findings(console, stored, folder)
+    tell(console, study_summary(stored.figures))
+    console.print(f"Study: {folder}  (report: {folder / REPORT})")
     if not stored.figures.command.converged:
         raise typer.Exit(_NOT_CONVERGED)
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import CommandPlan
-from coupling.learn.size import DeviationSize
 from coupling.results.forecast import PassForecast
 from coupling.results.next_result import NextPassResult, NextResult, PathCorrectionResult
 
@@ -49,17 +48,11 @@ def _pass(run: MeasuredRun) -> NextPassResult:
 def sentences(found: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
     lines = [_verdict(found)]
-    for number, run in enumerate(found.history.runs, start=1):
-        lines.append(
-            f"Pass {number}, {run.seen.name} under {run.source.folder}: {_size(run.size)};"
-        )
-        lines.append(f"  {_device(run)}")
     lines.append(f"Next: {_move(found)}.")
     if found.learned is not None and found.learned.refusal:
         lines.append(f"Parameters are not learned: {found.learned.refusal}.")
     if found.move.learns_path:
         lines.append(f"Converges: {found.contraction.sentence}.")
-    lines += [f"Beyond the model: {cause}" for cause in found.causes]
     if not found.options.absolute:
         lines.append(
             "The constant of the deviation is left as the robot file has it: give --frame-known where"
@@ -112,30 +105,6 @@ def _move(found: CommandPlan) -> str:
 
 def _rms(found: CommandPlan, run: MeasuredRun) -> str:
     return _um(found.left(run.size))
-
-
-def _size(size: DeviationSize) -> str:
-    return (
-        f"{_um(size.rms)} rms, at most {_um(size.maximum)}; less a constant"
-        f" {_um(size.rms_less_constant)} and {_um(size.maximum_less_constant)}"
-        + (f"; {_um(size.fast)} of it faster than 15 Hz" if size.fast else "")
-    )
-
-
-def _device(run: MeasuredRun) -> str:
-    """Return what was taken off as the measuring device's."""
-    shift = ", ".join(f"{round(1e6 * own) + 0}" for own in run.shift)
-    turn = ", ".join(f"{1e3 * own:.2f}" for own in run.turn)
-    clock = (
-        "its clock is the command's" if run.clock == 0.0 else f"its clock {1e3 * run.clock:+.1f} ms"
-    )
-    frame = f"its frame is off by {shift} um and {turn} mrad"
-    if np.any(run.tip):
-        frame += (
-            f", its tip by {', '.join(f'{1e6 * own:.0f}' for own in run.tip)} um of the tool's axes"
-        )
-    lost = f"; {run.left_out} samples far beside the others are left out" if run.left_out else ""
-    return f"noise {_um(run.noise)} a coordinate; {frame}, {clock}{lost}."
 
 
 def _um(length: float) -> str:

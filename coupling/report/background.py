@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import html
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
-from coupling.report.tables import table
-from coupling.results.run_result import RobotResult, RunResult
+from coupling.report.section import Note, Section, Table
+from coupling.results.run_result import RunResult, TouchOffResult
 from coupling.results.run_state import AnswerResult, RunCase
 from coupling.run.stored_run import CASE, StoredRun
 
@@ -18,18 +17,14 @@ from coupling.run.stored_run import CASE, StoredRun
 _LISTED = 12
 _KEY = 12
 _UM = 1e6
-CONVERGENCE_TEXT = (
-    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
-    " evaluation of the process. Thick line: deviation from the desired path after each correction."
-)
 _WHERE = {
     "inverse": "first on the desired path, then on the path that the tool takes under each command",
     "mirror": "on the paths that the tool takes, from iteration to iteration",
 }
 
 
-def process_text(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> str:
-    """Return where the process was evaluated and what that cost, as HTML.
+def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> list[str]:
+    """Return where the process was evaluated and what that cost, in sentences.
 
     Args:
         figures: Content of result.json.
@@ -38,10 +33,10 @@ def process_text(figures: RunResult, case: RunCase, answers: Sequence[AnswerResu
     """
     method = case.compensation.method if figures.kind == "compensate" else ""
     where = _WHERE.get(method, "on the paths that the tool takes, until they agree")
-    text = (
-        f"<p>{html.escape(case.process.model)}, evaluated {figures.process_evaluations} times,"
-        f" {where}; peak force {figures.peak_force_N:.1f} N.</p>"
-    )
+    text = [
+        f"{case.process.model}, evaluated {figures.process_evaluations} times, {where}; peak force"
+        f" {figures.peak_force_N:.1f} N."
+    ]
     if answers:
         computed = [own.seconds for own in answers if own.origin == "computed"]
         spent = (
@@ -50,65 +45,78 @@ def process_text(figures: RunResult, case: RunCase, answers: Sequence[AnswerResu
             if computed
             else "none computed"
         )
-        text += (
-            f"<p>Of {len(answers)} answers {spent}, {len(answers) - len(computed)} from the store of"
-            " evaluations.</p>"
+        text.append(
+            f"Of {len(answers)} answers {spent}, {len(answers) - len(computed)} from the store of"
+            " evaluations."
         )
-    if 0 < len(answers) <= _LISTED:
-        rows = [
-            (str(k), html.escape(own.origin), f"{own.seconds:.3f}", own.key[:_KEY])
-            for k, own in enumerate(answers, start=1)
-        ]
-        text += table(("answer", "from", "took [s]", "key in the store"), rows)
-    return f"{text}<p>{CONVERGENCE_TEXT}</p>"
+    return text
 
 
-def inputs(figures: RunResult, case: str) -> str:
-    """Return every input with its source, as HTML.
+def answers_table(answers: Sequence[AnswerResult]) -> list[Table]:
+    """Return the process's answers one by one, where they are few."""
+    rows = [
+        (str(k), own.origin, f"{own.seconds:.3f}", own.key[:_KEY])
+        for k, own in enumerate(answers, start=1)
+    ]
+    columns = ("answer", "from", "took [s]", "key in the store")
+    return [Table(columns, rows)] if 0 < len(rows) <= _LISTED else []
+
+
+def inputs(figures: RunResult, case: str) -> list[Section]:
+    """Return every input with its source.
 
     Args:
         figures: Content of result.json.
         case: Text of case.toml.
     """
-    text = "<section><h2>Inputs and their sources</h2>"
-    for robot in figures.robots:
-        rows = [
-            (html.escape(", ".join(places)), html.escape(source))
-            for source, places in robot.sources.items()
-        ]
-        name = html.escape(f"{robot.title}: {robot.description}")
-        text += f"<h3>Robot {name}</h3>{table(('numbers', 'source'), rows, 'words')}"
-        text += _touch_off(robot)
-    rows = [(html.escape(name), html.escape(own)) for name, own in figures.versions.items()]
-    rows.append(("FMU", html.escape(figures.fmu_fingerprint)))
-    keys = ", ".join(key[:_KEY] for key in dict.fromkeys(figures.evaluation_keys))
-    rows.append(("answers of the process (keys in the store)", html.escape(keys) or "not kept"))
-    return (
-        f"{text}<h3>Programs</h3>{table(('', 'version'), rows, 'words')}<h3>Case</h3><p>With every"
-        f' default filled in; it runs again to the same figures.</p><pre tabindex="0">'
-        f"{html.escape(case.strip())}</pre></section>"
-    )
-
-
-def _touch_off(robot: RobotResult) -> str:
-    """Return what a robot's touch-off came to, as HTML; empty for a run without."""
-    found = robot.touch_off
-    if found is None:
-        return ""
-    part, rpy, shift, turn = (
-        ", ".join(f"{factor * value:.{digits}f}" for value in values)
-        for values, factor, digits in (
-            (found.part_position_m, 1.0, 6),
-            (found.part_rpy_deg, 1.0, 4),
-            (found.shift_m, 1e6, 1),
-            (found.turn_rad, 1e3, 3),
+    robots = [
+        Section(
+            f"Inputs: robot {robot.title}: {robot.description}",
+            [
+                Table(
+                    ("numbers", "source"),
+                    [(", ".join(places), source) for source, places in robot.sources.items()],
+                    "words",
+                )
+            ],
         )
-    )
-    return (
-        f"<p>Touched off with its sag: the part is really at {part} m, roll, pitch, yaw {rpy} deg; there"
-        f" the controller shows a frame that is off by {shift} um and {turn} mrad, world axes. The"
-        f" touched points fit that to {_UM * found.residual_m:.2f} um.</p>"
-    )
+        for robot in figures.robots
+    ]
+    keys = ", ".join(key[:_KEY] for key in dict.fromkeys(figures.evaluation_keys))
+    rows = [
+        *figures.versions.items(),
+        ("FMU", figures.fmu_fingerprint),
+        ("answers of the process (keys in the store)", keys or "not kept"),
+    ]
+    text = Note("With every default filled in; it runs again to the same figures.")
+    return [
+        *robots,
+        Section("Inputs: programs", [Table(("", "version"), rows, "words")]),
+        Section("Inputs: case", [text, Note(case.strip(), as_it_stands=True)]),
+    ]
+
+
+def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str]:
+    """Return what the touch-off of robots came to, by their names; nothing for those without."""
+    said = []
+    for name, found in robots:
+        if found is None:
+            continue
+        part, rpy, shift, turn = (
+            ", ".join(f"{factor * value:.{digits}f}" for value in values)
+            for values, factor, digits in (
+                (found.part_position_m, 1.0, 6),
+                (found.part_rpy_deg, 1.0, 4),
+                (found.shift_m, _UM, 1),
+                (found.turn_rad, 1e3, 3),
+            )
+        )
+        said.append(
+            f"{name} robot: touched off with its sag, the part is really at {part} m, roll, pitch,"
+            f" yaw {rpy} deg; there the controller shows a frame that is off by {shift} um and {turn}"
+            f" mrad, world axes. The touched points fit that to {_UM * found.residual_m:.2f} um."
+        )
+    return said
 
 
 def real_part(figures: RunResult, case: RunCase) -> dict[str, Any]:

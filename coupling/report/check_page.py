@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.check.checked import CheckedRobot
-from coupling.check.words import room_words
+from coupling.results.run_result import DriveMotion
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import table
+from coupling.report.tables import gear_loads
 from coupling.report.thinning import PARTS
+from coupling.run.figures import gear_figures
 
 _REACH = "#009E73"
-_TEXT = (
+_NOTE = Note(
     "Links from joint to joint at the path's first sample, no bodies. The thin lines are how far the TCP"
     " can be led from the middle of the path, the tool held as it is there, in the upright plane through"
     " the robot's base and in the level one: beyond, a joint passes its limit, the arm is too short or"
@@ -29,7 +30,7 @@ _TEXT = (
 
 
 def write_check_page(
-    file: Path, title: str, robots: Sequence[CheckedRobot], lines: Sequence[str]
+    file: Path, title: str, robots: Sequence[CheckedRobot], told: Sequence[Section]
 ) -> Path:
     """Write the page of a case that was checked; return the file.
 
@@ -37,22 +38,60 @@ def write_check_page(
         file: The HTML file.
         title: What was checked.
         robots: What was found of the robots.
-        lines: The same in words.
+        told: What there is to say of it.
 
     Raises:
         ResultError: If it cannot be written.
     """
     make_folder_of(file, ResultError)
-    write_whole(file, check_page(title, robots, lines), ResultError)
+    drawn = Section("Path, robot and reach", [_NOTE], "workspace", [workspace(robots)])
+    write_whole(file, document(title, [*told, drawn]), ResultError)
     return file
 
 
-def check_page(title: str, robots: Sequence[CheckedRobot], lines: Sequence[str]) -> str:
-    """Return the page as one self-contained HTML text."""
-    head = "".join(_joints(robot) for robot in robots)
-    end = f"<h2>In words</h2><pre style='white-space: pre-wrap'>{html.escape(chr(10).join(lines))}</pre>"
-    sections = [("Path, robot and reach", "workspace", workspace(robots), _TEXT)]
-    return document(title, head, sections, end)
+def check_summary(robots: Sequence[CheckedRobot], loads: str) -> list[Section]:
+    """Return what there is to say of robots.
+
+    Args:
+        robots: What was found of the robots.
+        loads: What they carry, in words.
+    """
+    return [section for robot in robots for section in _of_robot(robot, loads)]
+
+
+def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
+    ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.room.free.items())
+    sentences = (
+        f"{robot.way:.3f} m of path in {robot.path.time[-1]:.1f} s.",
+        joint_table(robot.demands),
+        f"The whole path can be moved by [mm], axes of the base: {ways}.",
+        f"Distance from singular postures {robot.room.regularity:.3f} (1/|J^-1|; place asks 0.03).",
+    )
+    return [
+        Section(robot.name, sentences),
+        Section(f"{robot.name} under {loads}", list(_of_backlash(robot))),
+        *gear_loads([gear_figures(gear) for gear in robot.gears]),
+        *warned(map(str, robot.warnings)),
+    ]
+
+
+def _of_backlash(robot: CheckedRobot) -> Iterator[str]:
+    """Yield what a wrong backlash would leave, and whether any gear reverses."""
+    if not any(gear.backlash for gear in robot.gears):
+        yield "No gear has backlash: a wrong one would not show."
+        return
+    if robot.backlash:
+        deviations = [own.deviation for own in robot.backlash]
+        most = 1e6 * max(own.maximum for own in deviations)
+        rest = 1e6 * max(own.maximum_less_constant for own in deviations)
+        yield (
+            f"{' or '.join(own.name for own in robot.backlash)} in all gears: simulated, a command that"
+            f" is right leaves up to {most:.1f} um, {rest:.1f} um less a constant."
+        )
+    else:
+        yield f"What a wrong backlash leaves is not known: {robot.unknown}"
+    if not any(gear.at_risk for gear in robot.gears):
+        yield "No gear reverses: a wrong backlash shows as little but a constant."
 
 
 def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
@@ -95,7 +134,9 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
     return style(figure, 620)
 
 
-def _joints(robot: CheckedRobot) -> str:
+def joint_table(demands: Sequence[DriveMotion]) -> Table:
+    """Return angles, rates and accelerations of joints beside their limits."""
+
     def degrees(value: float | None) -> str:
         if value is None or not np.isfinite(value):
             return "none"
@@ -120,12 +161,7 @@ def _joints(robot: CheckedRobot) -> str:
             ),
             ", ".join(demand.beyond) or "-",
         )
-        for demand in robot.demands
+        for demand in demands
     ]
     angles = ("[deg, s]", "lowest", "highest", "from", "to", "margin")
-    header = (*angles, "rate", "limit", "acceleration", "limit", "beyond")
-    return (
-        f"<h2>{html.escape(robot.name)}</h2>{table(header, rows)}<p>{robot.way:.3f} m in"
-        f" {robot.path.time[-1]:.1f} s; {room_words(robot)}; distance from singular postures"
-        f" {robot.room.regularity:.3f}.</p>"
-    )
+    return Table((*angles, "rate", "limit", "acceleration", "limit", "BEYOND LIMIT"), rows)

@@ -1,9 +1,9 @@
-"""The page of two runs side by side, and the same in lines."""
+"""Two runs side by side: what they come to, and in what they differ."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from math import degrees, isnan
 from pathlib import Path
@@ -14,13 +14,12 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.path.deviation import Deviation
 from coupling.report.background import case_of, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
-from coupling.report.document import Section, document
+from coupling.report.document import document
+from coupling.report.section import Note, Section, Table
 from coupling.report.style import UM, curve, distance_curve, log_axis, style
-from coupling.report.tables import table
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
@@ -43,54 +42,35 @@ def write_comparison(found: Comparison, file: Path) -> Path:
     Raises:
         ResultError: If the case of a run is damaged, or the page cannot be written.
     """
-    page = comparison_page(found)
+    text = comparison_page(found)
     make_folder_of(file, ResultError)
-    write_whole(file, page, ResultError)
+    write_whole(file, text, ResultError)
     return file
 
 
 def comparison_page(found: Comparison) -> str:
     """Return the page as one self-contained HTML text."""
-    head = "".join(
-        f"<h2>{html.escape(name)}</h2>" + verdict(run.figures, case_of(run).process.model)
+    drawn = [part for own in found.robots() for part in _sections(found, *own)]
+    sections = [*_head(found), *drawn, _inputs(found)]
+    return document(f"{found.names[0]} and {found.names[1]}", sections)
+
+
+def comparison_summary(found: Comparison) -> list[Section]:
+    """Return what two runs come to and in what they differ."""
+    commands = [_commands(found, *own) for own in found.robots()]
+    return [*_head(found), *commands, _inputs(found)]
+
+
+def _head(found: Comparison) -> list[Section]:
+    """Return verdicts, and the figures of both runs beside each other."""
+    verdicts = [
+        replace(verdict(run.figures, case_of(run).process.model), title=name)
         for name, run in zip(found.names, found.runs, strict=True)
-    )
-    head += _figures(found)
-    sections: list[Section] = []
-    for robot, first, second in found.robots():
-        sections += _sections(found, robot, first, second)
-    sections.append(("Inputs that differ", "", (), _inputs(found)))
-    return document(f"{found.names[0]} and {found.names[1]}", head, sections)
+    ]
+    return [*verdicts, Section("Figures", [_figures(found)])]
 
 
-def comparison_lines(found: Comparison) -> list[str]:
-    """Return what two runs come to and in what they differ, a line each."""
-    lines = []
-    for name, run in zip(found.names, found.runs, strict=True):
-        own = run.figures
-        state = "converged" if own.converged else "NOT CONVERGED"
-        each = "; ".join(
-            f"{stage} {_largest(deviation)}"
-            for stage, deviation in zip(_STAGES, own.deviations, strict=False)
-        )
-        lines.append(f"{name}: {state}, deviation {each}; peak force {own.peak_force_N:.1f} N")
-    for robot, first, second in found.robots():
-        whose = "" if len(found.runs[0].robots) == 1 else f" of the {robot} robot"
-        lines.append(f"Commands{whose}: {_in_words(first, second)}")
-    differing = found.inputs()
-    lines.append(f"Inputs that differ: {len(differing) or 'none'}")
-    return lines + [f"  {key}: {own} | {other}" for key, own, other in differing]
-
-
-def _largest(found: Deviation) -> str:
-    text = f"max {UM * found.maximum:.2f} um, rms {UM * found.rms:.2f} um"
-    if not isnan(found.maximum_less_constant):  # a run of an earlier version has none
-        most, rms = UM * found.maximum_less_constant, UM * found.rms_less_constant
-        text += f" (less a constant {most:.2f} um, {rms:.2f} um)"
-    return text
-
-
-def _figures(found: Comparison) -> str:
+def _figures(found: Comparison) -> Table:
     """Return the figures of both runs beside each other."""
     own, other = (run.figures for run in found.runs)
 
@@ -125,8 +105,8 @@ def _figures(found: Comparison) -> str:
             for f in (own, other)
         ]
         cells = (_cell(value and UM * value, 2) for value in values)
-        rows.append((f"left on a robot with {html.escape(name)} [um]", *cells))
-    return table(("", *map(html.escape, found.names)), rows)
+        rows.append((f"left on a robot with {name} [um]", *cells))
+    return Table(("", *found.names), rows)
 
 
 def _cell(value: float | None, digits: int) -> str:
@@ -137,26 +117,39 @@ def _sections(
     found: Comparison, robot: str, first: StoredRobot, second: StoredRobot
 ) -> list[Section]:
     """Return the sections of one robot in both runs."""
-    several = len(found.runs[0].robots) > 1
-    whose, mark = (f", {html.escape(robot)} robot", f"_{robot}") if several else ("", "")
+    whose, mark = _whose(found, robot)
     pairs = list(zip(found.names, found.runs, (first, second), strict=True))
     views = []
     for name, run, own in pairs:
         *_, (stage, path) = own.actual.items()
         part = real_part(run.figures, case_of(run))
         views.append(PathView(f"{name}: {stage}", own.desired, path, part))
+    along = f"Deviation along the path{whose}"
+    above = f"The part from above{whose}"
     difference = command_difference(first, second)
-    sections: list[Section] = [
-        (f"Deviation along the path{whose}", f"deviation{mark}", _deviations(pairs), _ALONG_TEXT),
-        (f"The part from above{whose}", f"above{mark}", from_above(views), _ABOVE_TEXT),
+    return [
+        Section(along, [_ALONG], f"deviation{mark}", [_deviations(pairs)]),
+        Section(above, [_ABOVE], f"above{mark}", from_above(views)),
+        replace(
+            _commands(found, robot, first, second),
+            name=f"commands{mark}",
+            figures=[] if difference is None else [_angles(difference)],
+        ),
     ]
-    words = f"<p>{_in_words(first, second)}.</p>"
-    drawn: go.Figure | tuple[go.Figure, ...] = ()
-    if difference is not None:
-        words += _joints(difference)
-        drawn = _commands(difference)
-    title = f"Commands: {html.escape(found.names[1])} minus {html.escape(found.names[0])}{whose}"
-    return [*sections, (title, f"commands{mark}", drawn, words)]
+
+
+def _whose(found: Comparison, robot: str) -> tuple[str, str]:
+    """Return how headings and names of figures tell robots apart."""
+    several = len(found.runs[0].robots) > 1
+    return (f", {robot} robot", f"_{robot}") if several else ("", "")
+
+
+def _commands(found: Comparison, robot: str, first: StoredRobot, second: StoredRobot) -> Section:
+    """Return how far the commands of a robot are apart."""
+    difference = command_difference(first, second)
+    joints = [] if difference is None else [_joints(difference)]
+    title = f"Commands: {found.names[1]} minus {found.names[0]}{_whose(found, robot)[0]}"
+    return Section(title, [f"{_in_words(first, second)}.", *joints])
 
 
 def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
@@ -177,7 +170,7 @@ def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
     return style(figure, 400)
 
 
-def _commands(difference: CommandDifference) -> go.Figure:
+def _angles(difference: CommandDifference) -> go.Figure:
     """Draw the difference of two commands."""
     figure = go.Figure()
     for joint, own in enumerate(np.degrees(difference.angle).T):
@@ -191,7 +184,7 @@ def _commands(difference: CommandDifference) -> go.Figure:
     return style(figure, 320)
 
 
-def _joints(difference: CommandDifference) -> str:
+def _joints(difference: CommandDifference) -> Table:
     rows = [
         (
             f"joint {joint + 1}",
@@ -201,7 +194,7 @@ def _joints(difference: CommandDifference) -> str:
         )
         for joint, own in enumerate(difference.angle.T)
     ]
-    return table(("angle [deg]", "max", "rms", "at t = [s]"), rows)
+    return Table(("angle [deg]", "max", "rms", "at t = [s]"), rows)
 
 
 def _in_words(first: StoredRobot, second: StoredRobot) -> str:
@@ -209,26 +202,26 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
     difference = command_difference(first, second)
     if difference is None:
         counts = [own.joints.q[0].shape[1] for own in (first, second)]
-        return f"of {counts[0]} and {counts[1]} joints, not to be compared"
+        return f"Of {counts[0]} and {counts[1]} joints, not to be compared"
     angle, joint, time = difference.largest
     if angle == 0.0:
-        return "the same"
-    text = f"apart by at most {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
+        return "The same"
+    text = f"Apart by at most {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
     ends = [float(own.joints.time[-1]) for own in (first, second)]
     if abs(ends[0] - ends[1]) > 1e-9:
         text += f", while both last: they take {ends[0]:.3f} and {ends[1]:.3f} s"
     return text
 
 
-def _inputs(found: Comparison) -> str:
-    rows = [tuple(map(html.escape, row)) for row in found.inputs()]
-    if not rows:
-        return "<p>None: case, robots and programs are the same.</p>"
-    return table(("input", *map(html.escape, found.names)), rows, "words")
+def _inputs(found: Comparison) -> Section:
+    rows = found.inputs()
+    none = "None: case, robots and programs are the same."
+    told = Table(("input", *found.names), rows, "words") if rows else none
+    return Section("Inputs that differ", [told])
 
 
-_ALONG_TEXT = "<p>Distance between actual and desired TCP at equal times; dotted: before.</p>"
-_ABOVE_TEXT = (
-    "<p>The paths that are left, along their part's z axis, coloured by the distance of the actual from"
-    " the desired TCP, both on one logarithmic scale.</p>"
+_ALONG = Note("Distance between actual and desired TCP at equal times; dotted: before.")
+_ABOVE = Note(
+    "The paths that are left, along their part's z axis, coloured by the distance of the actual from"
+    " the desired TCP, both on one logarithmic scale."
 )

@@ -6,7 +6,7 @@ import base64
 import gzip
 import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,38 +16,37 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import ON_DARK
 from coupling.report.plotly_js import plotly_js
+from coupling.report.section import Note, Part, Section, Table
 
 # Significant digits of what is drawn: a millisecond in an hour.
 _DIGITS = 7
 _STYLE, _SCRIPT = (Path(__file__).with_name(f"document.{kind}") for kind in ("css", "js"))
 
-# Title in HTML or "", name, what is drawn beside each other, and HTML before it.
-Section = tuple[str, str, go.Figure | tuple[go.Figure, ...], str]
 
-
-def document(title: str, head: str, sections: Sequence[Section], end: str = "") -> str:
+def document(title: str, sections: Iterable[Section]) -> str:
     """Return a self-contained HTML text.
 
     Figures and plotly.js are compressed in it; what a figure's legend says is HTML above it.
 
     Args:
         title: Title, as plain text.
-        head: HTML before the sections.
-        sections: Title, name, figure or figures side by side, and HTML of each.
-        end: HTML after them.
+        sections: What it tells.
     """
     drawn: dict[str, go.Figure] = {}
     body = ""
-    for heading, name, figure, text in sections:
-        figures = figure if isinstance(figure, tuple) else (figure,)
-        names = [name if not k else f"{name}_{k + 1}" for k in range(len(figures))]
-        drawn |= dict(zip(names, figures, strict=True))
+    for section in sections:
+        heading = html.escape(section.title)
+        own = {
+            f"{section.name}_{k + 1}" if k else section.name: f
+            for k, f in enumerate(section.figures)
+        }
+        drawn |= own
         cells = "".join(
-            f"<div>{_legend(own_name, own)}{_place(own_name, own, heading)}</div>"
-            for own_name, own in zip(names, figures, strict=True)
+            f"<div>{_legend(name, figure)}{_place(name, figure, heading)}</div>"
+            for name, figure in own.items()
         )
         shown = f"<h2>{heading}</h2>" if heading else ""
-        shown += f"<div>{text}</div>"
+        shown += f"<div>{_told(section)}</div>"
         shown += f'<div class="figures">{cells}</div>' if cells else ""
         body += f"<section>{shown}</section>"
     title = html.escape(title)
@@ -59,12 +58,49 @@ def document(title: str, head: str, sections: Sequence[Section], end: str = "") 
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
-        f"<body><main><h1>{title}</h1>{_TROUBLE}{head}{body}{end}</main>"
+        f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>"
         f'<script type="application/octet-stream" id="plotly">{_plotly(_kinds(drawn))}</script>'
         f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
         f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
     )
+
+
+def _told(told: Section) -> str:
+    if told.good is None:
+        return "".join(map(_part, told.parts))
+    first, *rest = (html.escape(part) for part in told.parts if isinstance(part, str))
+    text = "<br>".join((f"<b>{first}</b>", *rest))
+    others = (part for part in told.parts if not isinstance(part, str))
+    return (
+        f'<p class="verdict {"yes" if told.good else "no"}">{text}</p>{"".join(map(_part, others))}'
+    )
+
+
+def _part(part: Part) -> str:
+    """Return a sentence, a table or a note as HTML."""
+    if isinstance(part, Table):
+        return _table(part)
+    note = part if isinstance(part, Note) else Note(part)
+    text = html.escape(note.text)
+    if note.as_it_stands:
+        return f'<pre tabindex="0">{text}</pre>'
+    return f'<p><a href="{note.target}">{text}</a></p>' if note.target else f"<p>{text}</p>"
+
+
+def _table(told: Table) -> str:
+    above = [
+        f'<th scope="colgroup" colspan="{columns}">{html.escape(cell)}</th>'
+        if cell
+        else "<td></td>"
+        for cell, columns in told.groups
+    ]
+    lines = [above] if above else []
+    lines += [[f'<th scope="col">{html.escape(cell)}</th>' for cell in told.columns]]
+    lines += [[f"<td>{html.escape(cell)}</td>" for cell in row] for row in told.rows]
+    content = "".join(f"<tr>{chr(10).join(line)}</tr>" for line in lines)
+    marked = f' class="{told.kind}"' if told.kind else ""
+    return f'<div class="scroll" tabindex="0"><table{marked}>{content}</table></div>'
 
 
 _TROUBLE = (
@@ -89,9 +125,8 @@ def _packed(text: str) -> str:
 
 def _place(name: str, figure: go.Figure, heading: str) -> str:
     height = figure.layout.height or 400
-    label = html.escape(html.unescape(heading))
     return (
-        f'<div class="figure" id="{name}" role="img" aria-label="{label}"'
+        f'<div class="figure" id="{name}" role="img" aria-label="{heading}"'
         f' style="min-height: {height}px"></div>'
     )
 

@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.report.colours import JOINTS
+from coupling.report.section import Note, Table
 from coupling.report.style import curve, style
-from coupling.report.tables import table
 from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
@@ -19,7 +19,7 @@ _PARTS = 400
 # A limit is drawn where it is at most so many times what is asked.
 _NEAR = 2.0
 _KEYS = ("rate_limit_rad_s", "acceleration_limit_rad_s2")
-DRIVES_TEXT = (
+DRIVES_NOTE = Note(
     "Angles from where they start, rates and accelerations; dashed: limits that are within twice what is"
     " asked. The table has the largest values, between the command's rows as well, and what they are of"
     " the limits."
@@ -80,7 +80,7 @@ def _add_limits(
         )
 
 
-def drives_table(figures: RunResult) -> str:
+def drives_table(figures: RunResult) -> Table:
     """Return what the command asks of the drives, beside their limits."""
     rows = [
         (
@@ -97,9 +97,9 @@ def drives_table(figures: RunResult) -> str:
     ]
     header = (
         *("command", "angle [deg]", "limits", "rate [deg/s]", "limit", "used"),
-        *("acceleration [deg/s&sup2;]", "limit", "used", "at t = [s]"),
+        *("acceleration [deg/s\u00b2]", "limit", "used", "at t = [s]"),
     )
-    return table(header, rows)
+    return Table(header, rows)
 
 
 def _range(limits: tuple[float | None, float | None]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import html
+from math import hypot
 
 from coupling.report.document import document
 from coupling.report.identify_figures import (
@@ -13,8 +13,8 @@ from coupling.report.identify_figures import (
     label,
     residuals,
 )
-from coupling.report.tables import table
-from coupling.results.identified_result import IdentifiedResult
+from coupling.report.section import Note, Section, Table, warned
+from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
 
 _MM = 1e3
 
@@ -27,31 +27,40 @@ def identify_page(title: str, found: IdentifiedResult) -> str:
         found: Figures of the identification, the content of identified.json.
     """
     factor = amplification(found)
+    arrows_note = Note(f"At each pose of the tool, {factor} times as large as they are.")
     sections = [
-        (
-            "Deflections, measured and predicted",
-            "arrows",
-            arrows(found, factor),
-            _arrows_text(factor),
+        *identify_summary(found),
+        Section(
+            "Deflections, measured and predicted", [arrows_note], "arrows", [arrows(found, factor)]
         ),
-        ("Measured over predicted", "agreement", agreement(found), _AGREEMENT_TEXT),
-        ("Residuals by pose", "residuals", residuals(found), _RESIDUALS_TEXT),
-        ("Intervals", "intervals", intervals(found), _INTERVALS_TEXT),
+        Section("Measured over predicted", [_AGREEMENT], "agreement", [agreement(found)]),
+        Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(found)]),
+        Section("Intervals", [_INTERVALS], "intervals", [intervals(found)]),
     ]
-    head = _verdict(found) + _sizes(found) + _parameters(found) + _warnings(found)
-    return document(title, head, sections, _separability(found) + _further(found))
+    return document(title, sections)
 
 
-def _verdict(found: IdentifiedResult) -> str:
-    state = "no" if found.refusal else "yes"
-    words = f"Not written: {found.refusal}" if found.refusal else "Identified"
+def identify_summary(found: IdentifiedResult) -> list[Section]:
+    """Return what was identified."""
+    return [
+        _verdict(found),
+        _sizes(found),
+        Section("Parameters", [_parameters(found)]),
+        *warned(text + "." * (not text.endswith("?")) for text in found.warnings),
+        _separability(found),
+        *_further(found),
+    ]
+
+
+def _verdict(found: IdentifiedResult) -> Section:
+    words = f"NOT WRITTEN: {found.refusal}" if found.refusal else "Identified"
     kept = [label(p) for p in found.parameters if not p.identified]
     if kept and not found.refusal:
         words += f", except {', '.join(kept)}"
-    return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
+    return Section("", [f"{words}."], good=not found.refusal)
 
 
-def _sizes(found: IdentifiedResult) -> str:
+def _sizes(found: IdentifiedResult) -> Section:
     words = {
         "measured": "measured deflections",
         "start": "left by the start file",
@@ -60,80 +69,89 @@ def _sizes(found: IdentifiedResult) -> str:
         "written": "left by the robot as written",
     }
     rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
-    return table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
+    worst = ", ".join(_worst(found, name) for name in found.worst)
+    sizes = Table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
+    return Section("", [sizes, f"Worst predicted when left out: {worst}."])
+
+
+def _worst(found: IdentifiedResult, name: str) -> str:
+    (first, *_) = (row for row in found.measurements if row.name == name)
+    return f"{name} ({_MM * hypot(*first.left_out_error[:3]):.4g} mm)"
 
 
 def _size(length: float | None) -> str:
     return "no rest found" if length is None else f"{_MM * length:.4f}"
 
 
-def _parameters(found: IdentifiedResult) -> str:
+def _parameters(found: IdentifiedResult) -> Table:
     rows = [
         (
-            html.escape(entry.name),
+            entry.name,
             "none" if entry.added else _number(entry.start),
             *map(_number, (entry.value, entry.low, entry.high)),
-            _number(entry.written) if entry.identified else "kept",
-            html.escape(entry.reason or (entry.support.in_words if entry.support else "")),
+            _written(entry),
+            _why(entry),
         )
         for entry in found.parameters
     ]
-    header = ("parameter", "start", "fit", "95 % from", "to", "written", "")
-    return f"<h2>Parameters</h2>{table(header, rows)}"
+    return Table(("parameter", "start", "fit", "95 % from", "to", "written", ""), rows)
+
+
+def _written(entry: IdentifiedParameterResult) -> str:
+    if entry.identified:
+        return _number(entry.written)
+    return "left out" if entry.added else "kept"
+
+
+def _why(entry: IdentifiedParameterResult) -> str:
+    if not entry.identified:
+        return f"not identified: {entry.reason}"
+    return entry.support.in_words if entry.support else ""
 
 
 def _number(value: float | None) -> str:
-    return "&infin;" if value is None else f"{value:.4g}"
+    return "\u221e" if value is None else f"{value:.4g}"
 
 
-def _warnings(found: IdentifiedResult) -> str:
-    items = "".join(
-        f"<li>{html.escape(text)}{'.' * (not text.endswith('?'))}</li>" for text in found.warnings
-    )
-    return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""
-
-
-def _separability(found: IdentifiedResult) -> str:
+def _separability(found: IdentifiedResult) -> Section:
     lines = [f"Condition of the columns, each of length 1: {_number(found.condition)}."]
     lines += [f"{name}: no measurement moves it." for name in found.without_effect]
     lines += [f"Not seen: {d.in_words} changes nothing measured." for d in found.unseen]
     lines += [f"Hardly seen (index {d.index:.0f}): {d.in_words}." for d in found.weak if d.index]
     lines += [
-        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
+        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}."
+        for pair in found.alike
     ]
-    return f"<h2>What can be told apart</h2><p>{'<br>'.join(map(html.escape, lines))}</p>"
+    return Section("What can be told apart", lines)
 
 
-def _further(found: IdentifiedResult) -> str:
-    rows = [
-        (
-            html.escape(entry.name),
-            f"{_number(entry.value)} {entry.unit}",
-            html.escape(entry.in_words),
-        )
-        for entry in found.further
-    ]
-    return (
-        f"<h2>Further parameters</h2>{_FURTHER_TEXT}{table(('', 'fit', 'tests'), rows)}"
-        if rows
-        else ""
+def _further(found: IdentifiedResult) -> list[Section]:
+    """Return tilts and backlashes that were tested, those that the data support first."""
+    if not found.further:
+        return []
+    tested = sorted(
+        found.further, key=lambda f: (not f.supported, f.left_out_change or 0.0)
     )
+    rows = [
+        (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words)
+        for entry in tested
+    ]
+    count = sum(entry.supported for entry in tested)
+    text = f"The data support {count} of {len(rows)}, one by one (--add NAME, or --add supported)."
+    table = Table(("", "fit", "tests"), rows)
+    return [Section("Further parameters", [text, _FURTHER, table])]
 
 
-def _arrows_text(factor: int) -> str:
-    return f"At each pose of the tool, {factor} times as large as they are."
-
-
-_AGREEMENT_TEXT = "Displacements along the base axes."
-_RESIDUALS_TEXT = (
+_AGREEMENT = Note("Displacements along the base axes.")
+_RESIDUALS = Note(
     "How far the measured point is from where the robot predicts it; predicted by the fit of all rows,"
     " and by a fit of all rows but that one."
 )
-_INTERVALS_TEXT = (
+_INTERVALS = Note(
     "Bars that run far to the right have no upper end: the data cannot tell the joint from a rigid"
     " one."
 )
-_FURTHER_TEXT = (
-    "<p>Tilts and backlashes that the start file does not have, one at a time beside its own. Supported:"
-    " an F test (5 % over the number of tests) and a smaller leave-one-out error, both.</p>"
+_FURTHER = Note(
+    "Tilts and backlashes that the start file does not have, one at a time beside its own. Supported:"
+    " an F test (5 % over the number of tests) and a smaller leave-one-out error, both."
 )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import html
-
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import gear_loads, table
+from coupling.report.tables import gear_loads
 from coupling.results.learned_result import LearnedPassResult, LearnedResult
 
 _UM = 1e6
@@ -23,42 +22,32 @@ def learn_page(title: str, found: LearnedResult) -> str:
         title: What was learned from what.
         found: Its figures, the content of learned.json.
     """
-    sections = [
-        (
-            f"What is left: {html.escape(one.measured)}",
-            f"left{number}",
-            _left(one),
-            _LEFT_TEXT.format(found.slow_below_Hz),
-        )
+    left = [
+        Section(f"What is left: {one.measured}", [_left_note(found)], f"left{number}", [_left(one)])
         for number, one in enumerate(found.passes)
     ]
-    sections.append(("Intervals", "intervals", _intervals(found), _INTERVALS_TEXT))
-    head = (
-        _verdict(found)
-        + _warnings(found)
-        + _sizes(found)
-        + _parameters(found)
-        + gear_loads(found.gears)
-    )
-    return document(title, head, sections)
+    intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(found)])
+    return document(title, [*learn_summary(found), *left, intervals])
 
 
-def _verdict(found: LearnedResult) -> str:
-    state = "no" if found.refusal else "yes"
+def learn_summary(found: LearnedResult) -> list[Section]:
+    """Return what was learned."""
     count = sum(own.identifiable for own in found.parameters)
     words = (
-        f"Not written: {found.refusal}"
+        f"NOT WRITTEN: {found.refusal}."
         if found.refusal
-        else (f"Learned: {count} of {len(found.parameters)} parameters are identifiable")
+        else f"Learned: {count} of {len(found.parameters)} parameters are identifiable."
     )
-    return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
+    return [
+        Section("", [words], good=not found.refusal),
+        *warned(f"{text}." for text in found.warnings),
+        Section("", _sizes(found)),
+        Section("Parameters", [_parameters(found)]),
+        *gear_loads(found.gears),
+    ]
 
 
-def _warnings(found: LearnedResult) -> str:
-    return "".join(f"<p>Warning: {html.escape(text)}.</p>" for text in found.warnings)
-
-
-def _sizes(found: LearnedResult) -> str:
+def _sizes(found: LearnedResult) -> list[Table]:
     left = found.left_m
     rows = [
         ("left by the robot file", f"{_UM * left.robot_file:.1f}"),
@@ -67,7 +56,9 @@ def _sizes(found: LearnedResult) -> str:
     ]
     frames = [
         (
-            html.escape(one.measured),
+            one.measured,
+            one.run,
+            f"{one.rows}",
             f"{one.from_s:.2f} to {one.to_s:.2f}",
             ", ".join(f"{_UM * value:.0f}" for value in one.frame_shift_m),
             ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
@@ -75,27 +66,36 @@ def _sizes(found: LearnedResult) -> str:
         )
         for one in found.passes
     ]
-    header = ("measurement", "of the run [s]", "frame off by [um]", "and [mrad]", "clock [ms]")
-    return (
-        table((f"slower than {found.slow_below_Hz:g} Hz", "rms [um]"), rows)
-        + "<p></p>"
-        + table(header, frames)
+    columns = (
+        *("measurement", "run", "rows", "of the run [s]"),
+        *("frame off by [um]", "and [mrad]", "clock [ms]"),
     )
+    slow = (f"slower than {found.slow_below_Hz:g} Hz", "rms [um]")
+    return [Table(slow, rows), Table(columns, frames)]
 
 
-def _parameters(found: LearnedResult) -> str:
+def _parameters(found: LearnedResult) -> Table:
     rows = [
         (
-            html.escape(own.name),
+            own.name,
             *(f"{value:.4g}" for value in (own.start, own.value, own.low, own.high)),
             "kept" if own.written == own.start else f"{own.written:.4g}",
             f"{_UM * own.effect_m:.2g}",
-            html.escape(own.reason),
+            own.reason,
         )
         for own in found.parameters
     ]
-    header = ("parameter", "file", "found", "95 % from", "to", "written", "moves the tool [um]", "")
-    return f"<h2>Parameters</h2>{table(header, rows)}"
+    columns = (
+        "parameter",
+        "file",
+        "found",
+        "95 % from",
+        "to",
+        "written",
+        "moves the tool [um]",
+        "",
+    )
+    return Table(columns, rows)
 
 
 def _left(one: LearnedPassResult) -> go.Figure:
@@ -127,11 +127,15 @@ def _intervals(found: LearnedResult) -> go.Figure:
     return figure
 
 
-_LEFT_TEXT = (
-    "Distance between where the tool was measured and where the simulated robot has it under the same"
-    " command, what is slower than {:g} Hz, behind the measuring frame and clock that fit each best."
-)
-_INTERVALS_TEXT = (
+def _left_note(found: LearnedResult) -> Note:
+    return Note(
+        "Distance between where the tool was measured and where the simulated robot has it under the"
+        f" same command, what is slower than {found.slow_below_Hz:g} Hz, behind the measuring frame and"
+        " clock that fit each best."
+    )
+
+
+_INTERVALS = Note(
     "Where identifiable they are calibrated on simulated robots; elsewhere they are as wide as it was"
     " known before."
 )

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import html
-
 import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
+from coupling.report.section import Note, Section, Table
 from coupling.report.style import style
-from coupling.report.tables import table
 from coupling.results.next_result import NextResult, PathCorrectionResult
 
 _UM = 1e6
@@ -22,50 +20,67 @@ def next_page(title: str, found: NextResult) -> str:
         title: Which command, from what.
         found: Its figures, the content of next.json.
     """
-    sections = [("What was measured", "passes", _distances(found), _PASSES_TEXT)]
+    sections = [
+        *next_summary(found),
+        Section("What was measured", [_MEASURED], "passes", [_distances(found)]),
+    ]
     if found.correction is not None:
-        sections.append(
-            ("What is corrected along the path", "correction", _correction(found.correction), "")
-        )
-    head = _verdict(found) + _passes(found) + _moves(found) + _causes(found)
-    return document(title, head, sections)
+        title = "What is corrected along the path"
+        sections.append(Section(title, [], "correction", [_correction(found.correction)]))
+    return document(title, sections)
 
 
-def _verdict(found: NextResult) -> str:
-    forecast, worse = found.forecast, found.judgement.worse
-    first, *rest = [html.escape(own) for own in found.sentences if not own.startswith("  ")]
-    told = "" if forecast is None else f"<b>{html.escape(forecast.sentence)}.</b><br>"
-    state = "no" if worse else "yes"
-    lines = "".join(f"<p>{own}</p>" for own in rest if not own.startswith(("Pass ", "Beyond ")))
-    return f'<p class="verdict {state}">{told}{first}</p>{lines}'
+def next_summary(found: NextResult) -> list[Section]:
+    """Return how a next command is found, and what to expect of it once that is known."""
+    first, *rest = found.sentences
+    forecast = [] if found.forecast is None else [f"{found.forecast.sentence}."]
+    return [
+        Section("", [*forecast, first], good=not found.judgement.worse),
+        Section("", rest),
+        Section("Passes", _passes(found)),
+        Section("Moves", [_moves(found)]),
+        *_causes(found),
+    ]
 
 
-def _passes(found: NextResult) -> str:
-    rows = []
+def _passes(found: NextResult) -> list[Table]:
+    sizes, devices = [], []
     for number, own in enumerate(found.passes, start=1):
         size, forecast = own.size_m, own.forecast
         expected = "" if forecast is None else f"{_um(forecast.low)} to {_um(forecast.high)}"
-        rows.append(
+        sizes.append(
             (
                 f"{number}",
-                html.escape(own.measured),
+                f"{own.measured} under {own.run}",
                 f"{_um(size.rms)} / {_um(size.maximum)}",
                 f"{_um(size.rms_less_constant)} / {_um(size.maximum_less_constant)}",
+                _um(size.fast),
                 expected,
-                _um(own.noise_m),
             )
         )
-    header = (
-        "pass",
-        "measured",
-        "rms / largest [um]",
-        "less a constant [um]",
-        "forecast of the rms [um]",
+        devices.append(
+            (
+                f"{number}",
+                _um(own.noise_m),
+                ", ".join(f"{round(_UM * value) + 0}" for value in own.frame_shift_m),
+                ", ".join(f"{1e3 * value:.2f}" for value in own.frame_turn_rad),
+                ", ".join(f"{_UM * value:.0f}" for value in own.tip_m),
+                f"{1e3 * own.clock_s:+.1f}",
+                f"{own.left_out}",
+            )
+        )
+    columns = (
+        *("pass", "measured", "rms / largest [um]", "less a constant [um]"),
+        *("faster than 15 Hz [um]", "forecast of the rms [um]"),
     )
-    return f"<h2>Passes</h2>{table((*header, 'noise [um]'), rows)}"
+    off = (
+        *("pass", "noise [um]", "frame off by [um]", "and [mrad]", "tip off by [um]"),
+        *("clock off by [ms]", "samples left out"),
+    )
+    return [Table(columns, sizes), Table(off, devices)]
 
 
-def _moves(found: NextResult) -> str:
+def _moves(found: NextResult) -> Table:
     key = "rms" if found.absolute else "rms_less_constant"
     words = {
         "path": "learning along the path",
@@ -75,28 +90,25 @@ def _moves(found: NextResult) -> str:
     rows = [
         (
             words[own.kind],
-            html.escape(own.robot),
+            own.robot,
             _um(getattr(own.left_m, key)),
             "yes" if own.predicted else "no, it was fitted to it",
         )
         for own in found.moves
     ]
-    header = (
+    columns = (
         "move",
         "robot",
         "leaves of the last pass, rms [um]",
         "forecast before it was measured",
     )
-    return f"<h2>Moves</h2>{table(header, rows, 'words')}"
+    return Table(columns, rows, "words")
 
 
-def _causes(found: NextResult) -> str:
-    if not found.causes:
-        return ""
-    rows = [
-        (_um(own.rms_m), html.escape(own.text.partition(" follow ")[2])) for own in found.causes
-    ]
-    return f"<h2>Beyond the model</h2>{table(('rms [um]', 'follows'), rows, 'words')}"
+def _causes(found: NextResult) -> list[Section]:
+    rows = [(_um(own.rms_m), own.text.partition(" follow ")[2]) for own in found.causes]
+    told = Table(("rms [um]", "follows"), rows, "words")
+    return [Section("Beyond the model", [told])] if rows else []
 
 
 def _distances(found: NextResult) -> go.Figure:
@@ -137,6 +149,6 @@ def _um(length: float) -> str:
     return f"{_UM * length:.3g}"
 
 
-_PASSES_TEXT = (
+_MEASURED = Note(
     "Distance of the measured tool from its desired path, noise of the measurement included."
 )

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, figures, tables, workpiece_figures
-from coupling.report.background import case_of, inputs, process_text, real_part
-from coupling.report.document import Section, document
-from coupling.report.drives import DRIVES_TEXT, drives, drives_table
+from coupling.report.background import (
+    answers_table,
+    case_of,
+    cost,
+    inputs,
+    real_part,
+    touched_off,
+)
+from coupling.report.document import document
+from coupling.report.drives import DRIVES_NOTE, drives, drives_table
+from coupling.report.section import Note, Part, Section, warned
+from coupling.report.shares import shares_of
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
 from coupling.results.run_result import RunResult
-from coupling.results.run_state import RunCase
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 
@@ -35,8 +43,8 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the run cannot be read or the report not written.
     """
     target, run = file or folder / "report.html", read_run(folder)
-    for place, page in _pages(folder, target, run).items():
-        write_whole(place, page, ResultError)
+    for place, text in _pages(folder, target, run).items():
+        write_whole(place, text, ResultError)
     return target
 
 
@@ -50,37 +58,90 @@ def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
     return {**pages, target: cell_page(run)}
 
 
+def run_summary(run: StoredRun) -> list[Section]:
+    """Return what a run found, of one robot or of a whole cell."""
+    head = cell_head(run) if run.gap is not None else robot_head(run, run.first)
+    answers = Section("", cost(run.figures, case_of(run), run.answers))
+    return [*head, *_replayed(run.figures), answers]
+
+
+def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
+    """Return what one robot of a run comes to."""
+    parts = [shares_of(robot, stage) for stage in robot.actual]
+    return _head(run, robot.figures, tables.deviations(robot.figures, parts))
+
+
+def cell_head(cell: StoredRun) -> list[Section]:
+    """Return what a cell comes to."""
+    own, found = cell.figures, cell.figures.pinch_gap_m
+    assert found is not None
+    robots = [(name, run.figures.deviations) for name, run in cell.robots.items()]
+    ends = (
+        (found.narrowest_before, found.widest_before),
+        (found.narrowest_after, found.widest_after),
+    )
+    gaps = ", ".join(
+        f"{1e3 * low:.3f} to {1e3 * high:.3f} mm {stage}"
+        for (low, high), stage in zip(ends, own.stages, strict=False)
+    )
+    text = f"Gap between the tools, commanded {1e3 * found.commanded:.3f} mm: {gaps}."
+    links = [
+        Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
+        for name, run in cell.robots.items()
+    ]
+    told = tables.deviations(own, robots=robots)
+    return _head(cell, own, replace(told, parts=(*told.parts, text, *links)))
+
+
+def _head(run: StoredRun, figures_: RunResult, told: Section) -> list[Section]:
+    """Return verdict, deviations, touch-off and warnings."""
+    # A run of an earlier version has warned of rates alone.
+    warnings = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
+    return [
+        verdict(figures_, case_of(run).process.model),
+        told,
+        Section("", touched_off((own.name, own.touch_off) for own in figures_.robots)),
+        *warned(warnings, figures_.remarks),
+    ]
+
+
+def _replayed(figures_: RunResult) -> list[Section]:
+    """Return what the command leaves where something differs, and what it asks of the gears."""
+    return [
+        *tables.robustness(figures_),
+        *tables.plant(figures_),
+        *tables.passages(figures_),
+        *tables.gear_loads(figures_.gears),
+    ]
+
+
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
-    own, case = robot.figures, case_of(run)
-    gears = f"{_FLANKS_TEXT}{tables.gears(own.changes)}" if own.changes else ""
-    process = process_text(own, case, run.answers)
-    part = real_part(own, case)
+    own, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    drive_text = f"{DRIVES_TEXT}{drives_table(own)}"
-    sections: list[Section] = [
-        ("The part from above", "above", from_above(views), _ABOVE_TEXT),
-        (
-            "Deviation along the path",
-            "deviation",
-            along.deviation(robot),
-            _deviation_text(robot) + gears,
-        ),
-        ("Robot at the part", "robot", robot_views(own.robots, [robot.desired]), _ROBOT_TEXT),
-        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own.gears)),
-        ("What the command asks of the drives", "drives", drives(robot), drive_text),
-        ("The process: where and at what cost", "convergence", along.convergence(robot), process),
-        ("Wrench along the path", "wrench", along.wrench(robot), _wrench_text(robot)),
-        ("Deviation by axis", "axes", along.components(robot), _axes_text(robot)),
+    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.changes else [])
+    asked = (DRIVES_NOTE, drives_table(own))
+    sections = [
+        *robot_head(run, robot),
+        Section("The part from above", [_ABOVE], "above", from_above(views)),
+        Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
+        Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
+        *_replayed(own),
+        Section("What the command asks of the drives", asked, "drives", [drives(robot)]),
+        _process(run, robot),
+        Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
+        Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),
+        *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
-    if run.gap is None:
-        sections += _of_workpieces(run.workpieces)
-    return _page(own, case, tables.deviations(robot), sections, inputs(own, run.case))
+    return _page(own, sections, run.case)
 
 
-def _told(name: str, *parts: str) -> list[Section]:
-    """Return a section without figures of parts that have their own headings."""
-    return [(name, "", (), "".join(parts))]
+def _process(run: StoredRun, robot: StoredRobot) -> Section:
+    """Return where the process of a run was evaluated, and what that cost."""
+    told = cost(robot.figures, case_of(run), run.answers)
+    parts: list[Part] = [*told, *answers_table(run.answers), _CONVERGENCE]
+    title = "The process: where and at what cost"
+    return Section(title, parts, "convergence", [along.convergence(robot)])
 
 
 def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
@@ -88,81 +149,61 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
     if not workpieces:
         return []
     return [
-        ("Workpiece, cut", "cut", workpiece_figures.cut(workpieces), _CUT_TEXT),
-        ("Workpiece", "workpiece", workpiece_figures.fields(workpieces), _WORKPIECE_TEXT),
+        Section("Workpiece, cut", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
+        Section("Workpiece", [_WORKPIECE], "workpiece", workpiece_figures.fields(workpieces)),
     ]
 
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
-    own, case = cell.figures, case_of(cell)
-    rows = [
-        (
-            f'<a href="{name}/report.html">{name}</a>',
-            *(f"{1e6 * found.maximum:.2f}" for found in run.figures.deviations),
-            f"{run.figures.peak_force_N:.1f}",
-        )
-        for name, run in cell.robots.items()
-    ]
-    header = ("deviation, max [um]", *own.stages, "peak force [N]")
     paths = [run.desired for run in cell.robots.values()]
     robots = [run.figures.robots[0] for run in cell.robots.values()]
-    sections: list[Section] = [
-        ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
-        ("Robots in the cell", "robot", robot_views(robots, paths), _ROBOT_TEXT),
-        *_told("", tables.robustness(own), tables.plant(own)),
-        (
-            "The process: where and at what cost",
-            "convergence",
-            along.convergence(cell.first),
-            process_text(own, case, cell.answers),
-        ),
+    sections = [
+        *cell_head(cell),
+        Section("Gap between the tools", [_GAP], "gap", [figures.gap(cell)]),
+        Section("Robots in the cell", [_ROBOT], "robot", robot_views(robots, paths)),
+        *_replayed(cell.figures),
+        _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]
-    return _page(own, case, tables.table(header, rows), sections, inputs(own, cell.case))
+    return _page(cell.figures, sections, cell.case)
 
 
-def _page(
-    figures_: RunResult,
-    case: RunCase,
-    table: str,
-    sections: list[Section],
-    end: str,
-) -> str:
-    """Return verdict, table, sections and inputs as one self-contained HTML text."""
-    head = f"{verdict(figures_, case.process.model)}{table}{_warnings(figures_)}"
-    title = f"{figures_.case}: {figures_.kind}"
-    return document(title, head, sections, f"{_THINNED_TEXT}{end}")
+def _page(figures_: RunResult, sections: list[Section], case: str) -> str:
+    """Return sections and inputs as one self-contained HTML text."""
+    end = [Section("", [_THINNED]), *inputs(figures_, case)]
+    return document(f"{figures_.case}: {figures_.kind}", [*sections, *end])
 
 
-_ABOVE_TEXT = (
-    "<p>The path along the part's z axis, coloured by the distance of the actual from the desired TCP,"
-    " all on one logarithmic scale.</p>"
+_ABOVE = Note(
+    "The path along the part's z axis, coloured by the distance of the actual from the desired TCP,"
+    " all on one logarithmic scale."
 )
-_FLANKS_TEXT = (
-    "<p>Below the curves: a bar while a gear is in its backlash, a mark where it reaches a flank. The"
-    " command leads it through the backlash as the model says: a wrong backlash would show there. The"
-    " largest spikes of each gear are named.</p>"
+_FLANKS = Note(
+    "Below the curves: a bar while a gear is in its backlash, a mark where it reaches a flank. The"
+    " largest spikes of each gear are named."
 )
-_ROBOT_TEXT = (
-    "<p>Links from joint to joint in the middle of the path, no bodies; the world frame.</p>"
+_ROBOT = Note("Links from joint to joint in the middle of the path, no bodies; the world frame.")
+_CONVERGENCE = Note(
+    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
+    " evaluation of the process. Thick line: deviation from the desired path after each correction."
 )
-_THINNED_TEXT = (
-    f"<p>A curve over time is drawn through its smallest and largest value in each of up to {PARTS}"
-    " equal parts of the time, so that no peak is lost; the CSV files hold every sample.</p>"
+_THINNED = Note(
+    f"A curve over time is drawn through its smallest and largest value in each of up to {PARTS}"
+    " equal parts of the time, so that no peak is lost; the CSV files hold every sample."
 )
-_GAP_TEXT = (
+_GAP = Note(
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
-_CUT_TEXT = "What the process leaves, cut along the part's x axis."
-_WORKPIECE_TEXT = (
+_CUT = Note("What the process leaves, cut along the part's x axis.")
+_WORKPIECE = Note(
     "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
     " ParaView."
 )
 
 
-def _deviation_text(run: StoredRobot) -> str:
-    text = "<p>Distance between actual and desired TCP at equal times."
+def _deviation_note(run: StoredRobot) -> Note:
+    text = "Distance between actual and desired TCP at equal times."
     if len(run.actual) > 1:
         text += (
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
@@ -174,25 +215,14 @@ def _deviation_text(run: StoredRobot) -> str:
             text += " After compensation they are apart by the command's share against inertia."
     if run.plant is not None:
         text += " On the plant the same command is as good as model and plant agree."
-    return f"{text}</p>"
+    return Note(text)
 
 
-def _wrench_text(run: StoredRobot) -> str:
+def _wrench_note(run: StoredRobot) -> Note:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return f"Acting on the tool at the TCP, base axes, along the {which}."
+    return Note(f"Acting on the tool at the TCP, base axes, along the {which}.")
 
 
-def _axes_text(run: StoredRobot) -> str:
+def _axes_note(run: StoredRobot) -> Note:
     first, *more = run.actual
-    return f"Actual minus desired TCP{f' {first}' if more else ''}, world axes."
-
-
-def _warnings(figures_: RunResult) -> str:
-    # A run of an earlier version has warned of rates alone.
-    warned = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
-    lists = {"Warnings": warned, "Remarks": figures_.remarks}
-    return "".join(
-        f"<h2>{title}</h2><ul>{''.join(f'<li>{html.escape(text)}</li>' for text in texts)}</ul>"
-        for title, texts in lists.items()
-        if texts
-    )
+    return Note(f"Actual minus desired TCP{f' {first}' if more else ''}, world axes.")

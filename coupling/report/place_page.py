@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import html
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +10,16 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
-from coupling.place.console import REPORT, changes, in_words
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
+from coupling.report.section import Note, Part, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import table
-from coupling.results.placement_result import PlacementResult
+from coupling.results.placement_result import PlacementResult, SettingResult
 
+# What the page is called.
+REPORT = "report.html"
 _UM = 1e6
 _SETTINGS = {"present": "held as now", "best": "held as the best"}
 
@@ -47,10 +48,68 @@ def place_page(stored: StoredPlacement) -> str:
     for across, up in dict.fromkeys((own.across, own.up) for own in stored.maps):
         maps = [own for own in stored.maps if (own.across, own.up) == (across, up)]
         title = f"The part in the plane of {across} and {up}"
-        name = f"map_{across}{up}"
-        sections.append((title, name, map_figures(figures, maps), _map_text(figures)))
-    head = f"{_settings(figures)}{_gears(figures)}"
-    return document(f"{figures.case}: place", head, sections)
+        drawn = map_figures(figures, maps)
+        sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
+    return document(f"{figures.case}: place", [*place_summary(figures), _gears(figures), *sections])
+
+
+def place_summary(figures: PlacementResult) -> list[Section]:
+    """Return what the best settings come to."""
+    rows = [
+        (
+            name,
+            f"{_UM * own.moved_m:.0f}",
+            f"{_UM * own.exposure_m:.1f}",
+            changes(own),
+            f"{own.regularity:.3f}",
+            "-" if own.limit_margin_rad is None else f"{np.rad2deg(own.limit_margin_rad):.0f}",
+            in_words(own.setting, figures.free)
+            + ("" if own.admitted else "; breaks a demand of [place]"),
+        )
+        for name, own in figures.named
+    ]
+    moved = "process [um]" if figures.forced else "100 N [um]"
+    header = (
+        *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
+        *("regularity", "from joint limits [deg]", "what is free"),
+    )
+    lost = "As it is, the robot cannot follow the path."
+    refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)
+    limits = "the robot file has no limits of its joints: look whether they are kept."
+    parts: list[Part] = [
+        *([lost] if figures.present is None else []),
+        Table(header, rows),
+        _TABLE,
+        f"{figures.settings} settings looked at; of the {figures.filling} that fill the ranges"
+        f" refused: {refused or 'none'}.",
+    ]
+    collisions = "Look whether robot, tool and part are free of collisions before you drive there."
+    return [
+        Section("", parts),
+        *warned([] if figures.limited_joints else [limits]),
+        Section("", [collisions]),
+    ]
+
+
+def changes(own: SettingResult) -> str:
+    """Return which gears with backlash reverse how often, in words.
+
+    Args:
+        own: A setting in place.json.
+    """
+    said = [
+        f"{gear.joint}: {gear.backlash_reversals}" for gear in own.gears if gear.backlash_reversals
+    ]
+    return ", ".join(said) or "none"
+
+
+def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
+    """Return what is free in a setting, in words."""
+    said = []
+    for name in free:
+        key, unit = (f"{name}_m", "m") if f"{name}_m" in setting else (f"{name}_deg", "deg")
+        said.append(f"{name.replace('_', ' ')} {np.round(setting[key], 4):g} {unit}")
+    return ", ".join(said)
 
 
 def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figure, ...]:
@@ -125,40 +184,11 @@ def _hint(own: PartMap, i: int, j: int) -> str:
     )
 
 
-def _settings(figures: PlacementResult) -> str:
-    """Return a table of the settings."""
-    rows = []
-    for name, own in figures.named:
-        words = in_words(own.setting, figures.free)
-        margin = own.limit_margin_rad
-        rows.append(
-            (
-                html.escape(name),
-                f"{_UM * own.moved_m:.0f}",
-                f"{_UM * own.exposure_m:.1f}",
-                changes(own),
-                f"{own.regularity:.3f}",
-                "-" if margin is None else f"{np.rad2deg(margin):.0f}",
-                html.escape(words),
-            )
-        )
-    moved = "process [um]" if figures.forced else "100 N [um]"
-    header = (
-        *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
-        *("regularity", "from joint limits [deg]", "what is free"),
-    )
-    lost = (
-        "" if figures.present is not None else "<p>As it is, the robot cannot follow the path.</p>"
-    )
-    none = "" if figures.limited_joints else "<p>The robot file has no limits of its joints.</p>"
-    return f"{lost}{table(header, rows)}<p>{_TABLE_TEXT}</p>{none}"
-
-
-def _gears(figures: PlacementResult) -> str:
+def _gears(figures: PlacementResult) -> Section:
     """Return what the gears go through, as it is and at the best."""
     rows = [
         (
-            html.escape(f"{name}, joint {gear.joint}"),
+            f"{name}, joint {gear.joint}",
             f"{gear.backlash_reversals}",
             f"{gear.in_backlash_s:.1f}",
             f"{gear.margin_Nm:.0f}",
@@ -172,12 +202,12 @@ def _gears(figures: PlacementResult) -> str:
         *("gear", "backlash reversals", "in backlash [s]", "clear of zero by [N m]", "swing [N m]"),
         "backlash 20 % off [um]",
     )
-    return f"<h2>Gears</h2><p>{_GEARS_TEXT}</p>{table(header, rows)}"
+    return Section("Gears", (_GEARS, Table(header, rows)))
 
 
-def _map_text(figures: PlacementResult) -> str:
+def _map_note(figures: PlacementResult) -> Note:
     what = "the process" if figures.forced else "100 N"
-    return (
+    return Note(
         "What each place of the part comes to with tool and base held as they are now, or as the best"
         f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do at"
         " rest. White: out of reach, too near to a limit or to a singular posture. The colours end where"
@@ -185,13 +215,13 @@ def _map_text(figures: PlacementResult) -> str:
     )
 
 
-_TABLE_TEXT = (
+_TABLE = Note(
     "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
     " rest at gears that may reverse, summed (in motion several times as much); backlash reversals"
     " along the whole path; distance from singular postures (1 over the norm of the inverse Jacobian,"
     " lengths in units of the reach)."
 )
-_GEARS_TEXT = (
+_GEARS = Note(
     "From the torque that the links need along the whole path, with the inertia of starts and stops. A"
     " negative figure: the torque changes sign by so much."
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from math import isnan
 from pathlib import Path
 
@@ -14,8 +13,8 @@ from coupling.errors import StudyError
 from coupling.files.whole_file import write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.section import Note, Section, Table
 from coupling.report.style import style
-from coupling.report.tables import table
 from coupling.results.study_result import StudyResult
 from coupling.study.bench import PARTS
 from coupling.study.folder import REPORT, RUN
@@ -41,8 +40,8 @@ def write_study_report(folder: Path, file: Path | None = None) -> Path:
         StudyError: If the study cannot be read or the report not written.
     """
     target = file or folder / REPORT
-    page = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    write_whole(target, page, StudyError)
+    text = study_page(read_study(folder), (folder / RUN / REPORT).exists())
+    write_whole(target, text, StudyError)
     return target
 
 
@@ -54,17 +53,24 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
         with_run: Whether the report of its run is beside it.
     """
     figures = study.figures
+    link = [Note("The run of the command", f"{RUN}/{REPORT}")] if with_run else []
     sections = [
-        ("Deviation along the path", "bands", bands(study), _bands_text(figures)),
-        ("Largest deviation", "distribution", distribution(study), _DISTRIBUTION_TEXT),
+        *study_summary(figures),
+        Section("", link),
+        Section("Deviation along the path", (_bands_note(figures),), "bands", (bands(study),)),
+        Section("Largest deviation", (_DISTRIBUTION,), "distribution", (distribution(study),)),
     ]
     if figures.ordered:
-        sections.append(("What matters", "influence", influence(study), _influence_text(figures)))
-        sections.append(("Deviation by parameter", "scatter", scatter(study), _SCATTER_TEXT))
-    link = f'<p><a href="{RUN}/{REPORT}">The run of the command</a></p>' if with_run else ""
-    title = f"{figures.case}: study"
-    head = f"{_verdict(figures)}{_quantiles(figures)}{_parameters(figures)}{link}"
-    return document(title, head, sections)
+        sections += [
+            Section("What matters", (_influence_note(figures),), "influence", (influence(study),)),
+            Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
+        ]
+    return document(f"{figures.case}: study", sections)
+
+
+def study_summary(figures: StudyResult) -> list[Section]:
+    """Return what a study found."""
+    return [_verdict(figures), _quantiles(figures), _parameters(figures)]
 
 
 def bands(study: StoredStudy) -> go.Figure:
@@ -152,26 +158,27 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
     return style(figure, 90 + 250 * rows)
 
 
-def _verdict(figures: StudyResult) -> str:
+def _verdict(figures: StudyResult) -> Section:
     command, share = figures.command, figures.coverage
-    limit = figures.quantile("maximum", share)
-    state = "yes" if command.converged else "no"
-    text = f"<b>{100 * share:g} % of further robots stay below {_UM * limit:.1f} um</b>"
-    text += " along the whole path."
-    if not command.converged:
-        text += f" <b>The command is not converged</b>: {html.escape(command.reason)}"
+    text = [] if command.converged else [f"The command is NOT CONVERGED: {command.reason}."]
+    limit = _UM * figures.quantile("maximum", share)
+    text.append(
+        f"{100 * share:g} % of further robots stay below {limit:.2f} um along the whole path."
+    )
     if figures.failed:
         number, reason = next(iter(figures.failed.items()))
-        text += (
-            f" {len(figures.failed)} of {figures.samples} robots could not be simulated and are"
-            f" left out, such as number {number}: {html.escape(reason)}."
+        text.append(
+            f"Warning: {len(figures.failed)} of {figures.samples} robots could not be simulated and are"
+            f" left out, such as number {number}: {reason}"
         )
     if figures.not_coupled:
-        text += f" {len(figures.not_coupled)} robots did not converge with their process."
-    return f'<p class="verdict {state}">{text}</p>'
+        text.append(
+            f"Warning: {len(figures.not_coupled)} robots did not converge with their process."
+        )
+    return Section("", text, good=command.converged)
 
 
-def _quantiles(figures: StudyResult) -> str:
+def _quantiles(figures: StudyResult) -> Section:
     found = figures.quantiles_m
     shares = list(found["maximum"])
     model = figures.command.deviation_m
@@ -192,44 +199,46 @@ def _quantiles(figures: StudyResult) -> str:
         for name, words in names
     ]
     below = (f"{100 * float(share):g} % of robots below" for share in shares)
-    header = ("deviation [um]", "model", *below)
     how = (
         f"the process evaluated for each of them, {figures.process_evaluations} times in all"
         if figures.wrench == "coupled"
         else "the wrench that of the process on the model, times the factor of the force"
     )
-    return (
-        f"<p>{figures.samples} robots sampled from what is uncertain run the command as written,"
-        f" with inertia; {how}.</p>{table(header, rows)}"
+    text = (
+        f"{figures.samples} robots sampled from what is uncertain run the command as written,"
+        f" with inertia; {how}."
     )
+    return Section("", (text, Table(("deviation [um]", "model", *below), rows)))
 
 
-def _parameters(figures: StudyResult) -> str:
-    rows = []
-    for entry in figures.parameters:
-        found = entry.influence.maximum
-        told = (
-            ("", "")
-            if found is None
-            else (f"{100 * found.share:.0f} %", f"{found.rank_correlation:+.2f}")
+def _parameters(figures: StudyResult) -> Section:
+    told = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
+    rows = [
+        (
+            entry.name,
+            entry.distribution,
+            f"{100 * told[entry.name].share:.0f} %" if told else "",
+            f"{told[entry.name].rank_correlation:+.2f}" if told else "",
         )
-        rows.append((html.escape(entry.name), html.escape(entry.distribution), *told))
+        for entry in [entry for entry, _ in figures.ordered] or figures.parameters
+    ]
     header = ("uncertain", "distribution", "share in the variance of max", "rank correlation")
-    silent = figures.silent
-    left = f"<p>Without effect here, left out: {', '.join(silent)}.</p>" if silent else ""
-    few = "" if figures.ordered else "<p>Too few samples to tell which parameter matters.</p>"
-    return f"<h2>What is uncertain</h2>{table(header, rows)}{left}{few}"
+    left = (
+        [f"Without effect here, left out: {', '.join(figures.silent)}."] if figures.silent else []
+    )
+    few = [] if told else ["Too few samples to tell which parameter matters."]
+    return Section("What is uncertain", (Table(header, rows), *left, *few))
 
 
-_DISTRIBUTION_TEXT = (
+_DISTRIBUTION = Note(
     "Share of robots whose deviation, the largest along the path or its rms, stays below a limit."
 )
-_SCATTER_TEXT = "A dot is a sampled robot; of several parameters the most important ones."
+_SCATTER = Note("A dot is a sampled robot; of several parameters the most important ones.")
 
 
-def _bands_text(figures: StudyResult) -> str:
+def _bands_note(figures: StudyResult) -> Note:
     share = figures.coverage
-    return (
+    return Note(
         f"At each place by itself, {100 * share:g} % of further robots lie in the band and"
         f" {50 * (1 - share):.3g} % on each side of it, in the mean over studies. Below the dotted"
         f" line {100 * share:g} % of robots stay all along the path. A place is one of {PARTS} equal"
@@ -237,12 +246,12 @@ def _bands_text(figures: StudyResult) -> str:
     )
 
 
-def _influence_text(figures: StudyResult) -> str:
+def _influence_note(figures: StudyResult) -> Note:
     maximum, rms = (
         100.0 * max(1.0 - sum(shares[name].share for _, shares in figures.ordered), 0.0)
         for name in ("maximum", "rms")
     )
-    return (
+    return Note(
         "First-order Sobol indices: the share of the variance that goes back to a parameter by itself."
         f" The rest, {maximum:.0f} % of max and {rms:.0f} % of rms, is of several"
         " together."

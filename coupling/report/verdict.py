@@ -2,48 +2,43 @@
 
 from __future__ import annotations
 
-import html
-
+from coupling.report.section import Section
 from coupling.report.tables import mode_names
 from coupling.results.run_result import RunResult
 
 _UM = 1e6
 
 
-def verdict(figures: RunResult, process: str) -> str:
-    """Return what a run comes to, as HTML.
+def verdict(figures: RunResult, process: str) -> Section:
+    """Return what a run comes to.
 
     Args:
         figures: Content of result.json.
         process: Name of the process's model.
     """
-    state = "yes" if figures.converged else "no"
-    word = "Converged" if figures.converged else "Not converged"
-    text = sentence(figures, process) + " (" + figures.reason + ".)"
-    told = f"<b>{word}</b>: {html.escape(text)}"
+    state = "Converged" if figures.converged else "NOT CONVERGED"
+    told = [f"{state}: {figures.reason}.", sentence(figures, process)]
     forecast, outlook = figures.forecast, figures.outlook
     if forecast is not None:
-        told = f"<b>{html.escape(forecast.sentence)}.</b><br>{told}"
-    if outlook is None:
-        return f'<p class="verdict {state}">{told}</p>'
-    expected = html.escape(outlook.sentence)
-    if outlook.gains:
-        return f'<p class="verdict {state}">{told}<br>{expected}</p>'
-    return f'<p class="verdict no"><b>{expected}</b><br>{told}</p>'
+        told.insert(0, f"{forecast.sentence}.")
+    gains = outlook is None or outlook.gains
+    if outlook is not None:
+        told.insert(2 if gains else 0, outlook.sentence)
+    return Section("", told, good=figures.converged and gains)
 
 
 def sentence(figures: RunResult, process: str) -> str:
-    """Return the same in plain text, without the iteration's reason."""
+    """Return the same without the iteration's reason and what is expected on other robots."""
     robots = " and ".join(
         f"{robot.title} ({robot.description}, torque curve {robot.torque_curve})"
         for robot in figures.robots
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
     if figures.kind == "couple":
-        what = f"commanded along its path as it is, the tool is up to {_um(before)} off"
+        what = f"Commanded along its path as it is, the tool is up to {_um(before)} off"
     else:
         what = (
-            f"the command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+            f"The command leads the tool to within {_um(after)} of its path, {_um(before)} without"
         )
     own, _ = mode_names(figures.mode)
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"

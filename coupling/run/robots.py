@@ -36,14 +36,14 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
                 title=placed.description.name,
                 description=Path(table["description"]).name,
                 sources=by_source(numbers),
-                touch_off=_touch_off(case, placed),
+                touch_off=touch_off_of(case, placed),
                 links_m=np.round(placed.world_from_base.points(own), 6),
             )
         )
     return tuple(found)
 
 
-def _touch_off(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
+def touch_off_of(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
     """Return where the part really is and how far a robot's own frame of it is off; None without."""
     own, part = placed.touch_off, case.task.part
     if own is None:

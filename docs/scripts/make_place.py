@@ -21,13 +21,12 @@ from plotly.subplots import make_subplots
 
 from coupling.case.file import Case, load_case
 from coupling.files.robot_file import shipped_robots
-from coupling.place.console import changes, in_words
 from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.place.selection import selected
-from coupling.report.place_page import map_figures
+from coupling.report.place_page import changes, in_words, map_figures
 from coupling.report.style import style
 from coupling.robot.mismatch import ModelMismatch
 from coupling.run.execute import loop_of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from line_case import changed_text
 from places import CASES
-from reported import compensated
+from reported import compensated, on_terminal
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case.file import load_case
-from coupling.cli.console import console
 from coupling.errors import BuildError, CaseError
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
@@ -29,7 +29,6 @@ from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import BacklashReversal
-from coupling.run.console import print_summary
 from coupling.run.deviations import Deviations
 from coupling.run.execute import _gap
 from coupling.run.folder import write_run
@@ -259,12 +258,10 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
     assert "after compensation" in (out / "report.html").read_text(encoding="utf-8")
     as_it_was = replace(run.correction, achieved=run.before)
     coupled = replace(run, kind="couple", correction=as_it_was)
-    with console.capture() as said:
-        print_summary(console, case, coupled, tmp_path)
     write_run(tmp_path, case, coupled)
     report = write_report(tmp_path).read_text(encoding="utf-8")
-    page = report[report.index("<body>") : report.index("<h3>Case</h3>")]
-    for text in (said.get(), page):
+    page = report[report.index("<body>") : report.index("<h2>Inputs: case</h2>")]
+    for text in (on_terminal(tmp_path), page):
         assert "ompensation" not in text
         assert " after." not in text
 
@@ -277,10 +274,8 @@ def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(finished, tmp_p
     write_run(tmp_path, case, one_way)
     assert json.loads((tmp_path / "result.json").read_text())["before"] == "one-way"
     write_report(tmp_path)
-    with console.capture() as said:
-        print_summary(console, case, one_way, tmp_path)
     page = (tmp_path / "support" / "report.html").read_text(encoding="utf-8")
-    for text in (said.get(), page):
+    for text in (on_terminal(tmp_path), page):
         assert HOW["one-way"] in text
         assert HOW["coupled"] not in text
 
@@ -342,9 +337,10 @@ def test_passages_of_a_cell_are_told_with_their_robot(finished, tmp_path):
     for place, count in ((".", 3), ("forming", 1), ("support", 2)):
         figures = json.loads((tmp_path / place / "result.json").read_text())
         assert len(figures["backlash_reversals"]) == count
-    with console.capture() as said:
-        print_summary(console, case, told, tmp_path)
-    assert "3 times (forming joint 1: 1, support joint 1: 1, support joint 4: 1)" in said.get()
+    said = on_terminal(tmp_path)
+    assert "Gears pass through their backlash 3 times" in said
+    for row in ("forming joint 1 +1 +1 ", "support joint 1 +1 +0 ", "support joint 4 +1 +0 "):
+        assert re.search(row, said)
     write_report(tmp_path)
     for name in ("forming", "support"):
         assert "gear in its backlash" in (tmp_path / name / "report.html").read_text(

@@ -12,7 +12,7 @@ from line_case import line_case
 
 from coupling.cli import main
 from coupling.errors import ResultError
-from coupling.report.compare_page import comparison_lines, comparison_page
+from coupling.report.compare_page import comparison_page, comparison_summary
 from coupling.report.comparison import Comparison, command_difference
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -55,17 +55,18 @@ def test_what_differs_is_found_and_nothing_else(runs):
         runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)
     )
     assert same.inputs() == []
-    assert "Commands: the same" in comparison_lines(same)
+    assert [part for own in comparison_summary(same) for part in own.parts].count("The same.") == 1
 
 
 def test_lines_and_page_tell_both(runs):
     found = Comparison.of(*runs)
-    lines = comparison_lines(found)
+    first, second, figures, commands, inputs = comparison_summary(found)
     own = json.loads((runs[0] / "result.json").read_text())
-    assert lines[0].startswith("first: converged, deviation before max")
-    assert f"after max {1e6 * own['deviation_after_m']['maximum']:.2f} um" in lines[0]
-    assert lines[2].startswith(f"Commands: apart by at most {np.degrees(TURN):.4g} deg, joint 2")
-    assert lines[-1] == "  tool_path.feed_m_s: 0.1 | 0.2"
+    assert (first.title, second.title, first.good) == ("first", "second", True)
+    after = f"{1e6 * own['deviation_after_m']['maximum']:.2f}"
+    assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
+    assert commands.parts[0].startswith(f"Apart by at most {np.degrees(TURN):.4g} deg, joint 2")
+    assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.1", "0.2")]
     page = comparison_page(found)
     assert len(page) < 3_000_000
     for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):

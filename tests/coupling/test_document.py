@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import html
 import re
 
 import plotly.graph_objects as go
@@ -11,9 +12,12 @@ import pytest
 from browser import NEEDS_CHROMIUM, chromium, opened
 from plotly.offline import get_plotlyjs
 
+from coupling.cli.console import console
 from coupling.report import plotly_js as module
 from coupling.report.document import document
 from coupling.report.plotly_js import plotly_js
+from coupling.report.section import Note, Section, Table, warned
+from coupling.report.terminal import tell
 
 IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
@@ -27,8 +31,27 @@ DRAWN = {
 
 
 def page(*kinds: str) -> str:
-    sections = [("", f"figure{k}", go.Figure(DRAWN[kind][0]), "") for k, kind in enumerate(kinds)]
-    return document("Figures", "", sections)
+    figures = [go.Figure(DRAWN[kind][0]) for kind in kinds]
+    return document("Figures", [Section("", [], "figure", figures)])
+
+
+def test_terminal_and_page_tell_the_same_and_the_page_says_how_to_read_it():
+    table = Table(
+        ("gear", "max"), [("joint 1", "< 0.25"), ("joint 2", "12")], groups=[("", 1), ("after", 1)]
+    )
+    sections = [
+        Section("", ["NOT CONVERGED: [um] & more.", "A second sentence."], good=False),
+        Section("Gears", ["One of them.", table, Note("How to read it.")]),
+        *warned(["it is hot"], ["it is late"]),
+    ]
+    with console.capture() as told:
+        tell(console, sections)
+    said, text = told.get(), html.unescape(document("", sections))
+    cells = ("[um] & more.", "second", "Gears", "One of", "joint 1", "< 0.25", "12", "after")
+    for words in (*cells, "Warning: it is hot", "Remark: it is late"):
+        assert (words in said, words in text) == (True, True), words
+    assert ("How to read" in said, "How to read" in text) == (False, True)
+    assert '<p class="verdict no"><b>NOT CONVERGED' in text
 
 
 def plotly_in(text: str) -> str:

@@ -7,12 +7,15 @@ from io import StringIO
 from line_case import line_case
 from rich.console import Console
 
+from coupling.cli import runs
+from coupling.conduct import FinishedRun
 from coupling.path.deviation import Deviation
+from coupling.report.document import document
 from coupling.report.verdict import verdict
 from coupling.results.outlook import Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
-from coupling.run.console import print_summary
 from coupling.run.execute import run_compensation
+from coupling.run.folder import write_run
 
 
 def deviation(maximum: float, less_constant: float) -> Deviation:
@@ -68,15 +71,15 @@ def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
 
 def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
-    box = verdict(figures(outlook=bad), "measured")
-    assert box.startswith('<p class="verdict no"><b>This command may be WORSE THAN NONE')
+    box = document("", [verdict(figures(outlook=bad), "measured")])
+    assert '<p class="verdict no"><b>This command may be WORSE THAN NONE' in box
     assert box.index("WORSE THAN NONE") < box.index("Converged")
-    box = verdict(figures(outlook=good), "measured")
-    assert box.startswith('<p class="verdict yes"><b>Converged')
+    box = document("", [verdict(figures(outlook=good), "measured")])
+    assert '<p class="verdict yes"><b>Converged' in box
     assert "To expect on a real robot" in box
 
 
-def test_the_terminal_begins_and_ends_with_it(tmp_path):
+def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
     """A command that is better than none says so second, in the terminal's own colour."""
     case = line_case(tmp_path, "native")
     run = run_compensation(case)
@@ -88,7 +91,10 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
         said = Console(
             record=True, file=StringIO(), width=500, force_terminal=True, highlight=False
         )
-        print_summary(said, case, replace(run, robustness=replays), tmp_path)
+        done = FinishedRun(case, replace(run, robustness=replays), 0, 0)
+        write_run(tmp_path, case, done.run)
+        monkeypatch.setattr(runs, "console", said)
+        runs.tell_run(done, tmp_path)
         text = said.export_text(styles=True)
         assert ("\x1b[33m" in text) is (first != "Converged")
         lines = re.sub(r"\x1b\[[0-9;]*m", "", text).strip().splitlines()
@@ -98,4 +104,4 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
 
 def test_nothing_is_expected_where_nothing_was_replayed():
     assert WorstReplay.among(deviation(1e-3, 1e-4), ()) is None
-    assert "expect" not in verdict(figures(), "measured")
+    assert "expect" not in str(verdict(figures(), "measured"))

@@ -81,7 +81,7 @@ def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_b
     assert figures["deviation_m"]["maximum"] == pytest.approx(left, abs=1e-12)
     assert figures["wrench"] == "model"
     assert "payload + 5 kg" in figures["differences"]
-    assert f"max {1e6 * left:.2f} um" in done.stdout
+    assert f" {1e6 * left:.2f} " in done.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "On the plant" in page
     assert f"<td>{1e6 * left:.2f}</td>" in page

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,11 +21,12 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import robot_page
-from coupling.report.shares import DeviationShare, shares_of
+from coupling.report.section import Table
+from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
-from coupling.results.run_result import ReversalResult
+from coupling.results.run_result import ReversalResult, RunResult
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
@@ -156,17 +158,22 @@ def test_shares_are_those_of_the_paths(long):
 def test_every_share_has_figures_before_and_after(finished):
     """Maximum, rms and instant of both; a run of an earlier version has no gravity and process after."""
     stored = read_run(finished[2]).first
-    table = deviations(stored)
+    parts = [shares_of(stored, stage) for stage in stored.actual]
     for share in ("gravity alone", "process (", "motion (", "while gears"):
-        (row,) = [line for line in table.split("<tr>") if f"; {share}" in line]
-        cells = re.findall(r"<td>([^<]*)</td>", row)
+        cells = share_row(stored.figures, parts, share)
         assert len(cells) == 7
         assert all(cells)
     without = {"gravity_after": None, "process_after": None}
     shares = stored.figures.shares_m.model_copy(update=without)
-    old = replace(stored, figures=stored.figures.model_copy(update={"shares_m": shares}))
-    (row,) = [line for line in deviations(old).split("<tr>") if "; gravity alone" in line]
-    assert re.findall(r"<td>([^<]*)</td>", row)[4:] == ["", "", ""]
+    old = stored.figures.model_copy(update={"shares_m": shares})
+    assert share_row(old, parts, "gravity alone")[4:] == ("", "", "")
+
+
+def share_row(figures: RunResult, parts: list[DeviationShares], name: str) -> Sequence[str]:
+    """Return the row of a share in the table of deviations."""
+    (table,) = (part for part in deviations(figures, parts).parts if isinstance(part, Table))
+    (row,) = (row for row in table.rows if row[0].strip().startswith(name))
+    return row
 
 
 def test_the_other_mode_is_that_of_the_cell(finished):

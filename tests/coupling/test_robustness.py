@@ -22,10 +22,12 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
+from coupling.report.page import run_summary
+from coupling.report.terminal import tell
 from coupling.report.thinning import extremes
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.console import RunView, print_summary
+from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
@@ -49,7 +51,7 @@ def finished(request, tmp_path_factory) -> tuple[Case, Run, Path, str]:
             run = run_compensation(case, view.watch)
         write_run(out, case, run)
         write_report(out)
-        print_summary(console, case, run, out)
+        tell(console, run_summary(read_run(out)))
     return case, run, out, said.get()
 
 
@@ -140,15 +142,11 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
     _, run, _, said = finished
-    after = f"max {1e6 * run.correction.iterations[-1].deviation.maximum:.2f} um at t"
-    assert said.count(after) == 1
     assert "largest step of the correction" not in said
-    assert "dynamic robot, under the wrench on the desired path, deviates" in said
+    assert "Before compensation the robot is under the wrench on the desired path" in said
     assert "The command assumes the robot's parameters." in said
     for replay in run.robustness:
-        assert re.search(
-            rf"{re.escape(replay.name)}: +max {1e6 * replay.deviation.maximum:.2f}", said
-        )
+        assert re.search(rf"{re.escape(replay.name)} +{1e6 * replay.deviation.maximum:.2f} ", said)
 
 
 def test_passages_through_the_backlash_are_counted_and_named(finished):
@@ -163,7 +161,7 @@ def test_passages_through_the_backlash_are_counted_and_named(finished):
     left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
     assert f"there, by up to {1e6 * max(left):.2f} um where all are 20 % off." in said
     first = sum(c.joint == 1 for c in changes)
-    assert f"(joint 1: {first}," in said
+    assert re.search(rf"joint 1 +{first} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert f"<td>joint 1</td>\n<td>{first}</td>" in page
     drawn = deviation(read_run(out).first).data
@@ -184,7 +182,7 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
     at_risk = [gear for gear in run.gears[0] if gear.at_risk]
     assert at_risk
     for gear in at_risk:
-        assert f"joint {gear.joint}: {gear.changes} backlash reversals" in said
+        assert re.search(rf"joint {gear.joint} +{gear.changes} +{gear.in_backlash:.2f} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "What the gears go through" in page
 

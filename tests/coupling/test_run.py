@@ -39,8 +39,8 @@ def test_compensation_succeeds_and_says_so(finished):
     assert "Converged" in done.stdout
     assert "path change max" in done.stdout
     assert "gravity alone" in done.stdout
-    assert "process alone" in done.stdout
-    assert "The dynamic robot under the same command and wrench deviates" in done.stdout
+    assert "process (loaded minus unloaded)" in done.stdout
+    assert "moving robot under the same command and wrench" in done.stdout
     assert "largest step of the correction" in done.stdout
     assert {file.name for file in folder.iterdir()} == FILES | BY_MODE["dynamic"]
 
@@ -49,7 +49,7 @@ def test_result_holds_the_figures(finished):
     folder, done = finished
     result = json.loads((folder / "result.json").read_text())
     assert result["before"] == "coupled"
-    assert "quasistatic robot, coupled with its process, deviates" in done.stdout
+    assert "Before compensation the robot is coupled with its process" in done.stdout
     assert result["converged"] is True
     assert (
         result["deviation_after_m"]["maximum"]
@@ -175,7 +175,10 @@ def test_couple_leaves_the_same_kinds_of_files(tmp_path):
     assert run.figures.kind == "couple"
     assert np.array_equal(run.first.achieved.pose, run.first.uncompensated.pose)
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    for text in (done.stdout, report[report.index("<body>") : report.index("<h3>Case</h3>")]):
+    for text in (
+        done.stdout,
+        report[report.index("<body>") : report.index("<h2>Inputs: case</h2>")],
+    ):
         assert "ompensation" not in text
 
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from coupling.case.file import Case
+from coupling.cli.console import console
 from coupling.report import write_report
+from coupling.report.page import run_summary
+from coupling.report.terminal import tell
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
+from coupling.run.stored_run import read_run
 
 
 def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:
@@ -18,3 +22,10 @@ def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:
     write_run(out, case, run)
     write_report(out)
     return case, run, out
+
+
+def on_terminal(folder: Path) -> str:
+    """Return what the terminal shows of a run folder."""
+    with console.capture() as said:
+        tell(console, run_summary(read_run(folder)))
+    return said.get()

@@ -173,7 +173,7 @@ def test_the_command_learns_and_commands_again(command, run):
     target = run / "out" / "learned.toml"
     done = command("learn", run / "run", run / "m.csv", "-o", target)
     assert done.returncode == 0, done.stderr + done.stdout
-    assert "joint 1: " in done.stdout
+    assert "What the gears go through" in done.stdout
     assert "backlash reversals" in done.stdout
     told = json.loads(target.with_suffix(".json").read_text())
     by_name = {entry["name"]: entry for entry in told["parameters"]}

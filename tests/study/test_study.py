@@ -66,7 +66,7 @@ def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
     done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
     assert done.returncode == 0, done.stderr + done.stdout
-    assert f"{SAMPLES} sampled" in done.stdout
+    assert f"{SAMPLES} robots sampled" in done.stdout
     return folder
 
 
@@ -244,7 +244,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert f"90 % of further robots stay below {1e6 * limit:.1f} um" in page
+    assert f"90 % of further robots stay below {1e6 * limit:.2f} um" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
         "damping_factor",
@@ -291,7 +291,7 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
     assert done.returncode == 1, done.stderr
     assert "The command is NOT CONVERGED" in done.stdout
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
-    assert "The command is not converged" in page
+    assert "The command is NOT CONVERGED" in page
     assert (tmp_path / "study" / "run" / "report.html").exists()
 
 
