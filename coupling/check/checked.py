@@ -17,8 +17,9 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import arc_length
+from coupling.results.run_result import DriveMotion
 from coupling.robot.robot import LimitWarning
-from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
 from coupling.run.models import Models

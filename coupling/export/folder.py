@@ -74,5 +74,3 @@ def _contents(
         for file in one.files:
             yield file.name, file.text
     yield SUMMARY, ExportResult.of(options, robots=exports).text()
-
-

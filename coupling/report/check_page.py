@@ -9,7 +9,6 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.check.checked import CheckedRobot
-from coupling.results.run_result import DriveMotion
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
@@ -18,7 +17,7 @@ from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
 from coupling.report.tables import gear_loads
 from coupling.report.thinning import PARTS
-from coupling.run.figures import gear_figures
+from coupling.results.run_result import DriveMotion, GearResult
 
 _REACH = "#009E73"
 _NOTE = Note(
@@ -70,7 +69,7 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
     return [
         Section(robot.name, sentences),
         Section(f"{robot.name} under {loads}", list(_of_backlash(robot))),
-        *gear_loads([gear_figures(gear) for gear in robot.gears]),
+        *gear_loads([GearResult.of(gear) for gear in robot.gears]),
         *warned(map(str, robot.warnings)),
     ]
 

@@ -119,8 +119,7 @@ def _separability(found: IdentifiedResult) -> Section:
     lines += [f"Not seen: {d.in_words} changes nothing measured." for d in found.unseen]
     lines += [f"Hardly seen (index {d.index:.0f}): {d.in_words}." for d in found.weak if d.index]
     lines += [
-        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}."
-        for pair in found.alike
+        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
     ]
     return Section("What can be told apart", lines)
 
@@ -129,12 +128,9 @@ def _further(found: IdentifiedResult) -> list[Section]:
     """Return tilts and backlashes that were tested, those that the data support first."""
     if not found.further:
         return []
-    tested = sorted(
-        found.further, key=lambda f: (not f.supported, f.left_out_change or 0.0)
-    )
+    tested = sorted(found.further, key=lambda f: (not f.supported, f.left_out_change or 0.0))
     rows = [
-        (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words)
-        for entry in tested
+        (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words) for entry in tested
     ]
     count = sum(entry.supported for entry in tested)
     text = f"The data support {count} of {len(rows)}, one by one (--add NAME, or --add supported)."
