@@ -1,6 +1,7 @@
-"""What an FMU must hold to, one by one: contract.py FMU CLAUSE."""
+"""What an FMU must hold to, one by one: contract.py FMU CLAUSE ..."""
 
 import sys
+import traceback
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -83,4 +84,12 @@ def initial_outputs(fmu):
 
 
 if __name__ == "__main__":
-    globals()[sys.argv[2]](Fmu(sys.argv[1]))
+    fmu, broken = Fmu(sys.argv[1]), []
+    for clause in sys.argv[2:]:
+        try:
+            globals()[clause](fmu)
+        except AssertionError:
+            traceback.print_exc()
+            broken.append(clause)
+    if broken:
+        raise AssertionError(f"broken: {' '.join(broken)}")
