@@ -14,7 +14,6 @@ from coupling.case.file import load_case
 from coupling.check.joints import joint_demands
 from coupling.check.room import DIRECTIONS, room_around
 from coupling.check.words import joint_words
-from coupling.cli import main
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.inverse.joint_limits import JointLimits
@@ -23,15 +22,13 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 
 
 @pytest.fixture
-def checked(monkeypatch, capsys):
+def checked(monkeypatch, command):
     """Function that checks a case in its folder; returns exit status and what was said."""
 
     def check(case: Path, *options: str) -> tuple[int, str]:
         monkeypatch.chdir(case.parent)
-        with pytest.raises(SystemExit) as done:
-            main(["check", str(case), *options])
-        told = capsys.readouterr()
-        return int(done.value.code or 0), told.out + told.err
+        done = command("check", case, *options)
+        return done.returncode, done.stdout + done.stderr
 
     return check
 

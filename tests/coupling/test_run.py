@@ -15,6 +15,7 @@ from command_line import BY_MODE, FILES, command
 from places import LINE_CASE as LINE
 
 from coupling.errors import ResultError
+from coupling.fmu_export.compiler import host_platform
 from coupling.report import write_report
 from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run
@@ -360,7 +361,7 @@ def test_joint_limits_are_errors_and_rates_are_warnings(tmp_path):
 
 def test_build_and_report_commands(finished, tmp_path):
     folder, _ = finished
-    built = command("build", "-o", tmp_path / "R.fmu")
+    built = command("build", "-o", tmp_path / "R.fmu", "--platforms", host_platform().name)
     assert built.returncode == 0
     assert (tmp_path / "R.fmu").is_file()
     drawn = command("report", folder, "-o", tmp_path / "page.html")

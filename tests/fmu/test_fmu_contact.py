@@ -1,4 +1,4 @@
-"""Spring and contact at the TCP through FMUs of both kinds: as in the model, none without a stiffness."""
+"""Spring and contact at the TCP through FMUs of both kinds: as in the model, or none bit for bit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WRENCH = np.array([0.0, 0.0, -200.0, 0.0, 0.0, 0.0])
 
 
 def springs() -> tuple[dict[str, np.ndarray], list[Load]]:
-    """A contact that comes, moves, changes its stiffness and goes: the FMU's inputs, the model's loads."""
+    """A spring that comes, moves, stiffens and goes: inputs of the FMU, loads of the model."""
     size = np.array([0.0, 0.0, 1e5, 4e6, 4e6, 0.0])
     axis = np.array([0.6, -0.3, 0.7])
     entries = size[:, None] * (np.outer(axis, axis) + 0.1 * np.eye(3))[np.triu_indices(3)]
@@ -75,7 +75,9 @@ def assert_as_in_the_model(robot: ElasticRobot, loads: list[Load], answer: dict)
         touched = robot.contact_force().any()
         np.testing.assert_allclose(values[:3], robot.tcp()[:3], rtol=0, atol=2e-9)
         np.testing.assert_allclose(values[3:6], robot.velocity(), rtol=0, atol=2e-6)
-        np.testing.assert_allclose(values[6:12], compliance, rtol=1e-6, atol=1e-14 + touched * 1e-12)
+        np.testing.assert_allclose(
+            values[6:12], compliance, rtol=1e-6, atol=1e-14 + touched * 1e-12
+        )
         np.testing.assert_allclose(values[12:15], robot.contact_force()[:3], rtol=0, atol=3e-2)
         np.testing.assert_allclose(values[15], robot.contact_gap()[0], rtol=0, atol=2e-9)
 

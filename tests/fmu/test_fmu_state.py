@@ -21,9 +21,11 @@ CASES = (
 )
 
 
-def test_a_state_goes_on_bit_for_bit(example_fmu, run_host, tmp_path):
+def test_a_state_goes_on_bit_for_bit(example_fmu, build, run_host, tmp_path):
+    """Every other one in Python, some hundred times slower: its states are all of one kind."""
+    cases = CASES[::2] if build.keywords["options"].kind == "python" else CASES
     for what in ("save", "load"):
-        run_host("state", example_fmu, tmp_path, what, *CASES)
+        run_host("state", example_fmu, tmp_path, what, *cases)
 
 
 def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):

@@ -33,9 +33,12 @@ def command(*arguments: object) -> subprocess.CompletedProcess[str]:
     from coupling.cli import main
 
     typed = [str(argument) for argument in arguments]
-    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
-        with pytest.raises(SystemExit) as end:
-            main(typed)
+    with (
+        redirect_stdout(StringIO()) as out,
+        redirect_stderr(StringIO()) as err,
+        pytest.raises(SystemExit) as end,
+    ):
+        main(typed)
     return subprocess.CompletedProcess(typed, end.value.code or 0, out.getvalue(), err.getvalue())
 
 

@@ -86,15 +86,10 @@ def light(small, tmp_path_factory) -> Pair:
 
 
 @pytest.fixture(scope="module")
-def sanitized(tmp_path_factory) -> dict[str, Path]:
-    """The FMU's library by version of FMI, under address and undefined-behaviour sanitizers.
-
-    Compiled once for all workers, which takes longer than what is done with it.
-    """
-    own = tmp_path_factory.getbasetemp()
-    cache = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "sanitized"
+def sanitized() -> dict[str, Path]:
+    """The FMU's library by version of FMI, under address and undefined-behaviour sanitizers."""
     return {
-        fmi: compile_library(host_platform(), standard.sources(), SANITIZERS, cache=cache)
+        fmi: compile_library(host_platform(), standard.sources(), SANITIZERS)
         for fmi, standard in STANDARDS.items()
     }
 
