@@ -111,7 +111,9 @@ def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, und
 def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
     folder = tmp_path / "study"
     for samples in (20, SAMPLES):
-        done = program("study", case, "-o", folder, "--run", run, "--samples", samples)
+        done = program(
+            "study", case, "-o", folder, "--run", run, "--samples", samples, "--workers", 1
+        )
         assert done.returncode == 0, done.stderr
     assert tables(folder) == tables(undisturbed)
 
