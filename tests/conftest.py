@@ -17,6 +17,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -55,17 +56,9 @@ def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory)
 
 
 @pytest.fixture
-def command(capsys: pytest.CaptureFixture[str]):
-    """The command line in this process: importing all takes longer than it works."""
-    from coupling.cli import main
-
-    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-        typed = [str(argument) for argument in arguments]
-        with pytest.raises(SystemExit) as end:
-            main(typed)
-        return subprocess.CompletedProcess(typed, end.value.code or 0, *capsys.readouterr())
-
-    return run
+def command():
+    """The command line in this process."""
+    return command_line.command
 
 
 @pytest.fixture

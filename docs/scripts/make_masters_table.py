@@ -30,7 +30,7 @@ from docs.scripts.masters import (
 from docs.scripts.page import finish, replace, table
 from docs.scripts.runs import coupled
 
-SSP_CASE = Path(__file__).parents[2] / "tests" / "coupling" / "cases" / "line.toml"
+SSP_CASE = Path(__file__).parents[2] / "tests" / "cases" / "line.toml"
 SSP_STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
 

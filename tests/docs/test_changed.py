@@ -11,10 +11,10 @@ import pytest
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("coupling/run/robustness", "tests/coupling/test_robustness.py"),  # imported
+        ("coupling/run/robustness", "tests/run/test_robustness.py"),  # imported
         ("coupling/run/logged_folder", "tests/export/test_export.py"),  # by what is imported
         ("coupling/errors", "coupling/errors.py"),  # has examples
-        ("tests/helpers/killing", "tests/coupling/test_resume.py"),
+        ("tests/helpers/killing", "tests/run/test_run_log.py"),
         ("tests/docs/test_changed", "tests/docs/test_changed.py"),
         ("fmu_src/native/core/gear.c", "tests/native/test_core.py"),
         ("docs/place.md", "tests/docs/test_pages.py"),

@@ -15,23 +15,18 @@ from wall_case import WALL_CASE
 from coupling.cli import main
 
 LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
-# Run in tests of their own, on longer passes and more robots than would be quick here:
-# tests/study/test_study.py, tests/learn/test_learning.py.
-ELSEWHERE = {"study", "learn"}
+# Run in tests of their own, on longer passes and more robots than would be quick here: test_study.py,
+# test_learning.py and test_next.py in tests/learn, and tests/place/test_command.py.
+ELSEWHERE = {"study", "learn", "mirror", "place"}
 # Slow enough for a pass that a mirror can tell slow from fast in.
 CASE = WALL_CASE.format(
     robot="icme2008", home=[0.0, 10.0, 20.0, 0.0, 60.0, 0.0], part=[1.6, 0.1, 0.8]
 ).replace("feed_m_s = 0.1", "feed_m_s = 0.01")
-PLACE = """
-[place]
-settings = 100
-cases    = 1
-"""
 
 
 def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path("my_case.toml").write_text(CASE + PLACE)
+    Path("my_case.toml").write_text(CASE)
     shutil.copy(EXAMPLES / "identify" / "fanuc_start.toml", "my_robot.toml")
     shutil.copy(EXAMPLES / "identify" / "fanuc_r2000ic.csv", "measurements.csv")
     seen = set()
@@ -42,7 +37,7 @@ def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
             continue
         if words[0] == "compare":
             shutil.copytree("results/corrected", "results/other")
-        if words[0] in ("mirror", "next"):
+        if words[0] == "next":
             shutil.copy("results/corrected/uncompensated.csv", "measured.csv")
         with pytest.raises(SystemExit) as done:
             main(words)

@@ -66,13 +66,10 @@ def tool(robot: Robot, motion: JointPath, instants: np.ndarray) -> ToolPath:
     ("robot", "language", "targets"),
     [
         ("icme2008", "krl", "cartesian"),
-        ("kuka_kr210", "krl", "cartesian"),
         ("kuka_kr210", "krl", "joints"),
         ("kuka_kr210", "csv", "joints"),
-        ("abb_irb7600", "rapid", "cartesian"),
         ("abb_irb7600", "rapid", "joints"),
         ("fanuc_r2000ic", "fanuc", "cartesian"),
-        ("fanuc_r2000ic", "fanuc", "joints"),
     ],
 )
 def test_a_program_of_a_table_moves_the_robot_as_the_table_does(
@@ -441,18 +438,6 @@ def test_an_arm_of_three_joints_gets_rows_of_angles(tmp_path, command):
     assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
     assert command("export", way, "--robot", arm, "--to", "csv").returncode == 0
     assert np.loadtxt(tmp_path / "way/csv/way.csv", delimiter=",", skiprows=1).shape[1] == 4
-
-
-def test_programs_of_a_table_are_replaced_only_when_asked(tmp_path, command):
-    way = written(tmp_path / "way.csv", WAY)
-    typed = ["export", way, "--robot", "icme2008", "--to", "krl"]
-    assert command(*typed).returncode == 0
-    first = (tmp_path / "way/krl/way.src").read_bytes()
-    again = command(*typed)
-    assert again.returncode == 2
-    assert "holds programs already: add --overwrite" in again.stderr
-    assert command(*typed, "--overwrite").returncode == 0
-    assert (tmp_path / "way/krl/way.src").read_bytes() == first
 
 
 def test_a_command_that_begins_in_motion_is_named(tmp_path, command):

@@ -332,27 +332,6 @@ def test_a_command_that_is_not_corrected_is_named(run, command, key, value, mess
     assert message in done.stdout
 
 
-def test_a_robot_of_other_joints_gets_a_table_only(tmp_path, command):
-    """An arm of three joints: no maker's language, but rows of angles."""
-    text = find_robot("icme2008").read_text()
-    joints = text.split("[[joint]]")
-    (tmp_path / "arm.toml").write_text(
-        "[[joint]]".join(joints[:4]).replace("0.30, 0.0", "0.9, 0.0")
-    )
-    rows = ["time,x,y,z,qx,qy,qz,qw", *(f"{0.01 * k},1.25,0,2.0,0,0,0,1" for k in range(60))]
-    (tmp_path / "still.csv").write_text("\n".join(rows))
-    case = WALL_CASE.format(robot="arm.toml", home=[0.0, 0.0, 0.0], part=[0.0, 0.0, 0.0])
-    head, _, tail = case.partition("[tool_path]")
-    process = tail[tail.index("[process]") :].replace("2.0e5", "0.0")
-    path = '[tool_path]\nkind = "csv"\nfile = "still.csv"\n\n'
-    out = ran(tmp_path, head + path + process, "couple")
-    done = command("export", out, "--to", "krl")
-    assert done.returncode == 2
-    assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
-    assert command("export", out, "--to", "csv").returncode == 0
-    assert np.loadtxt(out / "csv" / "pair.csv", delimiter=",", skiprows=1).shape[1] == 4
-
-
 def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
     done = command("export", tmp_path, "--to", "krl")
     assert done.returncode == 2

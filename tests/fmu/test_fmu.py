@@ -142,9 +142,9 @@ def test_velocity_is_the_derivative_of_the_position(example_fmu, run_fmu):
 def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
     rng = np.random.default_rng(5)
     times = [
-        np.array([2.0, 4.0]),
-        2.0 + np.arange(0.0, 2.0001, 0.004),
-        np.concatenate([[2.0], 2.0 + np.sort(rng.uniform(0.0, 2.0, 99)), [4.0]]),
+        np.array([2.0, 3.0]),
+        2.0 + np.arange(0.0, 1.0001, 0.004),
+        np.concatenate([[2.0], 2.0 + np.sort(rng.uniform(0.0, 1.0, 49)), [3.0]]),
     ]
     jobs = [
         {
@@ -324,16 +324,17 @@ MISUSE = {
 }
 
 
-@pytest.mark.parametrize("case", MISUSE)
-def test_misuse_is_an_error_with_a_sentence_on_stderr(example_fmu, run_fmu, case):
-    job, expected, got = MISUSE[case]
-    wrong = {"start": POSTURE, "time": [0.0, 0.01], "outputs": POSE} | job
+def test_misuse_is_an_error_with_a_sentence_on_stderr(example_fmu, run_fmu):
     right = {"start": POSTURE, "time": [0.0, 0.01], "outputs": POSE}
-    answers = run_fmu(example_fmu, wrong, right)
-    assert "failed with status" in str(answers[0]["error"])
-    assert expected in answers[0]["stderr"]
-    assert got in answers[0]["stderr"]
-    assert np.all(np.isfinite(answers[1]["values"]))  # the process goes on
+    jobs = [job for wrong, *_ in MISUSE.values() for job in (right | wrong, right)]
+    answers = run_fmu(example_fmu, *jobs)
+    lines = answers[0]["stderr"].splitlines()
+    for (case, (_, expected, got)), wrong, after in zip(
+        MISUSE.items(), answers[::2], answers[1::2], strict=True
+    ):
+        assert "failed with status" in str(wrong["error"]), case
+        assert any(expected in line and got in line for line in lines), (case, lines)
+        assert np.all(np.isfinite(after["values"]))  # the process goes on
 
 
 def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):

@@ -7,9 +7,7 @@ import re
 import subprocess
 import sys
 
-import pytest
-from places import HOSTS, TESTS
-from pythonfmu.builder import FmuBuilder
+from places import HOSTS
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -18,36 +16,6 @@ from elastic_robot.description import Body, Joint, Robot
 
 def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
     run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
-
-
-CLAUSES = [
-    "rollback",
-    "serialised_state",
-    "not_a_number",
-    "negative_stiffness",
-    "unknown_text",
-    "step_from_elsewhere",
-    "initial_outputs",
-]
-
-
-@pytest.mark.parametrize("clause", CLAUSES)
-def test_the_contract_is_kept(example_fmu, run_host, clause):
-    run_host("contract", example_fmu, clause)
-
-
-def test_a_refused_step_leaves_the_parameters_as_they_were(example_fmu, run_host):
-    """The compliance, computed when read, is still that of the old gravity."""
-    run_host("contract", example_fmu, "parameters_before_a_refused_step")
-
-
-@pytest.mark.parametrize("clause", CLAUSES)
-def test_a_stock_fmu_breaks_it(run_host, tmp_path, clause):
-    """So that the tests above can fail."""
-    options = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-    stock = TESTS / "fmu" / "stock" / "stock_robot.py"
-    file = FmuBuilder.build_FMU(stock, dest=tmp_path, **options)
-    assert "AssertionError" in run_host("contract", file, clause, succeeds=False)
 
 
 SAID = {
@@ -76,15 +44,9 @@ def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu,
     assert all(text.startswith("robot") for text in sections.values()), sections
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_random_calls_neither_crash_nor_leave_a_trace(example_fmu, run_host, seed):
-    said = run_host("fuzz", example_fmu, 100, seed)
-    assert int(re.search(r"(\d+) calls refused", said)[1]) > 300
-
-
 def test_memory_stays_flat(build, run_host, tmp_path):
     """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
-    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 100_000)
+    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 40_000)
 
 
 def rigid_robot() -> Robot:

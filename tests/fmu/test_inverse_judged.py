@@ -40,11 +40,10 @@ def edited(name: str, changes: dict[str, str], tail: str = "") -> str:
     ],
     ids=["cone, 1 kHz", "cone", "fast", "fast, held back", "milling", "cone of another robot"],
 )
-def test_the_judge_finds_the_moving_tool_on_its_path(tmp_path, case, robot, largest, rms):
+def test_the_judge_finds_the_moving_tool_on_its_path(command, tmp_path, case, robot, largest, rms):
     """Dynamic native FMU at a tolerance of 1e-8, every 4 ms; largest and rms deviation in um."""
     (tmp_path / "case.toml").write_text(case)
-    program = [sys.executable, "-m", "coupling.cli", "compensate", "case.toml", "-o", "run"]
-    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True)
+    done = command("compensate", tmp_path / "case.toml", "-o", tmp_path / "run")
     assert done.returncode == 0, done.stdout + done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
     assert figures["process_evaluations"] == 2

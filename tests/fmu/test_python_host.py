@@ -89,9 +89,9 @@ def test_three_threads_of_a_c_host_get_the_same_poses(fmu, c_host, tmp_path):
 def test_random_calls_of_a_c_host_change_nothing_where_they_are_refused(fmu, tmp_path):
     """The calls that the native FMU is put through; damaged states, NULL, no texts."""
     fuzz = build_master("fuzz2", tmp_path / "fuzz2")
-    done = run_c(fuzz, fmu, tmp_path / "fmu", "500", ELASTIC_ROBOT_PYTHON=sys.executable)
+    done = run_c(fuzz, fmu, tmp_path / "fmu", "2000", ELASTIC_ROBOT_PYTHON=sys.executable)
     assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.startswith("500 calls")
+    assert done.stdout.startswith("2000 calls")
 
 
 @pytest.mark.skipif(sys.prefix == sys.base_prefix, reason="needs a virtual environment")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from conftest import reference
@@ -39,22 +41,22 @@ def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
     np.testing.assert_allclose(found, reference("a_fk")[:, 1:], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("curve", CURVES)
-@pytest.mark.parametrize("load", ["gravity", "wrench"])
-def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu, load, curve):
-    inputs = _poses()
-    if load == "wrench":
-        values = (200.0, -150.0, -1000.0, 10.0, 20.0, -5.0)
-        inputs |= {name: [value] * 10 for name, value in zip(WRENCH, values, strict=True)}
-    job = {
-        "settings": {"mode": "quasistatic", "torque_curve": CURVES[curve]},
-        "time": list(range(10)),
-        "inputs": inputs,
-        "outputs": [*POSE, *DEFLECTION],
-    }
-    (answer,) = run_fmu(example_fmu, job)
-    expected = reference(f"b_static_{load}_{curve}")[:, 1:]
-    np.testing.assert_allclose(_upright(answer["values"]), expected, rtol=0, atol=1e-9)
+def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu):
+    values = dict(zip(WRENCH, (200.0, -150.0, -1000.0, 10.0, 20.0, -5.0), strict=True))
+    loads = {"gravity": {}, "wrench": {name: [value] * 10 for name, value in values.items()}}
+    cases = list(itertools.product(loads, CURVES))
+    jobs = [
+        {
+            "settings": {"mode": "quasistatic", "torque_curve": CURVES[curve]},
+            "time": list(range(10)),
+            "inputs": _poses() | loads[load],
+            "outputs": [*POSE, *DEFLECTION],
+        }
+        for load, curve in cases
+    ]
+    for (load, curve), answer in zip(cases, run_fmu(example_fmu, *jobs), strict=True):
+        expected = reference(f"b_static_{load}_{curve}")[:, 1:]
+        np.testing.assert_allclose(_upright(answer["values"]), expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("curve", CURVES)
@@ -77,13 +79,15 @@ def test_step_response(example_fmu, run_fmu, curve):
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_iso_path(example_fmu, run_fmu, curve):
+def test_iso_path(example_fmu, build, run_fmu, curve):
     """22.8 s of motion, seen every 50 ms: 1e-7 m without and 1e-6 m with backlash.
 
     With backlash small errors grow about 480 times between 9 and 12 s, so the first 9 s are also
-    compared on their own.
+    compared on their own, and the slow FMU in Python stops at 12 s; without at 5 s.
     """
     expected = reference(f"d_iso_{curve}_10ms")[::5]
+    if build.keywords["options"].kind == "python":
+        expected = expected[expected[:, 0] <= {"nobacklash": 5.0, "backlash": 12.0}[curve]]
     job = {
         "settings": {
             "mode": "dynamic",

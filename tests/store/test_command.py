@@ -146,7 +146,7 @@ def test_a_store_that_is_none_is_named(tmp_path, command, place):
 
 
 def test_a_store_in_its_run_folder_is_refused(tmp_path, command):
-    case = Path(__file__).parents[1] / "coupling" / "cases" / "line.toml"
+    case = Path(__file__).parents[1] / "cases" / "line.toml"
     for store in (tmp_path / "run", tmp_path / "run" / "kept"):
         done = command("couple", case, "-o", tmp_path / "run", "--store", store)
         assert done.returncode == 2

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from command_line import command
+from command_line import command, program
 from line_case import moving_line
 from places import LINE_CASE
 from studies import children, killed, rows, started, tables, wait_for_rows
@@ -37,7 +37,7 @@ from coupling.study.parameters import StudyParameter, StudyParameters
 
 pytest.importorskip("distributed")
 
-SAMPLES = 120
+SAMPLES = 64
 
 
 def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
@@ -64,18 +64,18 @@ def run(case, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
-    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    done = program("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"{SAMPLES} robots sampled" in done.stdout
     return folder
 
 
-def test_a_study_killed_ten_times_ends_with_the_same_bytes(case, run, undisturbed, tmp_path):
+def test_a_study_killed_again_and_again_ends_with_the_same_bytes(case, run, undisturbed, tmp_path):
     """kill -9 after a random number of samples or before the first one; nothing is simulated twice."""
     random_ = random.Random(14)
     options = (case, "-o", tmp_path / "study", "--run", run, "--samples", SAMPLES, "--workers", 1)
     kept = []
-    for _ in range(10):
+    for _ in range(4):
         running = started(*options)
         wait_for_rows(running, tmp_path / "study", rows(tmp_path / "study") + random_.randrange(9))
         time.sleep(random_.random() * 0.02)
@@ -111,8 +111,10 @@ def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, und
 
 def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
     folder = tmp_path / "study"
-    for samples in (30, SAMPLES):
-        done = command("study", case, "-o", folder, "--run", run, "--samples", samples)
+    for samples in (20, SAMPLES):
+        done = program(
+            "study", case, "-o", folder, "--run", run, "--samples", samples, "--workers", 1
+        )
         assert done.returncode == 0, done.stderr
     assert tables(folder) == tables(undisturbed)
 
@@ -172,7 +174,7 @@ def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
 def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
     file = moving(tmp_path, '[study]\ndesign = "latin-hypercube"\nforce_factor = [0.9, 1.1]\n')
     options = ("study", file, "-o", tmp_path / "study", "--run", run, "--workers", 1)
-    assert command(*options, "--samples", 20).returncode == 0
+    assert program(*options, "--samples", 20).returncode == 0
     done = command(*options, "--samples", 40)
     assert done.returncode == 2
     assert "differs in samples" in done.stderr
@@ -221,7 +223,7 @@ def test_a_cluster_that_runs_already_gives_the_same_bytes(
 ):
     folder = tmp_path / "study"
     options = ("-o", folder, "--run", run, "--samples", SAMPLES, "--scheduler", cluster)
-    done = command("study", case, *options)
+    done = program("study", case, *options)
     assert done.returncode == 0, done.stderr
     assert tables(folder) == tables(undisturbed)
 
@@ -263,7 +265,7 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
         feed="0.1",
     )
     options = ("-o", tmp_path / "study", "--samples", 19, "--couple", "--workers", 1)
-    done = command("study", file, *options)
+    done = program("study", file, *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "study" / "study.json").read_text())
     assert figures["wrench"] == "coupled"
@@ -287,7 +289,7 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
         'method = "inverse"', 'method = "inverse"\ntolerance_m = 1e-9\nmax_rounds = 1'
     )
     file.write_text(text)
-    done = command("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
+    done = program("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
     assert done.returncode == 1, done.stderr
     assert "The command is NOT CONVERGED" in done.stdout
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
@@ -305,7 +307,7 @@ def test_a_coupling_is_no_command_to_study(case, tmp_path):
 def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
     (tmp_path / "distributed.py").write_text("raise ImportError('no such thing')\n")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    done = command("study", case, "-o", tmp_path / "study", "--run", run)
+    done = program("study", case, "-o", tmp_path / "study", "--run", run)
     assert done.returncode == 2
     assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
     assert "Traceback" not in done.stderr

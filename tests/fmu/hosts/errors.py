@@ -59,3 +59,15 @@ for _ in range(3):
     instance.step(0.01)
     np.testing.assert_array_equal(instance.get(), expected.get())
     instance.free()
+# Outputs computed when they are read, as the compliance is, are still those of the old gravity.
+before = fmu.instance().start(strings={"mode": "quasistatic"}).get()
+instance = fmu.instance().start(strings={"mode": "quasistatic"})  # which has not read them yet
+instance.set({"gravity.z": -1e9})
+try:
+    instance.step(0.01)
+except FMICallException as error:
+    require_error(error)
+else:
+    raise AssertionError("gravity: no error")
+instance.set({"gravity.z": -9.81})
+np.testing.assert_array_equal(instance.get(), before)

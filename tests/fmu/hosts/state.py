@@ -1,4 +1,4 @@
-"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE TRAJECTORY SPRING PLANE save|load.
+"""Saved states go on bit for bit: state.py FMU FOLDER save|load CURVE,MODE,TRAJECTORY,SPRING,PLANE ...
 
 Stiffnesses [N/m] of a spring at the TCP, whose anchor moves, and of a plane below the tool that lifts
 off; both come and go.
@@ -143,7 +143,13 @@ def load(fmu, folder, strings):
 
 
 if __name__ == "__main__":
-    file, folder, curve, mode, trajectory, *numbers, what = sys.argv[1:]
-    stiffness, plane = map(float, numbers)
-    strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
-    {"save": save, "load": load}[what](Fmu(file), Path(folder), strings)
+    file, folder, what, *cases = sys.argv[1:]
+    fmu = Fmu(file)
+    for number, case in enumerate(cases):
+        print("##", case, file=sys.stderr)
+        curve, mode, trajectory, *numbers = case.split(",")
+        stiffness, plane = map(float, numbers)
+        strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
+        own = Path(folder, str(number))
+        own.mkdir(exist_ok=True)
+        {"save": save, "load": load}[what](fmu, own, strings)

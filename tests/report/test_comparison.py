@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from line_case import line_case
 
-from coupling.cli import main
 from coupling.errors import ResultError
 from coupling.report.compare_page import comparison_page, comparison_summary
 from coupling.report.comparison import Comparison, command_difference
@@ -90,13 +89,12 @@ def test_lines_and_page_tell_both(runs):
         (lambda second: (second / "gap.csv").write_text("time,before,after\n0,0,0\n"), "robots"),
     ],
 )
-def test_what_is_no_run_is_refused_in_one_sentence(runs, tmp_path, capsys, spoil, told):
+def test_what_is_no_run_is_refused_in_one_sentence(runs, tmp_path, command, spoil, told):
     second = shutil.copytree(runs[1], tmp_path / "second")
     spoil(second)
-    with pytest.raises(SystemExit) as ended:
-        main(["compare", str(runs[0]), str(second), "-o", str(tmp_path / "page.html")])
-    said = capsys.readouterr().err
-    assert ended.value.code == 2
+    done = command("compare", runs[0], second, "-o", tmp_path / "page.html")
+    said = done.stderr
+    assert done.returncode == 2
     assert said.startswith("error: ")
     assert str(second) in said
     assert told in said

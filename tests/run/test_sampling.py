@@ -27,7 +27,6 @@ EXACT = Tolerance(1e-8, 5e-9, 1e-5)
 LINE = {"points_m": [[0.0, 0.0, 0.0], [0.06, 0.02, -0.008]], "feed_m_s": 0.1, "blend_s": 0.2}
 WALL = {"stiffness_N_m": 5e4}
 SHORT_CONE = {"depth_m": 0.001, "radius_m": 0.03, "feed_m_s": 0.15}
-HOMES = {"fanuc_r2000ic": [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]}
 
 
 def wall(tmp_path: Path, sample: float, **robot: object) -> Case:

@@ -23,15 +23,13 @@ from coupling.run.drive_motion import drive_motions
 
 
 @pytest.fixture
-def checked(monkeypatch, capsys):
+def checked(monkeypatch, command):
     """Function that checks a case in its folder; returns exit status and what was said."""
 
     def check(case: Path, *options: str) -> tuple[int, str]:
         monkeypatch.chdir(case.parent)
-        with pytest.raises(SystemExit) as done:
-            main(["check", str(case), *options])
-        told = capsys.readouterr()
-        return int(done.value.code or 0), told.out + told.err
+        done = command("check", case, *options)
+        return done.returncode, done.stdout + done.stderr
 
     return check
 

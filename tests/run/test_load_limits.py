@@ -12,7 +12,6 @@ from line_case import changed_text, moving_line
 from places import CASES, DOCS, EXAMPLES
 
 from coupling.case.file import Case, load_case
-from coupling.cli import main
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import find_robot, load_robot
@@ -228,7 +227,7 @@ def test_the_page_tells_every_range():
 
 
 @pytest.fixture
-def forced(tmp_path, monkeypatch, capsys):
+def forced(tmp_path, monkeypatch, command):
     """Function that runs a command on a short line under 20 kN; returns what was said."""
     (tmp_path / "force.csv").write_text(
         f"distance,fx,fy,fz\n0,0,0,0\n0.02,{-FORCED},0,0\n0.04,{-FORCED},0,0\n0.07,0,0,0\n"
@@ -245,11 +244,9 @@ def forced(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 
     def run(*words: str) -> str:
-        with pytest.raises(SystemExit) as done:
-            main([*words, "-o", "out" if words[0] != "check" else "check.html"])
-        told = capsys.readouterr()
-        assert done.value.code in (0, None), told.out + told.err
-        return told.out
+        done = command(*words, "-o", "out" if words[0] != "check" else "check.html")
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
 
     return run
 

@@ -104,14 +104,14 @@ def test_an_undisturbed_run_computes_every_path_once(task):
 
 
 def test_runs_killed_at_any_moment_go_on_and_compute_every_path_once(task, tmp_path):
-    """14 kills of the runs alone: their programs go on, and whoever comes next waits for them."""
+    """8 kills of the runs alone: their programs go on, and whoever comes next waits for them."""
     kills, chance = 0, random.Random(14)
-    while kills < 14:
+    while kills < 8:
         folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         task.forget()
         run = task.run(folder)
-        while kills < 14 and not run.ends_within(chance.uniform(0.0, task.length)):
+        while kills < 8 and not run.ends_within(chance.uniform(0.0, task.length)):
             run.kill()
             kills += 1
             run = task.run(folder)
@@ -146,14 +146,14 @@ def digest_of(path: Path) -> str:
 
 
 def test_where_the_program_is_killed_too_only_that_evaluation_begins_again(task, tmp_path):
-    """6 kills of run and program, as where a machine fails."""
+    """4 kills of run and program, as where a machine fails."""
     kills, chance = 0, random.Random(6)
-    while kills < 6:
+    while kills < 4:
         folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         task.forget()
         finished, begun = set(), counts([], "begin")
-        while kills < 6:
+        while kills < 4:
             run = task.run(folder)
             if run.ends_within(chance.uniform(0.3, 1.0) * task.length):
                 break

@@ -16,6 +16,7 @@ from places import LINE_CASE as LINE
 
 from coupling.errors import ResultError
 from coupling.fmu_export.build import KINDS
+from coupling.fmu_export.compiler import host_platform
 from coupling.report import write_report
 from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run
@@ -106,17 +107,25 @@ def test_command_replayed_from_the_files_gives_the_achieved_path(finished, examp
 
 
 def test_fmus_of_both_kinds_give_the_same_command(tmp_path):
-    """Poses and joint angles of command.csv to 1e-8 m and rad."""
-    tables = []
+    """Poses and joint angles of command.csv to 1e-8 m and rad.
+
+    On other robots to 1 % of what is left: a gear in its backlash carries their last digits on.
+    """
+    text = changed(
+        "[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]", "[0.01, 0.0, -0.002], [0.01, 0.0, 0.002]"
+    )
+    tables, left = [], []
     for kind in KINDS:
-        case = tmp_path / f"{kind}.toml"
-        text = LINE.read_text().replace('"linear"', '"backlash"')
-        case.write_text(text.replace("[robot]", f'[robot]\nfmu = "{kind}"'))
-        done = command("compensate", case, "-o", tmp_path / kind)
+        case, out = tmp_path / f"{kind}.toml", tmp_path / kind
+        own = text.replace("[robot]", f'[robot]\nfmu = "{kind}"')
+        case.write_text(own.replace('"linear"', '"backlash"'))
+        done = command("compensate", case, "-o", out)
         assert done.returncode == 0, done.stderr
-        tables.append(np.loadtxt(tmp_path / kind / "command.csv", delimiter=",", skiprows=1))
-    one, two = (table[:, : 8 + 6] for table in tables)
-    np.testing.assert_allclose(two, one, rtol=0, atol=1e-8)
+        tables.append(np.loadtxt(out / "command.csv", delimiter=",", skiprows=1)[:, : 8 + 6])
+        rows = json.loads((out / "result.json").read_text())["robustness"]
+        left.append({row["name"]: row["deviation_m"]["maximum"] for row in rows})
+    np.testing.assert_allclose(tables[1], tables[0], rtol=0, atol=1e-8)
+    assert left[1] == pytest.approx(left[0], rel=1e-2)
 
 
 def test_the_command_has_the_controllers_rows_and_all_else_one_time_axis(finished):
@@ -364,7 +373,7 @@ def test_joint_limits_are_errors_and_rates_are_warnings(tmp_path):
 
 def test_build_and_report_commands(finished, tmp_path):
     folder, _ = finished
-    built = command("build", "-o", tmp_path / "R.fmu")
+    built = command("build", "-o", tmp_path / "R.fmu", "--platforms", host_platform().name)
     assert built.returncode == 0
     assert (tmp_path / "R.fmu").is_file()
     drawn = command("report", folder, "-o", tmp_path / "page.html")

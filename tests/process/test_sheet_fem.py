@@ -251,7 +251,7 @@ def test_a_workpiece_survives_its_file(tmp_path, pressed):
         assert np.array_equal(back.cell_fields[name], values)
 
 
-def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_path):
+def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(command, tmp_path):
     """The example cut down to one contour of 8 mm radius on a sheet of 50 mm."""
     text = changed_text(
         CASES / "cone_fem.toml",
@@ -262,8 +262,7 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_pat
     )
     text += "\n[coupling]\ntolerance_m = 1e-4\nmax_evaluations = 2\n"
     (tmp_path / "small.toml").write_text(text)
-    program = [sys.executable, "-m", "coupling.cli", "couple", "small.toml", "-o", "out"]
-    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True)
+    done = command("couple", tmp_path / "small.toml", "-o", tmp_path / "out")
     assert done.returncode in (0, 1), done.stderr
     run = read_run(tmp_path / "out")
     assert set(run.workpieces) == {"actual"}
