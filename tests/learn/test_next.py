@@ -213,7 +213,8 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, tmp_path, monk
     sag = np.linalg.norm(moved.deviation.mean(axis=0))
     assert sag > 1e-4
     assert found.move.model.name == "known"
-    assert found.move.size.rms < 0.02 * sag
+    parameters = next(own for own in found.moves if own.kind == "parameters")
+    assert parameters.size.rms < 0.02 * sag
     assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 
