@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,15 +28,18 @@ class History:
     """Passes along one path, in their order.
 
     Attributes:
-        runs: The runs.
+        sources: The runs, and what was measured under their commands as it came.
+        known: What is known of the measuring device.
         parameters: What is learned of the robot of the first one's file.
         fmu: That robot, simulated.
-        watch: Told how far simulations are.
+        runs: What was measured, on their commands' clocks and in the robot's frame.
     """
 
-    runs: tuple[MeasuredRun, ...]
+    sources: tuple[MeasuredFile, ...]
+    known: FrameKnown
     parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
+    runs: tuple[MeasuredRun, ...] = ()
     _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
     @classmethod
@@ -45,7 +48,7 @@ class History:
 
         Args:
             sources: In their order; the robot of the first one is the file's.
-            known: What is known of the measuring frame.
+            known: What is known of the measuring device.
             models: What simulates robots.
 
         Raises:
@@ -54,15 +57,24 @@ class History:
         require_alike(sources)
         _require_one_path(sources)
         first = sources[0]
-        own = cls(
-            (),
-            robot_parameters(first.robot, first.torque_curve),
-            models.of(first.robot, first.torque_curve).fmu,
+        fmu = models.of(first.robot, first.torque_curve).fmu
+        parameters = robot_parameters(first.robot, first.torque_curve)
+        own = cls(tuple(sources), known, parameters, fmu)
+        return own.beside(own.start)
+
+    def beside(self, x: np.ndarray) -> History:
+        """Return the history with the device's frame, clock and tip as they are found beside a robot.
+
+        Of what the robot's parameters explain the device has no share.
+
+        Args:
+            x: Log factors of the robot, (P,).
+        """
+        runs = tuple(
+            MeasuredRun.of(source, self.simulated(number, x), self.known)
+            for number, source in enumerate(self.sources)
         )
-        for source in sources:
-            model = own._simulated(len(own.runs), source, own.start)
-            own.runs = (*own.runs, MeasuredRun.of(source, model, known))
-        return own
+        return replace(self, runs=runs)
 
     @property
     def start(self) -> np.ndarray:
@@ -71,7 +83,7 @@ class History:
 
     def robot_of(self, number: int) -> np.ndarray:
         """Return the log factors of the robot that a run was computed for, (P,)."""
-        return factors_between(self.parameters, self.runs[number].source.robot)
+        return factors_between(self.parameters, self.sources[number].robot)
 
     def simulated(self, number: int, x: np.ndarray) -> SimulatedPath:
         """Return where the tool of a robot is under a run's command.
@@ -80,22 +92,19 @@ class History:
             number: Of the run.
             x: Log factors of the robot, (P,).
         """
-        return self._simulated(number, self.runs[number].source, x)
-
-    def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
-        """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0."""
-        seen, path = self.runs[number].seen, self.simulated(number, x)
-        return _beyond(seen, path)
-
-    def _simulated(self, number: int, source: MeasuredFile, x: np.ndarray) -> SimulatedPath:
         key = (number, x.tobytes())
         if key not in self._paths:
-            stored, values = source.stored, changed(self.parameters, x)
+            stored, values = self.sources[number].stored, changed(self.parameters, x)
             path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", values)
             self._paths[key] = SimulatedPath(path)
             if len(self._paths) > _KEPT:
                 self._paths.pop(next(iter(self._paths)))
         return self._paths[key]
+
+    def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
+        """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0."""
+        seen, path = self.runs[number].seen, self.simulated(number, x)
+        return _beyond(seen, path)
 
 
 def _beyond(seen: Measurement, path: SimulatedPath) -> np.ndarray:

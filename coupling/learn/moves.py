@@ -67,14 +67,15 @@ def moves(
     last = len(history.runs) - 1
     found = []
     for number, model in enumerate(models):
-        path = _left_by_path(history, model, before)
+        seen = history.beside(model.x)
+        path = _left_by_path(seen, model, before)
         predicted = model.since <= last
         found.append(
             NextStep("path" if not number else "both", model, path, predicted and last > 0)
         )
         if number:
-            run = history.runs[last]
-            alone = DeviationSize.of(run.seen.time, history.beyond(last, model.x)[:, :3], run.noise)
+            run = seen.runs[last]
+            alone = DeviationSize.of(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
             found.append(NextStep("parameters", model, alone, predicted))
 
     def judged(move: NextStep) -> float:

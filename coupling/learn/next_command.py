@@ -105,6 +105,7 @@ def plan(
             )
     before, every = Hypotheses.before(options.repeatability), range(len(sources))
     ranked = moves(history, known, options.absolute, before)
+    history = history.beside(ranked[0].model.x)
     told = compared(history, ranked[0].model, every, before).hypotheses
     judgement = PassComparison.of(history, options.absolute, told.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
@@ -119,6 +120,7 @@ def plan(
     if not offered:
         raise LearnError(f"--move {options.move}: expected a robot with identifiable parameters")
     move = offered[0]
+    history = history.beside(move.model.x)
     found = next_repeating(history, move, judgement, before)
     if move.model is not ranked[0].model:
         told = compared(history, move.model, every, before).hypotheses

@@ -62,9 +62,10 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
         ),
         "example, cone elsewhere": (cone_of(HOME, "icme2008", (1.3, 0.4, 0.6)), 61),
         "example, pyramid": (cone_of(HOME, "icme2008", (1.6, 0.0, 0.8), kind="pyramid"), 75),
-        "example, ISO 9283 at 0.25 m/s, base rolled by 6 degrees": (
-            rolled(),
-            71,
+        "example, ISO 9283 at 0.25 m/s, base rolled by 6 degrees": (rolled(), 71),
+        "example, cone at 0.15 m/s, 4 mm deep": (
+            cone_of(HOME, "icme2008", (1.6, 0.0, 0.8), feed_m_s=0.15, depth_m=0.004),
+            62,
         ),
     }
 

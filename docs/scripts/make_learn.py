@@ -133,6 +133,7 @@ def trials() -> str:
     others = {
         "round edges, and the case says so": _contours(robot={"torque_curve": "spline"}),
         "another robot: ABB IRB 7600 with backlash": _contours(robot=_second_robot()),
+        "ISO 9283 at 0.1 m/s, base upright": case_text("iso9283"),
     }
     for name, data in others.items():
         with Shop(data) as other:

@@ -126,12 +126,16 @@ def sums() -> str:
     every = [*_extras(), *_none(), *_others()]
     held = [own for one in every for own in one.held]
     worst = [one.trial.name for one in every if not one.never_worse]
+    commands = sum(one.commands_never_worse for one in every)
+    anew = _others()[list(OTHERS).index("extras, and 10 um new in every pass")]
     rows = [
         ("histories of four passes", f"{len(every)}"),
         (
             "last pass within 10 % of the best and below the first",
             f"{len(every) - len(worst)}" + (f" (not: {'; '.join(worst)})" if worst else ""),
         ),
+        ("last command so, without what is new in each pass", f"{commands}"),
+        ("10 um new in every pass: left without that by each command [um]", anew.commands_row),
         ("forecasts that held the next pass", f"{sum(held)} of {len(held)}"),
         (
             "with extras, largest rms after four passes [um]",

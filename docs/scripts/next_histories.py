@@ -114,14 +114,14 @@ class Measured:
 
     Attributes:
         rms, maximum: Of the tool's true distance from its path [m].
-        rms_less_constant: Less a constant [m].
+        repeats: Rms without what was new in this pass: what the command leaves [m].
         forecast: What was expected; None of the first.
         move: How its command was found; "" of the first.
     """
 
     rms: float
     maximum: float
-    rms_less_constant: float
+    repeats: float
     forecast: PassForecast | None
     move: str
 
@@ -145,8 +145,12 @@ class Told:
     @property
     def never_worse(self) -> bool:
         """Whether the last pass is within a tenth of the best, and below the first."""
-        left = [own.rms for own in self.passes]
-        return left[-1] <= 1.1 * min(left) and left[-1] < left[0]
+        return _never_worse([own.rms for own in self.passes])
+
+    @property
+    def commands_never_worse(self) -> bool:
+        """Whether that is so of what the commands leave, without what was new in each pass."""
+        return _never_worse([own.repeats for own in self.passes])
 
     @property
     def held(self) -> list[bool]:
@@ -158,7 +162,20 @@ class Told:
     @property
     def row(self) -> str:
         """Rms after every pass [um]."""
-        return " → ".join(f"{1e6 * own.rms:.3g}" for own in self.passes)
+        return _row([own.rms for own in self.passes])
+
+    @property
+    def commands_row(self) -> str:
+        """Rms that every command leaves, without what was new in its pass [um]."""
+        return _row([own.repeats for own in self.passes])
+
+
+def _never_worse(left: list[float]) -> bool:
+    return left[-1] <= 1.1 * min(left) and left[-1] < left[0]
+
+
+def _row(left: list[float]) -> str:
+    return " → ".join(f"{1e6 * own:.3g}" for own in left)
 
 
 def hidden(robot: Robot, trial: Trial) -> Settings:
@@ -206,7 +223,7 @@ def told(trial: Trial) -> Told:
         for number in range(1, trial.passes + 1):
             moved = real.measure(run, folder / f"measured{number}.csv", number)
             moves.append(moved)
-            left = Measured(moved.rms(), moved.largest(), moved.rms(False), forecast, move)
+            left = Measured(moved.rms(), moved.largest(), moved.repeats(), forecast, move)
             passes.append(left)
             if number == trial.passes:
                 break

@@ -50,11 +50,12 @@ class Extras:
 
 @dataclass(frozen=True)
 class Moved:
-    """Where a tool was, and where it was to be [m], (n, 3), base axes, at times [s], (n,)."""
+    """Where a tool was, was to be, and what was new in the pass [m], (n, 3), base axes, at times [s]."""
 
     time: np.ndarray
     position: np.ndarray
     desired: np.ndarray
+    anew: np.ndarray
 
     @property
     def deviation(self) -> np.ndarray:
@@ -64,6 +65,11 @@ class Moved:
     def rms(self, constant: bool = True) -> float:
         """Rms distance [m]; without a constant where that is not to count."""
         off = self.deviation if constant else self.deviation - self.deviation.mean(axis=0)
+        return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+    def repeats(self) -> float:
+        """Rms distance that the command leaves without what was new in this pass [m]."""
+        off = self.deviation - self.anew
         return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
     def largest(self, constant: bool = True) -> float:
@@ -133,8 +139,8 @@ class MeasuredRobot:
         q = np.column_stack([command[f"q{k + 1}"] for k in range(len(self.chain.axes))])
         q = CubicSpline(command["time"], q)(np.clip(time, *command["time"][[0, -1]]))
         wanted = CubicSpline(desired["time"], columns(desired, POSITION))(time)
-        beyond = self._beyond(time, q, wanted, number)
-        return Moved(time, poses[:, :3] + beyond, wanted)
+        anew = self._anew(time, number)
+        return Moved(time, poses[:, :3] + self._beyond(time, q, wanted) + anew, wanted, anew)
 
     def measure(self, folder: Path, file: Path, number: int = 0, until: float = np.inf) -> Moved:
         """Write what a device sees of a pass, and return what it really was."""
@@ -145,10 +151,14 @@ class MeasuredRobot:
         np.savetxt(file, rows, delimiter=",", header="time,x,y,z", comments="", fmt="%.9g")
         return moved
 
-    def _beyond(
-        self, time: np.ndarray, q: np.ndarray, place: np.ndarray, number: int
-    ) -> np.ndarray:
-        """Return what the tool does beyond the FMU's [m], (n, 3)."""
+    def _anew(self, time: np.ndarray, number: int) -> np.ndarray:
+        """Return what is new in a pass [m], (n, 3): a shift and a drift."""
+        anew = np.random.default_rng([self.extras.seed, number, 5]).standard_normal((2, 3))
+        share = (time - time[0]) / (time[-1] - time[0])
+        return self.extras.again * (anew[0] + share[:, None] * anew[1])
+
+    def _beyond(self, time: np.ndarray, q: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return what the tool does beyond the FMU's in every pass [m], (n, 3)."""
         own, rng = self.extras, np.random.default_rng([self.extras.seed, 3])
         levers = self.chain.levers(q)
         reach = np.linalg.norm(levers, axis=2).mean(axis=0) * np.ptp(q, axis=0)
@@ -173,9 +183,7 @@ class MeasuredRobot:
         beyond += own.drift * share[:, None] * way / np.linalg.norm(way)
         skew = rng.standard_normal((3, 3))
         skew /= np.linalg.norm(skew, 2)
-        beyond += own.geometry / 0.1 * (place - place.mean(axis=0)) @ skew.T
-        anew = np.random.default_rng([own.seed, number, 5]).standard_normal((2, 3))
-        return beyond + own.again * (anew[0] + share[:, None] * anew[1])
+        return beyond + own.geometry / 0.1 * (place - place.mean(axis=0)) @ skew.T
 
 
 def _straight(times: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:

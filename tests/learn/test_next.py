@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import tomllib
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,11 +23,14 @@ from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.files.whole_folder import alone
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.learn import next_command
 from coupling.learn.causes import causes
 from coupling.learn.device import FrameKnown
 from coupling.learn.history import History
 from coupling.learn.measurement import read_seen
 from coupling.learn.next_inputs import inputs_folder
+from coupling.learn.next_options import NextOptions
+from coupling.learn.possible import file_model
 from coupling.learn.source import read_source
 from coupling.run.models import Models
 
@@ -188,6 +193,29 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, tmp_path):
                 assert run.deviation.mean(axis=0)[0] == pytest.approx(
                     (1.0 - share) * 3e-4, abs=2e-5
                 )
+
+
+def test_the_device_has_no_share_of_what_parameters_explain(shop, tmp_path, monkeypatch):
+    """A soft robot, and a frame known as badly as robots are: half of the sag is not the device's."""
+
+    def known(history, learned, options):
+        x = np.log([0.8 if own.kind == "stiffness" else 1.0 for own in history.parameters])
+        return replace(file_model(history, options), name="known", x=x, since=1)
+
+    folder, robot = shop
+    soft = MeasuredRobot(robot.fmu, robot.chain, Settings(scale={"stiffness": 0.8}), Extras())
+    moved = soft.measure(folder / "first", tmp_path / "m.csv")
+    monkeypatch.setattr(next_command, "_learned", lambda *_: SimpleNamespace(refusal=""))
+    monkeypatch.setattr(next_command, "learned_model", known)
+    with Models("native") as models:
+        source = read_source(folder / "first", read_seen(tmp_path / "m.csv"))
+        found = next_command.plan([source], NextOptions(FrameKnown(5e-4, 5e-4)), models)
+    sag = np.linalg.norm(moved.deviation.mean(axis=0))
+    assert sag > 1e-4
+    assert found.move.model.name == "known"
+    parameters = next(own for own in found.moves if own.kind == "parameters")
+    assert parameters.size.rms < 0.02 * sag
+    assert np.linalg.norm(found.history.runs[0].shift) < 0.02 * sag
 
 
 @pytest.mark.parametrize(
