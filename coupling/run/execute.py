@@ -28,9 +28,8 @@ from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
-from coupling.run.noise import noise_replays
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
-from coupling.run.robustness import replayed
+from coupling.run.robustness import noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop

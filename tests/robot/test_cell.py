@@ -25,7 +25,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
 from coupling.process import ProcessResponse
-from coupling.process.double_sided import DoubleSided
+from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import BacklashReversal
