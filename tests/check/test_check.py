@@ -12,7 +12,6 @@ from places import CASES
 
 from coupling.case.file import load_case
 from coupling.check.room import DIRECTIONS, room_around
-from coupling.cli import main
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.inverse.joint_limits import JointLimits
