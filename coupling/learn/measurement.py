@@ -34,8 +34,8 @@ class Measurement:
         name: Name of the file.
         time: Rising [s], (n,).
         position: Positions of the TCP [m], (n, 3).
-        rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None where
-            not measured.
+        rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
+            where not measured.
     """
 
     name: str
