@@ -1,4 +1,4 @@
-"""elastic-robot learn: parameters of the robot one has from measured passes, and the next command."""
+"""elastic-robot learn: parameters of the robot one has from measured runs, and the next command."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def learn(
         typer.Argument(
             metavar="RUN MEASURED [RUN MEASURED]...",
             help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV"
-            " file. Later passes behind it.",
+            " file. Later measured runs behind it.",
         ),
     ],
     output: Annotated[
@@ -46,7 +46,7 @@ def learn(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Learn backlash, stiffness and damping from measured passes, and compute the next command."""
+    """Learn backlash, stiffness and damping from measured runs, and compute the next command."""
     from coupling.conduct import conduct
     from coupling.files.toml_file import load_toml
     from coupling.learn.figures import figures

@@ -37,7 +37,7 @@ Passes = Annotated[
     typer.Argument(
         metavar="RUN MEASURED [RUN MEASURED]...",
         help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
-        " Later passes behind it.",
+        " Later measured runs behind it.",
     ),
 ]
 NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]

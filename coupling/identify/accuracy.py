@@ -10,7 +10,7 @@ from coupling.fit.verdict import quantile
 from coupling.identify.least_squares import LinearProblem
 
 # A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
-# this or less, is told by that row alone: no prediction of it, no jackknife.
+# this or less, is known from that row alone: no prediction of it, no jackknife.
 _ALONE = 1e-2
 # A parameter rests on a row if so large a part of its deviation comes from what that row alone tells.
 _RESTS = 0.5

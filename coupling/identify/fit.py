@@ -21,7 +21,7 @@ _REWEIGHTED = 4
 # A step that moves them by less than this part of the residual needs no check that it fits better.
 _SMALL = 1e-3
 _MOST_HALVINGS = 6
-# Passes of the linear fit, whose weights follow its own compliance.
+# Iterations of the linear fit, whose weights follow its own compliance.
 _RIGID_PASSES = 2
 
 
@@ -103,15 +103,7 @@ def fitted(
         )
     weight = robust_weights(problem, values, loss)
     return StaticFit(
-        elasticity,
-        values,
-        prediction,
-        problem,
-        weight,
-        white,
-        converged,
-        reason,
-        rigid,
+        elasticity, values, prediction, problem, weight, white, converged, reason, rigid
     )
 
 

@@ -16,7 +16,7 @@ from coupling.identify.judge import judged
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import MeasurementNoise
 from coupling.identify.points import moved_points
-from coupling.identify.prediction import StaticModel, candidate_columns
+from coupling.identify.prediction import StaticModel, candidate_column
 from coupling.identify.separable import separability
 from coupling.identify.support import common_loss, support
 from elastic_robot.description import Robot
@@ -164,13 +164,11 @@ def _further(
     robot, results, whole = fit.elasticity.robot, [], []
     for candidate in found:
         try:
-            whole.append(
-                (candidate, candidate_columns(robot, options.torque_curve, [candidate], measured))
-            )
+            column = candidate_column(robot, options.torque_curve, candidate, measured)
         except ElasticRobotError:  # it would move no inertia
             continue
-    for candidate, columns in whole:
-        column = (fit.white @ columns)[:, :, 0]
+        whole.append((candidate, (fit.white @ column[:, :, None])[:, :, 0]))
+    for candidate, column in whole:
         problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
         last = np.arange(len(problem.start)) == len(fit.values)
         tested = support(problem, last, fit.weight, len(whole))

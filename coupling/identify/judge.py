@@ -16,7 +16,7 @@ from coupling.identify.support import Evidence
 
 @dataclass(frozen=True)
 class IdentifiedParameter(ParameterVerdict):
-    """A parameter and what the measurements tell of it: a stiffness [N m/rad], or a backlash.
+    """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
 
     Attributes:
         support: F test and leave-one-out of a tilt or backlash; None for torsions.
@@ -42,7 +42,7 @@ def judged(
         fit: The fit.
         sure: Intervals.
         supports: Tests of tilts and backlashes by their number.
-        telling: What postures and loads can tell.
+        telling: What postures and loads identify.
     """
     own = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
@@ -68,11 +68,11 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, telling: Separability, j:
         return "no measurement moves it: no load turns it, or the measured point does not follow"
     if fit.rigid.held[j]:
         mixed = [d.in_words() for d in telling.unseen if name in d.names]
-        return f"cannot be told apart: {' and '.join(mixed)} change nothing measured"
+        return f"not distinguishable: {' and '.join(mixed)} change nothing measured"
     if sure.against[j]:
         return "deflections go against its load: it would be negative"
     if not np.isfinite(sure.high[j]):
-        return "as many unknowns as numbers measured: no error can be told"
+        return "as many unknowns as numbers measured: no error can be estimated"
     if sure.low[j] <= 0.0 and fit.elasticity.is_backlash[j]:
         return "its interval reaches to none"
     if sure.low[j] <= 0.0:

@@ -15,8 +15,8 @@ class MeasurementNoise:
     """Standard deviations of every number measured.
 
     Attributes:
-        deflection: [m] and [rad], (k, r).
-        wrench: [N, N m], (k, 6).
+        deflection: Deviations of deflections [m] and [rad], (k, r).
+        wrench: Deviations of loads [N, N m], (k, 6).
         known: Whether those of the deflection were given; else they are estimated from residuals, one
             for positions and one for rotations.
     """

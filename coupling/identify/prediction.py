@@ -9,7 +9,6 @@ Model: both states are equilibria of the robot itself, gravity, geometry and bac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,17 +81,14 @@ def rigid_prediction(
     return Prediction(by_parameter @ values, by_parameter, by_wrench)
 
 
-def candidate_columns(
-    robot: Robot, torque_curve: str, found: Sequence[Candidate], measured: Measurements
+def candidate_column(
+    robot: Robot, torque_curve: str, candidate: Candidate, measured: Measurements
 ) -> np.ndarray:
-    """Return what a unit of each candidate adds to the rigid prediction, (k, r, candidates)."""
-    columns = np.empty((measured.count, measured.rows, len(found)))
-    for number, candidate in enumerate(found):
-        with_it, name = candidate.added_to(robot, 1e-6)
-        wider = ElasticParameters.of(with_it, torque_curve)
-        prediction = rigid_prediction(wider, measured, wider.start)
-        columns[:, :, number] = prediction.by_parameter[:, :, wider.names.index(name)]
-    return columns
+    """Return what a unit of a candidate adds to the rigid prediction, (k, r)."""
+    with_it, name = candidate.added_to(robot, 1e-6)
+    wider = ElasticParameters.of(with_it, torque_curve)
+    prediction = rigid_prediction(wider, measured, wider.start)
+    return prediction.by_parameter[:, :, wider.names.index(name)]
 
 
 def point_columns(

@@ -1,4 +1,4 @@
-"""What postures and loads cannot tell: parameters without effect, and those that look alike."""
+"""What postures and loads do not identify: parameters without effect, and those that look alike."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class WeakDirection:
 
 @dataclass(frozen=True)
 class Separability:
-    """How well the parameters can be told apart.
+    """How well the parameters are distinguishable.
 
     Attributes:
         condition: Largest over smallest singular value of the scaled columns that are seen; nan
@@ -65,7 +65,7 @@ class Separability:
 
 
 def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
-    """Tell what a problem's columns cannot tell apart.
+    """Return what a problem's columns do not distinguish.
 
     Args:
         problem: The problem in the rigid posture.

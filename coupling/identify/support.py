@@ -13,7 +13,7 @@ from coupling.identify.accuracy import left_out
 from coupling.identify.least_squares import LinearProblem
 
 SIGNIFICANT = 0.05
-# A loss common to all rows is told where it is this improbable by chance.
+# A loss common to all rows is significant where it is this improbable by chance.
 _SUSPICIOUS = 0.01
 # Size of such a loss that is worth a word [m].
 _SMALL = 1e-6
@@ -94,7 +94,7 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     if not with_it.scale[tested].any():
         return _untested(tests, "no measurement moves it")
     if more == 0:
-        return _untested(tests, "cannot be told apart from the others")
+        return _untested(tests, "not distinguishable from the others")
     freedom = with_it.target.size - with_it.rank
     if freedom <= 0:
         return _untested(tests, "cannot be tested: as many unknowns as numbers measured")
@@ -164,7 +164,7 @@ class CommonLoss:
 def common_loss(
     problem: LinearProblem, weight: np.ndarray, white: np.ndarray, predicted: np.ndarray
 ) -> CommonLoss | None:
-    """Return the loss that fits best, beside all parameters; None where it cannot be told.
+    """Return the loss that fits best, beside all parameters; None where it is not identifiable.
 
     Args:
         problem: The problem, without weights of the loss function.

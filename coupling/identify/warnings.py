@@ -34,8 +34,8 @@ def warnings(found: Identification) -> list[str]:
         return said
     if telling.condition > STRONG:
         said.append(
-            f"the parameters pull against each other, condition {telling.condition:.0f}: hardly told"
-            f" apart are {'; '.join(d.in_words() for d in telling.weak)}"
+            f"the parameters pull against each other, condition {telling.condition:.0f}: hardly"
+            f" distinguishable are {'; '.join(d.in_words() for d in telling.weak)}"
         )
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"

@@ -1,4 +1,4 @@
-"""A measured pass on the clock and in the frame of its run, nearly: the fit does the rest."""
+"""A measured run on the clock and in the frame of its run, nearly: the fit does the rest."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from coupling.path.histories import ToolPath
 _OFF, _FINE = 2.0, 0.02
 # Samples that are compared for it.
 _COMPARED = 400
-# Shortest pass that is worth a fit [s], and smallest extent of its path [m].
+# Shortest measured run that is worth a fit [s], and smallest extent of its path [m].
 _SHORTEST, _SMALLEST = 2.0, 1e-3
-# What a measuring frame that is said to be the robot's may be off [m], and what a pass of this command
+# What a measuring frame that is said to be the robot's may be off [m], and what a run of this command
 # may be off behind that.
 _FRAME_OFF, _LEFT = 0.05, 0.01
-# What orientations of the pass may be off [rad].
+# What orientations of the measured run may be off [rad].
 _TURNED = 0.02
 # Smallest extent of the path across its longest that tells a frame, as a part.
 _PLANE = 0.02
@@ -35,7 +35,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
 
     Raises:
-        LearnError: If it is no pass of this command, or too little of one.
+        LearnError: If it is no measured run of this command, or too little of one.
     """
     _require_length_unit(seen, model)
     path = SimulatedPath(model)
@@ -61,7 +61,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     left = float(np.sqrt(np.mean(np.sum((left - left.mean(axis=0)) ** 2, axis=1))))
     if left > _LEFT:
         raise LearnError(
-            f"{seen.name}: expected a pass of the run's command, which the tool follows to some"
+            f"{seen.name}: expected a measurement of the run's command, which the tool follows to some"
             f" {1e3 * _LEFT:g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
             " command's, another clock's by seconds, or in other axes (--own-frame)?"
         )
@@ -69,7 +69,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
 
 
 def _mounted(seen: Measurement, path: SimulatedPath) -> Measurement:
-    """Return what was seen with orientations told of the tool, not of the probe that is mounted on it.
+    """Return what was seen with orientations of the tool, not of the probe that is mounted on it.
 
     Raises:
         LearnError: If orientations do not turn as the tool does.

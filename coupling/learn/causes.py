@@ -31,7 +31,7 @@ _REVERSAL = 2e-5
 _WAVES = np.arange(4.0, 300.5, 0.5)
 # What no parameter of the model explains.
 _NO_PARAMETER = ("turn", "direction", "time")
-# Waves along the path at least, else it is told from geometry by nothing; rows that are compared.
+# Waves along the path at least, else it is not distinguishable from geometry; rows that are compared.
 _FEWEST_WAVES, _ROWS = 1.0, 1500
 
 
@@ -44,7 +44,7 @@ class Cause:
         joint: Number of the joint, from 1; 0 where it is none's.
         size: Rms of what it moves the tool by [m].
         waves: Periods a turn of the joint, of "turn"; 0 of others.
-        time: Times at which it is told [s], (k,).
+        time: Times at which it is given [s], (k,).
         moved: What it moves the tool by at these [m], (k, 3).
     """
 
@@ -81,12 +81,12 @@ class _Group:
 
 
 def causes(history: History, x: np.ndarray, number: int) -> tuple[Cause, ...]:
-    """Return what the deviation of a pass beyond a model follows, the largest first.
+    """Return what the deviation of a measured run beyond a model follows, the largest first.
 
     Args:
-        history: The passes.
+        history: The measured runs.
         x: Log factors of the model, (P,).
-        number: Of the pass.
+        number: Of the measured run.
     """
     run = history.runs[number]
     beyond = history.beyond(number, x)[:, :3]

@@ -2,8 +2,8 @@
 
 A correction d of the tool's path goes through the inverse of the model, G_model^-1, and the robot makes
 R d = G_true G_model^-1 d of it.  With the gain g and the filter Q of zero phase what is left of a
-deviation e after the next pass is (I - g Q R) e [Bristow2006].  Where Q lets through what the robot
-answers with its own modes this grows from pass to pass, so Q ends below them, for all robots that are
+deviation e after the next run is (I - g Q R) e [Bristow2006].  Where Q lets through what the robot
+answers with its own modes this grows from run to run, so Q ends below them, for all robots that are
 possible.
 """
 
@@ -21,10 +21,10 @@ from elastic_robot.parameters import Parameters
 
 # Part of what is estimated that is corrected at most: all of it.
 GAIN = 1.0
-# What may be left of a deviation after a pass, up to the cutoff where it is learned.
+# What may be left of a deviation after a measured run, up to the cutoff where it is learned.
 LEARNED = 0.7
 # What may be left at any frequency: no filter that lets anything through keeps to 1 where the robot
-# answers against the model, between the mode of the one and that of the other; 1 % a pass is 10 % in
+# answers against the model, between the mode of the one and that of the other; 1 % a run is 10 % in
 # ten.
 EVERYWHERE = 1.01
 # Cutoffs to choose from [Hz]: above 5 Hz few robots of the size that this is for follow.
@@ -38,7 +38,7 @@ class Responses:
     """What possible robots make of a correction, by what the model makes of it.
 
     Attributes:
-        frequency: [Hz], (f,).
+        frequency: Frequencies [Hz], (f,).
         ratio: R for positions, of every robot and posture at every frequency, (robots, f, 3, 3).
         lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
     """
@@ -159,7 +159,7 @@ class Contraction:
         return (
             f"gain {self.gain:g}, below {self.cutoff:g} Hz (lowest mode {self.lowest_mode:.1f} Hz): at"
             f" {self.robots} pairs of a robot that is possible and a posture of the path at most"
-            f" {100 * self.learned:.0f} % of a deviation up to there are left after the next pass, and"
+            f" {100 * self.learned:.0f} % of a deviation up to there are left after the next run, and"
             f" at most {100 * self.everywhere:.1f} % at {self.worst_frequency:.1f} Hz, where most is"
         )
 
@@ -200,7 +200,7 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
         return best
     if cutoff is None:
         raise LearnError(
-            "expected a robot of which a correction can be told, got one whose stiffness is so unsure"
+            "expected a robot of which a correction can be stated, got one whose stiffness is so unsure"
             f" that at every cutoff down to {CUTOFFS[-1]:g} Hz a deviation may grow:"
             f" {found[-1].sentence}"
         )

@@ -40,9 +40,9 @@ class DescentPoint:
     """The residual at some unknowns, and its robust cost.
 
     Attributes:
-        z: Log factors of the parameters, then frame and clock of every pass.
-        simulated: Where the simulated tool is in every pass.
-        residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
+        z: Log factors of the parameters, then frame and clock of every measured run.
+        simulated: Where the simulated tool is in every measured run.
+        residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `coupling.learn.residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
         scale: Cauchy's scale [m].
@@ -58,7 +58,7 @@ class DescentPoint:
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:
-    """Return the rms length of the positions in rows of several passes [m]."""
+    """Return the rms length of the positions in rows of several measured runs [m]."""
     squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
@@ -68,7 +68,7 @@ class Descent:
 
     Args:
         problem: The problem.
-        slow: Slow parts of the samples of every pass.
+        slow: Slow parts of the samples of every measured run.
         variance: What a coordinate of the slow part is taken to vary by [m^2]; None: by Cauchy's scale,
             under which what was known before counts more than it should, and the way down is even.
 
@@ -118,8 +118,8 @@ class Descent:
             simulated.append(path)
             residuals.append(rest)
             slow.append(self.slow[number](rest))
-        told = self.costed(z, tuple(slow), scale)
-        return DescentPoint(z, tuple(simulated), tuple(residuals), tuple(slow), *told)
+        cost = self.costed(z, tuple(slow), scale)
+        return DescentPoint(z, tuple(simulated), tuple(residuals), tuple(slow), *cost)
 
     def costed(
         self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None

@@ -16,9 +16,9 @@ class FrameKnown:
     """How well the measuring frame is known: standard deviations from the robot's base frame.
 
     Attributes:
-        shift: Of each coordinate of its origin [m].
-        turn: Of each coordinate of its turn about the middle of the path [rad].
-        tip: Of each coordinate of the probe's tip from the TCP, axes of the tool [m]; 0: it is the TCP.
+        shift: Deviation of each coordinate of its origin [m].
+        turn: Deviation of each coordinate of its turn about the middle of the path [rad].
+        tip: Deviation of each coordinate of the probe's tip from the TCP, axes of the tool [m]; 0: none.
     """
 
     shift: float = np.inf

@@ -39,13 +39,13 @@ T = TypeVar("T")
 
 
 class ParameterEffect:
-    """Derivatives of the tool's pose by log factors of the parameters, along one pass.
+    """Derivatives of the tool's pose by log factors of the parameters, along one measured run.
 
     Args:
         robot: The robot.
         torque_curve: Name of its gears' torque curve.
         parameters: What is learned.
-        one: The pass.
+        one: The measured run.
 
     Attributes:
         parameters: The same.
@@ -101,7 +101,7 @@ class ParameterEffect:
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:
-        """The gears' wind-ups of the robot of the file, which every part of a pass asks for."""
+        """The gears' wind-ups of the robot of the file, which every part of a measured run asks for."""
         return self._wind_ups(np.zeros(len(self.parameters)))
 
     def _wind_ups(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -118,11 +118,11 @@ class ParameterEffect:
 
 
 class SecantEffect:
-    """Derivatives of the tool's pose by log factors along one pass, by simulation.
+    """Derivatives of the tool's pose by log factors along one measured run, by simulation.
 
     Args:
         fmus: What simulates the robot of the file, side by side.
-        one: The pass.
+        one: The measured run.
         effect: The gears' equation, for what hardly matters.
         change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
             past, small in the valley.

@@ -1,8 +1,8 @@
 """The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
 
-All of a pass at once has local minima beside the valley: where a gear crosses its backlash too late or
+All of a run at once has local minima beside the valley: where a gear crosses its backlash too late or
 not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
-What a crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
+What a crossing does wrong is past a second later.  So the fit goes along the runs: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
 is tried again from beside it (`steps_aside`) before it looks any further.
 
@@ -56,8 +56,8 @@ class ParameterFit:
     """A fit.
 
     Attributes:
-        z: Log factors of the parameters, then frame and clock of every pass.
-        residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
+        z: Log factors of the parameters, then frame and clock of every measured run.
+        residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `coupling.learn.residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
         covariance: Of all unknowns, with rows that count by noise and by what is left over it; of each
@@ -268,10 +268,10 @@ def next_horizon(
     before: float,
     explained: bool = True,
 ) -> float:
-    """Return how far to look next [s], of every pass; infinite where all is explained or looked at.
+    """Return how far to look next [s], of every run; infinite where all is explained or looked at.
 
     Args:
-        slow: Slow parts of what is left of the passes [m], (k, 3) or (k, 6).
+        slow: Slow parts of what is left of the measured runs [m], (k, 3) or (k, 6).
         means: Their times.
         noise: What noise alone would leave of them [m], rms.
         before: How far was looked before [s]; 0 in the beginning.
@@ -287,7 +287,7 @@ def next_horizon(
 
 
 def _explained(rest: np.ndarray, mean: SlowPart, noise: float, before: float) -> float:
-    """Return when more than noise is left of a pass for the first time behind what was looked at [s]."""
+    """Return when more than noise is left of a run for the first time behind what was looked at [s]."""
     since = mean.time - mean.time[0]
     squares = np.sum(rest[:, :3] ** 2, axis=1)
     count = max(1, round(_OVER * len(since) / max(float(since[-1]), _OVER)))

@@ -1,4 +1,4 @@
-"""What was measured under the commands of one path, pass after pass, beside what a model says of it."""
+"""What was measured under the commands of one path, run after run, beside what a model says of it."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from coupling.run.models import Models
 
 # Paths are the same to this [m], and begin and end at the same time to this [s].
 _SAME, _SAME_TIME = 1e-6, 1e-9
-# Simulated paths that are kept: possible robots in a few passes, some 2 GB of a path of ten minutes.
+# Simulated paths that are kept: possible robots in a few runs, some 2 GB of a path of ten minutes.
 _KEPT = 80
 
 
 @dataclass
 class History:
-    """Passes along one path, in their order.
+    """Measured runs along one path, in their order.
 
     Attributes:
         sources: The runs, and what was measured under their commands as it came.
@@ -130,5 +130,5 @@ def _require_one_path(sources: Sequence[MeasuredFile]) -> None:
         if not same or np.abs(own.position - path.position).max() > _SAME:
             raise LearnError(
                 f"{other.folder}: expected the desired path of {first.folder}, got another one: give"
-                " passes of one path"
+                " measured runs of one path"
             )

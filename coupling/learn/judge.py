@@ -1,4 +1,4 @@
-"""Which parameters a pass tells, which it does not, and whether that matters."""
+"""Which parameters a measured run tells, which it does not, and whether that matters."""
 
 from __future__ import annotations
 

@@ -62,13 +62,13 @@ class LearnOptions:
 
 @dataclass(frozen=True)
 class Learned:
-    """What passes tell of a robot.
+    """What measured runs tell of a robot.
 
     Attributes:
         sources: Runs and measurements.
-        passes: The passes, on their runs' clocks.
+        passes: The measured runs, on their runs' clocks.
         fit: The fit.
-        before: Measured less simulated with the robot file, of every pass, less frame and clock [m].
+        before: Measured less simulated with the robot file, of every run, less frame and clock [m].
         parameters: Verdict on each parameter.
         spread: How sure it is.
         gears: What the gears go through where it was measured.
@@ -154,7 +154,7 @@ class Learned:
 def learn(
     sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
 ) -> Learned:
-    """Learn a robot's parameters from measured passes.
+    """Learn a robot's parameters from measured runs.
 
     Args:
         sources: Runs and what was measured under their commands; the robot of the first

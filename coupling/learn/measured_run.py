@@ -17,8 +17,8 @@ from coupling.learn.size import DeviationSize
 from coupling.learn.source import MeasuredFile
 from coupling.path.histories import ToolPath
 
-# What shows by less than this part of what shows most is not told: a tip on a tool that hardly turns.
-_TOLD = 1e-4
+# What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
+_IDENTIFIABLE = 1e-4
 # Samples around one by whose median it is judged, how far beside it is an outlier, by the noise and at
 # least [m], and how many may be, as a part.
 _AROUND, _FAR, _FAR_OFF, _MOST_LOST = 7, 10.0, 1e-4, 0.05
@@ -100,7 +100,7 @@ class MeasuredRun:
             off = seen.position - there - held @ tip
             columns = _columns(there, model.position(seen.time + clock, 1), held, known)
             centred = (off - off.mean(axis=0)).reshape(-1)
-            found = np.linalg.lstsq(columns, centred, rcond=_TOLD)[0]
+            found = np.linalg.lstsq(columns, centred, rcond=_IDENTIFIABLE)[0]
             shift, turn = off.mean(axis=0), found[:3]
             clock += float(found[3])
             tip = tip + (found[4:] if known.tip else 0.0)

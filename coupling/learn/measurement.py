@@ -1,4 +1,4 @@
-"""A measured pass: what the robot was told, what acted on it, and where its tool was seen."""
+"""A measured run: what was commanded, what acted on it, and where its tool was seen."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
 
-# How far behind the last sample a pass is simulated, as its clock may be off [s].
+# How far behind the last sample a measured run is simulated, as its clock may be off [s].
 _CLOCK = 0.3
 _TIME, _POSITION, _ROTATION = ("time",), ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 # A quaternion is of length 1 to this.
 _UNIT = 1e-2
-# Fewest rows that can be a pass.
+# Fewest rows that can be a measured run.
 _FEWEST = 20
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What a measuring device tells.
+    """Positions, and orientations, that a measuring device has recorded.
 
     Attributes:
         name: Name of the file.
         time: Rising [s], (n,).
-        position: Of the TCP [m], (n, 3).
-        rotation: Of the tool, behind a turn on it that is the same all along; None where not measured.
+        position: Positions of the TCP [m], (n, 3).
+        rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
+            where not measured.
     """
 
     name: str
@@ -55,7 +56,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class MeasuredPath:
-    """A pass of a command, as far as it was measured.
+    """A measured run of a command, as far as it was measured.
 
     Attributes:
         command: Motion of the drives.
@@ -99,7 +100,7 @@ class SimulatedPath:
 
     Args:
         path: The path of one tool.
-        reference: Path at the same times whose orientations its own are told from; None where they do
+        reference: Path at the same times from whose orientations its own count; None where they do
             not count.
 
     Attributes:

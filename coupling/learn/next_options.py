@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.learn.device import FrameKnown
 
-# Passes one after the other on a warm robot repeat better than data sheets of large robots say, 0.05 mm.
+# Runs one after the other on a warm robot repeat better than data sheets of large robots say, 0.05 mm.
 REPEATABILITY = 2e-5
 KINDS = ("auto", "parameters", "path", "both")
 

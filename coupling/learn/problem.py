@@ -1,4 +1,4 @@
-"""What is to be fitted: parameters, measured passes, and what is known of the measuring frame."""
+"""What is to be fitted: parameters, measured runs, and what is known of the measuring frame."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class FramePrior:
     """What is known of the measuring frame and clock: standard deviations.
 
     Attributes:
-        shift: [m].
-        turn: [rad].
-        time: [s].
+        shift: Shift of the frame [m].
+        turn: Turn of the frame [rad].
+        time: Offset of the clock [s].
         probe: Turn of the probe on the tool, of which the mean is known [rad].
     """
 
@@ -51,7 +51,7 @@ class FitProblem:
     Attributes:
         fmus: What simulates the robot of the file, one or more to run side by side.
         parameters: What is learned.
-        passes: Measured passes.
+        passes: The measured runs.
         effects: What the parameters do in each of them.
         frame: What is known of the measuring frame.
     """
@@ -74,7 +74,7 @@ class FitProblem:
 
     @property
     def frame_size(self) -> int:
-        """Number of unknowns of each pass beside the parameters, 7, or 10 with orientations."""
+        """Number of unknowns of each measured run beside the parameters, 7, or 10 with orientations."""
         return _FRAME if all(one.held is None for one in self.passes) else _WITH_PROBE
 
     @property
@@ -84,11 +84,11 @@ class FitProblem:
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
 
     def until(self, seconds: float) -> FitProblem:
-        """Return the problem of the first seconds of every pass."""
+        """Return the problem of the first seconds of every measured run."""
         return replace(self, passes=tuple(one.until(seconds) for one in self.passes))
 
     def secants(self, change: float) -> tuple[SecantEffect, ...]:
-        """What the parameters do in each pass, by differences of simulations.
+        """What the parameters do in each measured run, by differences of simulations.
 
         Args:
             change: Change of a log factor.
@@ -99,10 +99,10 @@ class FitProblem:
         )
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:
-        """Return frame, clock and, with orientations, probe of a pass, (7,) or (10,)."""
+        """Return frame, clock and, with orientations, probe of a measured run, (7,) or (10,)."""
         return z[self.rows_of(number)]
 
     def rows_of(self, number: int) -> slice:
-        """Return where a pass's own unknowns are."""
+        """Return where a measured run's own unknowns are."""
         first = len(self.parameters) + self.frame_size * number
         return slice(first, first + self.frame_size)

@@ -1,4 +1,4 @@
-"""What a robot does beyond its model and does again in every pass, from the passes so far."""
+"""What a robot does beyond its model and does again in every run, from the runs so far."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class RepeatablePart:
         deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
         cutoff: Frequency of which half is in it [Hz]: the one that is expected to leave least.
         left: Rms of what it is expected to leave of what repeats: what is faster, and its own noise [m].
-        weights: What every pass counts in it, (passes,).
-        own_noise: Part of the noise of the last of these passes that is in it.
+        weights: What every measured run counts in it, (runs,).
+        own_noise: Part of the noise of the last of these measured runs that is in it.
     """
 
     time: np.ndarray
@@ -65,18 +65,18 @@ def repeating(
     before: Hypotheses,
     gain: float | None = None,
 ) -> RepeatablePart:
-    """Return what a robot does beyond a model in every pass.
+    """Return what a robot does beyond a model in every measured run.
 
-    How much each pass counts follows from its noise, from what is new in it, and from how unsure the
+    How much each run counts follows from its noise, from what is new in it, and from how unsure the
     model is of what a change of the command does.  The cutoff is that of least expected error: what is
     faster is not corrected, what is slower has noise.
 
     Args:
-        history: The passes.
+        history: The measured runs.
         model: The robot, with the highest cutoff and gain that contract.
-        numbers: The passes that count, in their order.
-        before: What is likely to be new in a pass.
-        gain: Gain of a pass at most, where it is to be less than the model's.
+        numbers: The measured runs that count, in their order.
+        before: What is likely to be new in a measured run.
+        gain: Gain of a measured run at most, where it is to be less than the model's.
     """
     limit, last = model.contraction.cutoff, history.runs[numbers[-1]]
     weights = compared(history, model, numbers, before, gain).weights
@@ -107,14 +107,14 @@ def compared(
     before: Hypotheses,
     gain: float | None = None,
 ) -> ComparedRuns:
-    """Return how much each pass counts, and what the passes tell of what is new and of the model.
+    """Return how much each run counts, and what the runs tell of what is new and of the model.
 
     Args:
-        history: The passes.
+        history: The measured runs.
         model: The robot.
-        numbers: The passes that count, in their order.
-        before: What is likely to be new in a pass.
-        gain: Gain of a pass at most, where it is to be less than the model's.
+        numbers: The measured runs that count, in their order.
+        before: What is likely to be new in a measured run.
+        gain: Gain of a measured run at most, where it is to be less than the model's.
     """
     limit = model.contraction.cutoff
     told = _SlowParts.of(history, model, numbers, limit)
@@ -130,7 +130,7 @@ def compared(
 
 
 def _doubt(history: History, model: PossibleRobot, first: int, second: int, low: Smoother) -> float:
-    """Return the mean square of what possible robots differ by in the change from pass to pass [m^2]."""
+    """Return the mean square of what possible robots differ by in the change from run to run [m^2]."""
 
     def change(x: np.ndarray) -> np.ndarray:
         after, before = (history.simulated(own, x).position(low.samples) for own in (second, first))
@@ -144,13 +144,13 @@ def _doubt(history: History, model: PossibleRobot, first: int, second: int, low:
 
 @dataclass(frozen=True)
 class _SlowParts:
-    """What every pass tells below a cutoff, at even times over the whole path.
+    """What every measured run tells below a cutoff, at even times over the whole path.
 
     Attributes:
-        runs: The passes.
+        runs: The measured runs.
         smoothers: Low-pass of each.
         time: The times [s], (k,).
-        values: Of every pass, (k, 6).
+        values: Of every measured run, (k, 6).
     """
 
     runs: list[MeasuredRun]
@@ -162,10 +162,10 @@ class _SlowParts:
     def of(
         cls, history: History, model: PossibleRobot, numbers: Sequence[int], cutoff: float
     ) -> _SlowParts:
-        """Return what passes tell beyond a model.
+        """Return what measured runs tell beyond a model.
 
         Args:
-            history: All passes.
+            history: All measured runs.
             model: The model.
             numbers: Those that count.
             cutoff: [Hz].

@@ -1,4 +1,4 @@
-"""What is measured of a pass less what is simulated: positions, and orientations in the same unit."""
+"""What is measured of a run less what is simulated: positions, and orientations in the same unit."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
 
 @dataclass(frozen=True)
 class Residual:
-    """What one pass leaves, by where the simulated tool is and by frame, clock and probe.
+    """What one measured run leaves, by where the simulated tool is and by frame, clock and probe.
 
     Rows have three coordinates, and where orientations were measured three more: rotation vectors times
     a lever by which their noise is that of a coordinate.
 
     Attributes:
-        one: The pass.
+        one: The measured run.
     """
 
     one: MeasuredPath

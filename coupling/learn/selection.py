@@ -28,7 +28,7 @@ from coupling.run.models import Models
 
 # Cutoffs below the highest one that are tried [Hz].
 _LOWER = (1.6, 0.8, 0.3)
-# A forecast of less than this part of the best pass needs no other beside it.
+# A forecast of less than this part of the best measured run needs no other beside it.
 _GAINS = 0.7
 # Deviation of the simulated tool that is good enough for a forecast [m].
 _GOAL = 1e-6

@@ -59,8 +59,8 @@ class Smoother:
 
     def at_samples(self, slow: np.ndarray) -> np.ndarray:
         """Return values at the nodes, (k, c), at the samples, (n, c)."""
-        told: np.ndarray = self._between @ slow
-        return told
+        values: np.ndarray = self._between @ slow
+        return values
 
     def gain(self, frequency: np.ndarray) -> np.ndarray:
         """Return what is left of frequencies [Hz], any shape."""

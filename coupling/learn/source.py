@@ -1,4 +1,4 @@
-"""Run folders with what was measured on them -> passes to learn from."""
+"""Run folders with what was measured on them -> measured runs to learn from."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
 
-# Longest step between the samples that the inverse is told [s]: those of a case are its process's, and
+# Longest step between the samples that the inverse is given [s]: those of a case are its process's, and
 # a run folder has them in the controller's cycle.
 _SAMPLES = 0.02
 # How long behind the end of what was measured the links' motion is solved for [s].
@@ -63,7 +63,7 @@ class MeasuredFile:
     forecast: PassForecast | None = None
 
     def whole(self, own_frame: bool, model: ToolPath) -> MeasuredPath:
-        """Return the pass.
+        """Return the measured run.
 
         Args:
             own_frame: Whether the measuring frame lies anywhere.
@@ -135,7 +135,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
 
 
 def require_alike(sources: Sequence[MeasuredFile]) -> None:
-    """Refuse passes of robots that differ by more than what is learned, or of one without elasticity.
+    """Refuse runs of robots that differ by more than what is learned, or of one without elasticity.
 
     Raises:
         LearnError: If one of them is another one's, or there is nothing to learn.

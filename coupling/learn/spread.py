@@ -51,7 +51,7 @@ def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
     deviation = np.minimum(deviation, prior_of(problem.parameters))
     return Uncertainty(
         deviation,
-        # The scale of what is left is that of as many independent values as there are parameters told.
+        # What is left has a scale of as many independent values as there are identifiable parameters.
         quantile(max(found.left_over.effective, 1.0)) * deviation,
         noise_of([rest[:, :3] for rest in found.residuals]),
     )

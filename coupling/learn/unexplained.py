@@ -5,7 +5,7 @@ local minimum beside the valley, or the robot does what the model does not know 
 What is left over noise is D in the sum of squares, each counted by the variance of its noise; P
 parameters that are off by u_1 .. u_P standard deviations leave u_1^2 + .. + u_P^2 = D of it, so that u^2
 is D / P in the mean.  A discrepancy moves a fit by no more if it takes twice as many independent values
-along the pass as there are parameters, or more.  Rows therefore count as if their variance were 1 + D /
+along the run as there are parameters, or more.  Rows therefore count as if their variance were 1 + D /
 P times that of
 noise: intervals become wider, and what was known before counts more.
 """

@@ -63,7 +63,7 @@ def test_the_direction_named_changes_nothing_measured():
     assert verdict["joint[1].stiffness"].identifiable
     for name in direction.names:
         assert not verdict[name].identifiable
-        assert "cannot be told apart" in verdict[name].reason
+        assert "not distinguishable" in verdict[name].reason
 
 
 def test_a_silent_joint_and_a_pair_are_told_one_by_one():
