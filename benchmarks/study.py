@@ -15,10 +15,10 @@ from pathlib import Path
 
 from coupling.case.file import load_case
 from coupling.events import unwatched
+from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.study.conduct import changed_table, opened, simulated
-from coupling.study.rows import StudySample
 from coupling.study.workers import Workers
 
 CASE = Path(__file__).parents[1] / "examples" / "cases" / "cone.toml"

@@ -23,6 +23,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.learn.device import FrameKnown
 from coupling.learn.measured import read_seen
 from coupling.learn.next_command import plan
+from coupling.learn.next_figures import figures
 from coupling.learn.next_inputs import inputs_folder, write_inputs
 from coupling.learn.next_options import NextOptions
 from coupling.learn.selection import selected
@@ -215,7 +216,7 @@ def told(trial: Trial) -> Told:
                 found = plan(sources, options, models)
                 found = selected(found, models)
                 run = folder / f"run{number + 1}"
-                own = load_case(write_inputs(inputs_folder(run), found, {}))
+                own = load_case(write_inputs(inputs_folder(run), found, figures(found)))
                 done = expected(own, found, models, unwatched)
                 run.mkdir()
                 write_run(run, own, done)
