@@ -49,7 +49,7 @@ _MAX_CUTS = 6
 
 @dataclass(frozen=True)
 class SheetSettings:
-    """How finely a sheet is computed.
+    """Fineness of a sheet's computation.
 
     Attributes:
         layers: Gauss points over the thickness.

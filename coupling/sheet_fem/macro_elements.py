@@ -14,7 +14,7 @@ from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
 
 
 class MacroElements(NamedTuple):
-    """What elements do, coarse element by coarse element; for each from a state of its own.
+    """Forces and stiffness of elements by coarse element, each from a state of its own.
 
     Attributes:
         force: Forces on the nine coarse splines [N], (cells, 27).
@@ -32,7 +32,7 @@ class MacroElements(NamedTuple):
         return cls(np.zeros((count, 27)), np.zeros((count, 27, 27)), np.zeros((count, 9, 3)))
 
     def only(self, kept: np.ndarray) -> MacroElements:
-        """Return them with the others empty."""
+        """Return them with all but those of a mask (cells,) empty."""
         some = self.none(len(kept))
         for new, old in zip(some, self, strict=True):
             new[kept] = old[kept]

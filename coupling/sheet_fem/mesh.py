@@ -19,7 +19,7 @@ class Basis(NamedTuple):
     Spline 3 i + j belongs to the control point (i, j) of the element's patch.
 
     Attributes:
-        value: (points, 9).
+        value: Weights of the control points, (points, 9).
         d1, d2: Slopes along x and y [1/m], (points, 9).
         d11, d22, d12: Second derivatives [1/m2], (points, 9).
         area: Area that a point stands for [m2], (points,).
@@ -67,13 +67,13 @@ def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Bas
 
 
 def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return Gauss points on 0..1 and their weights."""
+    """Return Gauss points on 0..1 and their weights, (count,) each."""
     points, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (points + 1.0), 0.5 * weights
 
 
 def midpoints(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middles of equal parts of 0..1 and their weights."""
+    """Return the middles of equal parts of 0..1 and their weights, (count,) each."""
     return (np.arange(count) + 0.5) / count, np.full(count, 1.0 / count)
 
 
@@ -118,7 +118,7 @@ class SheetMesh:
         return number
 
     def clamped(self) -> np.ndarray:
-        """Return which control points may move with all four edges clamped, (nx + 2, ny + 2, 3)."""
+        """Return the mask of free control points, all four edges clamped, (nx + 2, ny + 2, 3)."""
         free = np.zeros((self.elements[0] + 2, self.elements[1] + 2, 3), dtype=bool)
         free[2:-2, 2:-2] = True
         return free

@@ -1,4 +1,4 @@
-"""How the force on a tool answers to the tool's displacement: the sheet's stiffness as it feels it."""
+"""Derivative of the force on a tool by the tool's displacement: the sheet's stiffness as it feels it."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
     if not grips:
         return stiffness.reshape(3 * count, 3 * count)
     pushed = np.hstack([grip.on_sheet for grip in grips.values()])
-    at_rim = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
-    follows = found.tangent.solve(np.vstack([pushed, at_rim]))[: len(pushed)]
+    at_interface = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
+    follows = found.tangent.solve(np.vstack([pushed, at_interface]))[: len(pushed)]
     for column, j in enumerate(grips):
         for i, grip in grips.items():
             stiffness[i, :, j] = -grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]

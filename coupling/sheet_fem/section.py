@@ -30,7 +30,7 @@ _BY_STRAIN = np.array([2.0, 2.0, 1.0, 1.0, 1.0, 0.5])
 
 
 class CrossSection(NamedTuple):
-    """What the sheet is made of.
+    """Material and layers of the sheet.
 
     Attributes:
         material: Sheet metal.
