@@ -26,7 +26,7 @@ from elastic_robot.errors import ElasticRobotError
 from elastic_robot.fmi.interface import MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-# Smallest extent of touched points across their longest one that tells a frame, as a part.
+# Smallest extent of touched points across their longest one that fixes a frame, as a share.
 _PLANE = 0.02
 
 
@@ -65,7 +65,7 @@ def resolved_description(description: str, folder: Path) -> str:
 
 
 class _MemberTable(Schema):
-    """What is said of every robot of a cell."""
+    """Keys of every robot of a cell."""
 
     description: str
     torque_curve: OneOfCurves = "backlash"

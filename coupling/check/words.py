@@ -22,7 +22,7 @@ def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
     for demand in robot.demands:
         yield f"  {joint_words(demand)}"
     yield f"  {room_words(robot)}"
-    yield f"  distance from singular postures {robot.room.regularity:.3f} (1/|J^-1|; place asks 0.03)"
+    yield f"  distance from singular postures {robot.room.conditioning:.3f} (1/|J^-1|; place asks 0.03)"
     yield f"  under {loads}:"
     yield from (f"  {line}" for line in backlash_words(robot))
     yield from gear_lines(robot.gears)

@@ -226,7 +226,7 @@ def _joint_types(file: Path) -> dict[str, str]:
 def _parse(file: Path) -> pin.Model:
     """Return Pinocchio's model of a URDF."""
     with tempfile.TemporaryFile("w+", errors="replace") as said:
-        # The parser is native code: it tells its reasons on the process's standard error only.
+        # The parser is native code: it gives its reasons on the process's standard error only.
         sys.stderr.flush()
         standard_error = os.dup(2)
         os.dup2(said.fileno(), 2)

@@ -36,7 +36,7 @@ from coupling.errors import CouplingError
 Progress = Callable[[int, int], None]
 
 # Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
-# tells of no refusal.
+# reports no refusal.
 _WARNING = 1
 # Steps between two reports of progress.
 _REPORT_EVERY = 100
@@ -78,7 +78,7 @@ class _Series:
         function: Name of the standard's function that sets or gets reals.
         references: Value references of the columns' variables.
         rows: Values in C order, (n, k).
-        counted: Whether the function is told the number of values as well.
+        counted: Whether the function takes the number of values as well.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Driver(ABC):
         version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
         setter, getter: Names of the standard's functions that set and get reals.
-        counted: Whether these are told the number of values as well.
+        counted: Whether these take the number of values as well.
     """
 
     version: ClassVar[str]
@@ -151,7 +151,7 @@ class Driver(ABC):
         """Free the instance; not by FMPy's freeInstance, which unloads the library."""
 
     def run(self, job: SimulationJob, progress: Progress) -> np.ndarray:
-        """Return the outputs at the communication points, (n, job.width).
+        """Return the outputs at the communication points, any unit, (n, job.width).
 
         Raises:
             FmuError: If the FMU does not know a name or refuses a call.

@@ -92,7 +92,7 @@ class NormalEquations:
 
     @property
     def gradient(self) -> np.ndarray:
-        """D^T r, (intervals + degree, quantities)."""
+        """D^T r, in the residuals' unit, (intervals + degree, quantities)."""
         return self._gradient
 
     def solve(self) -> np.ndarray:

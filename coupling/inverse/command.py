@@ -23,8 +23,8 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     back in the next before the link has moved.
 
     Args:
-        task: What the gear has to carry.
-        rows: Those of the controller; `task.link` covers them.
+        task: Loads of the gear.
+        rows: Rows of the controller; `task.link` covers them.
         limits: Kept at all times, between rows as well.
 
     Returns:

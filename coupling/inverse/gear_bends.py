@@ -34,7 +34,7 @@ _BEYOND = 0.02
 def follow_bend(
     piece: Piece, damping: float, start: float, steps: Steps
 ) -> tuple[Steps, np.ndarray]:
-    """Return steps, halved as needed, and the angles at their ends [rad], along a piece that bends.
+    """Return steps, halved as needed, and the angles at their ends [rad], (k,), along a bent piece.
 
     Where the piece is left the steps end, a little behind it: the law bends anew there.
     """

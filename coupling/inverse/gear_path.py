@@ -158,7 +158,7 @@ def _first_exit(
     """Return where the angle first leaves the piece, between the ends of steps too.
 
     e' = v obeys d v' + S'(e) v = T', so v passes zero only in the direction of T': where T' keeps its
-    sign and v is of one sign at both ends, e is monotone and its ends tell everything.
+    sign and v is of one sign at both ends, e is monotone and its ends are its extremes.
     """
     if np.isinf(piece.low) and np.isinf(piece.high):
         return None

@@ -1,4 +1,4 @@
-"""How the moving robot's tool answers to small changes of its command, along a known motion."""
+"""Response of the moving robot's tool to small changes of its command, along a known motion."""
 
 from __future__ import annotations
 

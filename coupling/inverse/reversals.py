@@ -40,7 +40,7 @@ def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
     """Return how often torques of poses, one behind the other, change their sign, (...).
 
     Args:
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
         none: Torques up to this one have no sign [N m], (...).
 
     Example:
@@ -65,7 +65,7 @@ def backlash_reversals(
 
     Args:
         spacing: Time between torques [s].
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
         backlash: Half width B of the backlash [rad], (...).
         damping: d [N m s/rad], (...), > 0.
 
@@ -92,7 +92,7 @@ def margin(torque: np.ndarray) -> np.ndarray:
     gear on one flank all the way is minus that.
 
     Args:
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
 
     Example:
         >>> margin(np.array([[3.0, -1.0], [5.0, 4.0]]))
@@ -103,7 +103,7 @@ def margin(torque: np.ndarray) -> np.ndarray:
 
 
 def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """Return how far the tool is off at rest behind a backlash reversal if the backlash is 20 % off [m].
+    """Return the error of the tool at rest behind a backlash reversal by a backlash 20 % off [m].
 
     0.2 of the whole backlash 2 B, times how far the tool moves with the gear: to compare gears and
     settings by.  In motion it is off by several times as much (`coupling.check.backlash`).

@@ -13,14 +13,14 @@ from coupling.inverse.spline import UniformSpline, stencil
 
 @dataclass(frozen=True)
 class RigidDrive:
-    """The link of a rigid joint misses its motion by  delta = q - phi  at the nodes.
+    """The link of a rigid joint, which misses its motion by  delta = q - phi  at the nodes.
 
     Attributes:
         layout: Order of the unknowns.
         cycle: Distance of the rows [s].
         first: Whether the path begins here.
-        link: phi at the nodes [rad].
-        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2].
+        link: phi at the nodes [rad], (nodes,).
+        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,).
     """
 
     layout: Layout

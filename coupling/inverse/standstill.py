@@ -19,7 +19,7 @@ def standing(
     Args:
         model: The robot.
         q: Angles of the rigid robot that has its tool there [rad], (joints,).
-        position: Of the TCP [m], (3,).
+        position: Position of the TCP [m], (3,).
         rotation: base_from_tool.
         wrench: On the robot at the TCP, base axes, (6,).
     """

@@ -1,4 +1,4 @@
-"""What a placement shows on the terminal."""
+"""A placement on the terminal."""
 
 from __future__ import annotations
 

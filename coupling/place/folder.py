@@ -62,7 +62,7 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
 
 
 def figures_of(found: CasePlacement) -> PlacementResult:
-    """Return what is to be told of a placement."""
+    """Return the figures of a placement."""
     placing = found.placing
     ranges = placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
@@ -73,7 +73,7 @@ def figures_of(found: CasePlacement) -> PlacementResult:
         forced=placing.goal.forced,
         demands=DemandsResult(
             joint_margin_rad=placing.goal.demands.joint_margin,
-            least_regularity=placing.goal.demands.regularity,
+            least_conditioning=placing.goal.demands.conditioning,
             clear_share=placing.goal.demands.clear_share,
         ),
         limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
@@ -98,7 +98,7 @@ def figures_of(found: CasePlacement) -> PlacementResult:
 
 
 def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -> SettingResult:
-    """Return what one setting comes to."""
+    """Return the figures of one setting."""
     figures, goal = own.figures, placing.goal
     margin = float(figures.limit_margin[0])
     return SettingResult(
@@ -109,7 +109,7 @@ def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -
         moved_m=float(goal.moved(figures)[0]),
         exposure_m=float(goal.demands.exposure(figures)[0]),
         compliance_m_N=float(figures.compliance[0]),
-        regularity=float(figures.regularity[0]),
+        conditioning=float(figures.conditioning[0]),
         limit_margin_rad=margin if np.isfinite(margin) else None,
         rate_share=float(figures.rate_share[0]),
         gears=tuple(
@@ -144,16 +144,15 @@ def read_placement(folder: Path) -> StoredPlacement:
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
-            _read_map(told, table[table[:, 0] == number])
-            for number, told in enumerate(figures.maps)
+            _read_map(own, table[table[:, 0] == number]) for number, own in enumerate(figures.maps)
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
     return StoredPlacement(figures, tuple(maps))
 
 
-def _read_map(told: MapResult, rows: np.ndarray) -> PartMap:
-    across, up, admitted, *values = (column.reshape(told.shape) for column in rows[:, 1:].T)
-    names = (told.setting, told.across, told.up)
+def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:
+    across, up, admitted, *values = (column.reshape(result.shape) for column in rows[:, 1:].T)
+    names = (result.setting, result.across, result.up)
     drawn = (np.where(admitted > 0.0, v, np.nan) for v in values)
     return PartMap(*names, across[0], up[:, 0], *drawn)

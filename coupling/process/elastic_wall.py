@@ -23,7 +23,7 @@ class ElasticWall(MemorylessProcess):
     Attributes:
         point: A point of the wall's plane, base frame [m], (3,).
         normal: Unit vector out of the wall, base axes, (3,).
-        stiffness: [N/m].
+        stiffness: Stiffness of the wall [N/m].
 
     Example:
         >>> from coupling.path.histories import ToolPath

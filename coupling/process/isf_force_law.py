@@ -103,7 +103,7 @@ class IsfForceLaw(MemorylessProcess):
         axial, radial: Steady force [N].
         penetration_stiffness: k_p [N/m].
         ramp_depth: Depth at which the force is steady [m].
-        height: How far the TCP is above the lowest point of the tool, along the part's z axis [m].
+        height: Height of the TCP above the lowest point of the tool, along the part's z axis [m].
     """
 
     part: Frame

@@ -16,7 +16,7 @@ _NOTICEABLE = 1e-3
 
 @dataclass(frozen=True)
 class Repeatability:
-    """How far two answers of a process to one path are apart.
+    """Difference of two responses of a process to one path.
 
     Attributes:
         largest: Largest magnitude of the difference of the forces on a tool [N].

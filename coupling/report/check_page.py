@@ -125,5 +125,5 @@ def _joints(robot: CheckedRobot) -> str:
     return (
         f"<h2>{html.escape(robot.name)}</h2>{table(header, rows)}<p>{robot.way:.3f} m in"
         f" {robot.path.time[-1]:.1f} s; {room_words(robot)}; distance from singular postures"
-        f" {robot.room.regularity:.3f}.</p>"
+        f" {robot.room.conditioning:.3f}.</p>"
     )

@@ -137,7 +137,7 @@ def _settings(figures: PlacementResult) -> str:
                 f"{_UM * own.moved_m:.0f}",
                 f"{_UM * own.exposure_m:.1f}",
                 changes(own),
-                f"{own.regularity:.3f}",
+                f"{own.conditioning:.3f}",
                 "-" if margin is None else f"{np.rad2deg(margin):.0f}",
                 html.escape(words),
             )
@@ -145,7 +145,7 @@ def _settings(figures: PlacementResult) -> str:
     moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
         *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
-        *("regularity", "from joint limits [deg]", "what is free"),
+        *("conditioning", "from joint limits [deg]", "what is free"),
     )
     lost = (
         "" if figures.present is not None else "<p>As it is, the robot cannot follow the path.</p>"

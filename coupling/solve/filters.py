@@ -12,9 +12,9 @@ def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.
     jump becomes a ramp centred on it.
 
     Args:
-        time: Rising [s], (n,).
+        time: Rising times [s], (n,).
         correction: Positions [m] and rotations [rad], (n, 6); both are limited to `max_rate`.
-        max_rate: [m/s] and [rad/s].
+        max_rate: Largest rate [m/s] and [rad/s].
 
     Example:
         >>> time = np.linspace(0.0, 4.0, 5)

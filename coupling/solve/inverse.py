@@ -57,7 +57,7 @@ class _Iteration:
 
 
 class InverseCorrection(Schema):
-    """The moving robot inverted along the whole path; docs/inverse.md tells how.
+    """The moving robot inverted along the whole path, as docs/inverse.md explains.
 
     If the tool reaches its path, the wrench is that on the desired path: the process is evaluated once
     there, the robots are inverted under that wrench, and what they then do is validated with the
@@ -67,7 +67,7 @@ class InverseCorrection(Schema):
         tolerance_m: Largest deviation from the desired path, in the validation.
         max_rounds: Rounds of inverse and validation at most; from the second on the wrench is that of
             the path really taken.
-        before: How the path under the uncorrected command is found: "one-way", under the wrench on the
+        before: Way to find the path under the uncorrected command: "one-way", under the wrench on the
             desired path, which costs no evaluation, or "coupled".
     """
 

@@ -1,4 +1,4 @@
-"""What one evaluation tells of a process near the path that it saw."""
+"""A process linearised at one of its evaluations."""
 
 from __future__ import annotations
 

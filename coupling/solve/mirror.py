@@ -23,7 +23,7 @@ from coupling.solve.correction import (
     Uncorrected,
 )
 from coupling.solve.filters import limit_rate
-from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
+from coupling.solve.fixed_point import Coupling, Loop, couple, sampled_at
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate
 
@@ -76,7 +76,7 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        times = told_at(desired, loop.mode)
+        times = sampled_at(desired, loop.mode)
         rows, path = times.asked, times.path
         first = Uncorrected().correct(loop, desired)
         iterations = list(first.iterations)

@@ -1,4 +1,4 @@
-"""How a process reacts to a displacement of the tools: its stiffness along a path, from evaluations."""
+"""Stiffness of a process along a path, from evaluations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from coupling.process.base import joined, own_blocks
 # Displacement along its force that a tool may make in the first update [m].  The stiffness that this
 # asks for should rather be too large, which is slow, than too small, which loses contact.
 _FIRST_MOVE = 2e-4
-# A tool that moved less between two evaluations tells nothing of the stiffness [m].
+# A tool that moved less between two evaluations says nothing of the stiffness [m].
 _LEAST_MOVE = 1e-8
 # A force that changes at a right angle to the motion, by this cosine, is no reaction to it.
 _LEAST_COSINE = 1e-3
@@ -19,7 +19,7 @@ _LEAST_COSINE = 1e-3
 
 @dataclass(frozen=True)
 class ProcessStiffness:
-    """What evaluations of a process have told of its stiffness along the path of all tools.
+    """Stiffness of a process along the path of all tools, as its evaluations show it.
 
     Attributes:
         position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
@@ -33,7 +33,7 @@ class ProcessStiffness:
 
     @classmethod
     def first(cls, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
-        """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
+        """Return a guess along the force [N] at positions [m], (tools, n, 3), of one size everywhere."""
         size = np.linalg.norm(force, axis=-1, keepdims=True)
         direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
         tools, count = force.shape[:2]
@@ -51,7 +51,7 @@ class ProcessStiffness:
     def then(
         self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
     ) -> ProcessStiffness:
-        """Return what is known after one more evaluation, which may state the stiffness.
+        """Return the stiffness after one more evaluation, stated [N/m], (n, 3 tools, 3 tools), or not.
 
         Otherwise that of a sample is the symmetric one of rank one that explains the change of the
         forces on all tools, df df^T / (-df . dx): of all that are not negative the smallest.  It stays

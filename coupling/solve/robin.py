@@ -33,7 +33,7 @@ class Robin(ConstantRelaxation):
 
     At the fixed point nothing is added to F, so that K changes no answer; on the way there it holds a
     gear that a given force would leave without a place in its backlash, and with the right K the
-    iteration is Newton's.  K is that of the process's answer where it tells, else estimated from
+    iteration is Newton's.  K is that of the process's response where stated, else estimated from
     evaluation to evaluation (docs/robin.md).
 
     What a tool feels of its own displacement acts as a spring within each robot.  What springs cannot

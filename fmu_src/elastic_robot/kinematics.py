@@ -11,13 +11,13 @@ from elastic_robot.chain import Chain
 
 
 def base_from_tool(chain: Chain, data: pin.Data, theta: np.ndarray) -> pin.SE3:
-    """Return the TCP's placement at the angles theta; it is overwritten by the next call."""
+    """Return the TCP's placement [m] at theta [rad], (angles,); the next call overwrites it."""
     pin.forwardKinematics(chain.model, data, theta)
     return pin.updateFramePlacement(chain.model, data, chain.tcp)
 
 
 def tcp_jacobian(chain: Chain, data: pin.Data, theta: np.ndarray) -> np.ndarray:
-    """Return d(TCP velocity, angular velocity)/d(theta'), base axes, (6, angles)."""
+    """Return d(TCP velocity, angular velocity)/d(theta'), base axes [m/rad, 1], (6, angles)."""
     jacobian = pin.computeFrameJacobian(
         chain.model, data, theta, chain.tcp, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     )

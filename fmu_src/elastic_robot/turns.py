@@ -1,4 +1,4 @@
-"""Which of the two unit quaternions of its orientation a tool has.
+"""Choice between the two unit quaternions of a tool's orientation.
 
 The product of the turns along the chain, each by the half of its angle, is continuous in the angles: the
 quaternion that is taken after it does not jump to its opposite where the tool has turned by 180 degrees,

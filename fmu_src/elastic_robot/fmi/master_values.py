@@ -1,4 +1,4 @@
-"""What a master has set: inputs, parameters and strings, and what they are to the model."""
+"""Inputs, parameters and strings that a master has set, and what they are to the model."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MasterValues:
     Attributes:
         reals: The real variables, outputs among them.
         strings: The string variables.
-        jerk: Rates of qdd_cmd [rad/s^3], (n,); nan where the master has told none.
+        jerk: Rates of qdd_cmd [rad/s^3], (n,); nan where the master has given none.
     """
 
     def __init__(self, robot: Robot, resources: Path) -> None:
@@ -54,7 +54,7 @@ class MasterValues:
         self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
     def command_beyond_limits(self) -> str:
-        """Return which drive is told to go beyond its limits, once until it is back; else ""."""
+        """Return which drive is commanded beyond its limits, once until it is back; else ""."""
         q = self._commands[0]
         beyond = (q < self._low) | (q > self._high)
         new = np.flatnonzero(beyond & ~self._beyond)

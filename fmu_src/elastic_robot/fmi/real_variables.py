@@ -20,7 +20,7 @@ _LISTS_KEPT = 100
 
 @dataclass(frozen=True)
 class Places:
-    """Where the variables of a list are.
+    """Indices of the variables of a list.
 
     Attributes:
         rows: Their index in the array of values; a slice where they follow one another.
@@ -76,7 +76,7 @@ class RealVariables:
         return self._slices[key]
 
     def block(self, key: str) -> np.ndarray:
-        """Return the values of a block, a view."""
+        """Return the values of a block, any unit, (size,): a view."""
         return self.values[self._slices[key]]
 
     def require_unfixed(self, references: Sequence[int]) -> None:
