@@ -283,7 +283,7 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
 def _task(
     tool_path: ToolPathTable, part: Frame, process_table: ProcessSchema
 ) -> tuple[Task, Corners]:
-    """Return what is to be made, with the point of a tool's sphere that is its TCP, and the corners.
+    """Return the task, with the point of a tool's sphere that is its TCP, and the corners.
 
     The process is evaluated where its force has corners, too.
     """

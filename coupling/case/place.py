@@ -70,5 +70,5 @@ class PlaceTable(Schema):
     @classmethod
     def _renamed(cls, keys: Any) -> Any:
         if isinstance(keys, dict) and "least_regularity" in keys:
-            raise ValueError("expected least_conditioning, got least_regularity, as it was called")
+            raise ValueError("expected least_conditioning, got its former name, least_regularity")
         return keys

@@ -221,7 +221,7 @@ class StudyTable(Schema):
         return self
 
     def spreads(self) -> dict[str, Distribution]:
-        """Return what is uncertain, by key: as given, or the defaults where nothing is."""
+        """Return the uncertain parameters, by key: as given, or the defaults where none is."""
         given = {name: getattr(self, name) for name in SPREADS}
         found = {name: spread for name, spread in given.items() if spread is not None}
         return found or dict(DEFAULT_SPREADS)

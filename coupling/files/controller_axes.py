@@ -60,7 +60,7 @@ class ControllerAxes:
 
 
 def controller_axes(path: Path, joints: int) -> ControllerAxes:
-    """Return how the controller of a robot counts its joints, as its robot file says.
+    """Return the controller's joint angles and frames of a robot, as its robot file says.
 
     Args:
         path: The robot file.

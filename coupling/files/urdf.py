@@ -173,7 +173,7 @@ def _chain(
 
 
 def _carried(model: pin.Model, data: pin.Data, chain: list[int]) -> list[pin.Inertia]:
-    """Return what each joint of the chain carries up to the next one, at zero angles, root axes."""
+    """Return the inertia on each joint of the chain up to the next one, at zero angles, root axes."""
     bodies = {index: pin.Inertia.Zero() for index in chain}
     for index in range(1, model.njoints):
         carriers = [joint for joint in model.supports[index] if joint in bodies]

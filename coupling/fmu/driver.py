@@ -191,7 +191,7 @@ class Driver(ABC):
         return answers
 
     def _step(self) -> Callable[[float, float], Any]:
-        """Return what steps from a time [s] by a size [s], or raises what FMPy does."""
+        """Return the function that steps from a time [s] by a size [s], or raises FMPy's errors."""
         return self._slave.doStep
 
     def _series(self, function: str, names: Sequence[str], rows: np.ndarray) -> _Series:
@@ -261,7 +261,7 @@ _DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2
 
 
 def load(folder: Path) -> Driver:
-    """Return what runs jobs on the unpacked FMU in a folder.
+    """Return the driver of the unpacked FMU in a folder.
 
     Raises:
         FmuError: If it is no FMU for co-simulation by FMI 2 or 3 that runs here.

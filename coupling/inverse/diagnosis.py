@@ -107,7 +107,7 @@ class GearDiagnosis:
 
 
 def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
-    """Return what every gear goes through along a path.
+    """Return the diagnosis of every gear along a path.
 
     Args:
         robot: The robot.
@@ -117,7 +117,7 @@ def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, 
 
 
 def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]:
-    """Return what every gear goes through under its loads."""
+    """Return the diagnosis of every gear under its loads."""
     model = robot.model
     backlash, damping = robot.backlash, robot.damping_in_backlash
     none = no_torque(backlash, damping)

@@ -64,7 +64,7 @@ def follow_bend(
 def _errors(
     piece: Piece, damping: float, steps: Steps, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each step adds to the error [rad], and the part of an error that it passes on.
+    """Return each step's contribution to the error [rad], and the share of an error that it passes on.
 
     The difference to the rule without the middle node: more than the error of the rule itself.
     """

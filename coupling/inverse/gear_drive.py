@@ -240,7 +240,7 @@ class GearDrive:
 
 
 def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return which half steps have several slopes, as indices (interval, part, half)."""
+    """Return the half steps with several slopes, as indices (interval, part, half)."""
     change = np.diff(slope, axis=-1) != 0.0
     return np.nonzero(change[..., ::2] | change[..., 1::2])
 

@@ -155,7 +155,7 @@ def _graded(steps: Steps, shortest: float) -> Steps:
 def _first_exit(
     piece: Piece, damping: float, start: float, ends: np.ndarray, steps: Steps, turns: np.ndarray
 ) -> _Exit | None:
-    """Return where the angle first leaves the piece, between the ends of steps too.
+    """Return the first exit of the angle from the piece, between the ends of steps too.
 
     e' = v obeys d v' + S'(e) v = T', so v passes zero only in the direction of T': where T' keeps its
     sign and v is of one sign at both ends, e is monotone and its ends are its extremes.

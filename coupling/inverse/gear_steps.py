@@ -69,7 +69,7 @@ def _moments_by_recursion(z: np.ndarray, count: int) -> np.ndarray:
 
 
 def line_weights(slope: float, damping: float, length: float) -> tuple[float, ...]:
-    """Return what T's coefficients 1, s, s^2, s^3 add to the angle in a step along a line, (4,).
+    """Return the angle by each of T's coefficients of 1, s, s^2, s^3 in a step along a line, (4,).
 
     `decaying_moments` of one z, times length^(j + 1) / d.
     """

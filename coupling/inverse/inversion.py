@@ -141,7 +141,7 @@ class MovingRobot:
         return InverseSolution(command, links, wind_up.crossings, task.wrench)
 
     def task(self, wanted: DesiredMotion) -> LinkTask:
-        """Return what the links are to do from the first time of a path to its last.
+        """Return the desired motion of the links from the first time of a path to its last.
 
         Args:
             wanted: Desired motion of the robot.
@@ -290,7 +290,7 @@ class MovingRobot:
         return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
 
     def _inertia(self, theta: UniformSpline, time: np.ndarray) -> np.ndarray:
-        """Return what each gear moves while all else may yield [kg m^2], (k, gears)."""
+        """Return the inertia of each gear while all else may yield [kg m^2], (k, gears)."""
         seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
         inertia = self.model.yielding_inertia(theta.at(seldom))
         return interpolated(time, seldom, inertia)

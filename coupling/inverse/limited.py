@@ -138,6 +138,6 @@ class LimitedFit:
 
 
 def _touched(rows: sparse.csr_array) -> np.ndarray:
-    """Return which rows have entries."""
+    """Return the mask of rows that have entries."""
     touched: np.ndarray = np.diff(rows.indptr) > 0
     return touched

@@ -76,12 +76,12 @@ class LinkModel:
         return int(self.chain.model.nv)
 
     def tilt_inertia(self, q: np.ndarray) -> np.ndarray:
-        """Return what every tilt moves at drive angles (joints,) [kg m^2], (t,)."""
+        """Return the inertia of every tilt at drive angles (joints,) [kg m^2], (t,)."""
         mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
         return mass.diagonal()[self.tilts].copy()
 
     def yielding_inertia(self, theta: np.ndarray) -> np.ndarray:
-        """Return what every gear moves while all other elastic angles yield [kg m^2], (k, gears).
+        """Return the inertia of every gear while all other elastic angles yield [kg m^2], (k, gears).
 
         1 / (M^-1)_gg of the mass matrix in the elastic coordinates.
 

@@ -102,7 +102,7 @@ class LinkProblem:
         return theta
 
     def _start(self) -> np.ndarray:
-        """Return where a motion that begins at rest stands."""
+        """Return the angles at which a motion begins at rest."""
         task, time = self._task, self._task.nodes[:1]
         return standing(
             self._model,
@@ -230,7 +230,7 @@ class LinkProblem:
         return squares, gradient
 
     def _ends(self) -> list[_Condition]:
-        """Return what holds at the ends of the motion.
+        """Return the conditions at the ends of the motion.
 
         A motion that begins at rest has the tilts at rest under their static loads by their equation.
         """

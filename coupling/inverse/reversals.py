@@ -37,7 +37,7 @@ def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
 
 
 def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
-    """Return how often torques of poses, one behind the other, change their sign, (...).
+    """Return the number of sign changes of torques of successive poses, (...).
 
     Args:
         torque: Torque of the gears [N m], (k, ...).
@@ -58,7 +58,7 @@ def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
 def backlash_reversals(
     spacing: float, torque: np.ndarray, backlash: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:
-    """Return how often gears pass from one flank to the other in motion, (...).
+    """Return the number of backlash reversals of gears in motion, (...).
 
     In the backlash d e' = T, and flanks are taken for stiff, so that a torque which turns its sign for a
     moment takes no gear across; 0 for gears without backlash.

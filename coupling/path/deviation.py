@@ -61,7 +61,7 @@ def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Devia
 
 
 def shares_of_time(time: np.ndarray) -> np.ndarray:
-    """Return what each sample counts in a mean over time, by the trapezoidal rule, (n,); their sum is 1.
+    """Return the weights of samples in a mean over time, by the trapezoidal rule, (n,); their sum is 1.
 
     Args:
         time: Rising, at any distances [s], (n,).

@@ -91,11 +91,11 @@ class Discrepancy:
         return values
 
     def real(self, path: ToolPath) -> ToolPath:
-        """Return where the real tool is while the model's is on `path`, of one tool."""
+        """Return the real tool's path for the model's path, of one tool."""
         return path.displaced(self.at(path.time))
 
     def model(self, path: ToolPath) -> ToolPath:
-        """Return where the model's tool has to be for the real one to be on `path`, of one tool."""
+        """Return the model's path for which the real tool is on `path`, of one tool."""
         turned = self.at(path.time)
         return path.displaced(-turned)
 

@@ -364,7 +364,7 @@ class WrenchHistory:
         return WrenchHistory(rows, wrench, spring)
 
     def until(self, end: float) -> WrenchHistory:
-        """Return what acts up to a time, which is one of the instants."""
+        """Return the history up to a time, which is one of the instants."""
         rows, instants = self.time <= end, self.instants <= end
         spring = self.spring
         if spring is not None:

@@ -52,7 +52,7 @@ def _row(name: str, own: SettingResult) -> str:
 
 
 def changes(own: SettingResult) -> str:
-    """Return which gears with backlash reverse how often, in words.
+    """Return the reversals of gears with backlash, in words.
 
     Args:
         own: A setting in place.json.
@@ -64,7 +64,7 @@ def changes(own: SettingResult) -> str:
 
 
 def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
-    """Return what is free in a setting, in words."""
+    """Return the free values of a setting, in words."""
     said = []
     for name in free:
         key, unit = (f"{name}_m", "m") if f"{name}_m" in setting else (f"{name}_deg", "deg")

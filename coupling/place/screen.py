@@ -222,7 +222,7 @@ class Screen:
     def _given_way(
         self, arms: list[np.ndarray], push: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far torques move the TCP [m], and its compliance [m/N], (n,) each."""
+        """Return the TCP's displacement by torques [m], and its compliance [m/N], (n,) each."""
         lever = np.stack(arms)
         soft = self._softness[:, None, None] * lever
         moved = np.einsum("mkn,mn->kn", soft, np.stack(push))

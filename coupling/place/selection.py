@@ -81,7 +81,7 @@ def _rows(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _parts(values: np.ndarray) -> np.ndarray:
-    """Return what changes along the path over its range, (k, quantities, n); NaN where nothing does."""
+    """Return values over their range along the path [1], (k, quantities, n); NaN where it is zero."""
     width = np.ptp(values, axis=0)
     moving = width > 1e-12 * np.abs(values).max(axis=0, initial=1e-300)
     parts: np.ndarray = values / np.where(moving, width, np.nan)

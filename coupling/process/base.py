@@ -59,7 +59,7 @@ def joined(vectors: np.ndarray) -> np.ndarray:
 
 
 def own_blocks(stiffness: np.ndarray) -> np.ndarray:
-    """Return what every tool feels of its own displacement, (tools, n, 3, 3).
+    """Return the stiffness of every tool by its own displacement [N/m], (tools, n, 3, 3).
 
     Args:
         stiffness: That of all tools [N/m], (n, 3 tools, 3 tools).
@@ -83,7 +83,7 @@ class Process(Protocol):
         ...
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return what the process does along the actual path of all tools, base axes.
+        """Return the response of the process to the actual path of all tools, base axes.
 
         Raises:
             ProcessError: If it has no answer.
@@ -211,7 +211,7 @@ class NoisySchema(ProcessSchema, ABC):
     cutoff_Hz: Positive | Literal["none"] | None = None
 
     def low_pass(self, path: ToolPath) -> ForceFilter | None:
-        """Return what takes noise off the forces along a desired path; None: nothing does."""
+        """Return the filter of the forces along a desired path; None: they are left as they are."""
         if self.cutoff_Hz == "none":
             return None
         if self.cutoff_Hz is None:

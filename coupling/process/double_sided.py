@@ -51,7 +51,7 @@ class DoubleSided(WithIdentity):
     def _stiffness(
         self, alone: ProcessResponse, size: np.ndarray, borne: np.ndarray, support: SupportingTool
     ) -> np.ndarray | None:
-        """Return what both tools feel of both's displacements; None where the law does not know.
+        """Return the stiffness of both tools by both's displacements; None where the law has none.
 
         With n across the sheet, S = s |F| + k c and dc = n . (dx1 - dx2), where the tools pinch
 

@@ -65,7 +65,7 @@ class ElasticWallTable(ProcessSchema):
         return self
 
     def corners(self, task: Task) -> Corners:
-        """Return when the desired path enters the wall and leaves it."""
+        """Return the times at which the desired path enters the wall and leaves it."""
 
         def off(position: np.ndarray) -> np.ndarray:
             distance: np.ndarray = (task.part.coordinates(position) - self.point_m) @ self.normal

@@ -105,7 +105,7 @@ class ExternalProgram(WithIdentity):
         return self._read(place.path, path)
 
     def _taken_over(self, place: EvaluationFolder, path: ToolPath) -> np.ndarray | None:
-        """Return what the program of a killed run answers; None where there is no answer."""
+        """Return the answer of the program of a killed run; None where there is none."""
         if not self.identity or not place.can_be_taken_over:
             return None
         self.watch(

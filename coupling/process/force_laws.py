@@ -120,7 +120,7 @@ class ForceLaw:
     desired: np.ndarray | None = None
 
     def reaction(self, time: np.ndarray, position: np.ndarray) -> ForceReaction:
-        """Return how the tool is acted on at times (n,) and positions of the TCP, base frame (n, 3) [m].
+        """Return the reaction at times (n,) [s] and positions of the TCP, base frame [m], (n, 3).
 
         Example:
             >>> wall = {"point": np.zeros(3), "normal": np.array([0.0, 0.0, 1.0]), "stiffness": 1e5}
@@ -134,7 +134,7 @@ class ForceLaw:
         return FORCE_LAWS[self.name](position, **arguments)
 
     def place(self, time: np.ndarray) -> np.ndarray:
-        """Return where the law stands at times (n,): the desired position [m], (n, 3), or zero."""
+        """Return the origin of the law at times (n,): the desired position [m], (n, 3), or zero."""
         if self.desired is None:
             return np.zeros((len(time), 3))
         known, *axes = self.desired.T

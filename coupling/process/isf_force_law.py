@@ -155,7 +155,7 @@ class IsfForceLawTable(ProcessSchema):
         return self.tool_diameter_m
 
     def corners(self, task: Task) -> Corners:
-        """Return when the tool crosses the sheet's plane, and the depth at which the force is steady."""
+        """Return the times at the sheet's plane, and at the depth from which the force is steady."""
         _, step_down = self._wall(task)
         levels = (task.height, task.height - self._ramp(step_down))
         return level_crossings(task.forming, task.part, levels)

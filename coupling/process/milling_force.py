@@ -94,7 +94,7 @@ class Milling:
         return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
 
     def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Engagement:
-        """Return what the cutter meets on an actual path.
+        """Return the cutter's engagement on an actual path.
 
         Args:
             path: Actual path.
@@ -214,7 +214,7 @@ class MillingForceTable(ProcessSchema):
         return self
 
     def corners(self, task: Task) -> Corners:
-        """Return when the tool's tip crosses the raw surface."""
+        """Return the times at which the tool's tip crosses the raw surface."""
         return level_crossings(task.forming, task.part, (self.surface_z_m,))
 
     def process(self, task: Task) -> MillingForce:

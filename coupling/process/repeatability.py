@@ -55,7 +55,7 @@ class Repeatability:
         return self.largest > _NOTICEABLE * self.peak
 
     def sentence(self) -> str:
-        """Return what was seen, and what to do where the answers differ."""
+        """Return the difference in words, and what to do where the answers differ."""
         if self.alike:
             return "the process answered the same path alike, asked twice"
         return (

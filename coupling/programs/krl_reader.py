@@ -205,7 +205,7 @@ class _KrlReader:
         self.block = None
 
     def program(self) -> RobotProgram:
-        """Return what was read."""
+        """Return the program that was read."""
         if self.block is not None:
             raise ProgramError(f"{self.name}: expected TIME_BLOCK END, got the end of the file")
         if not self.moves:

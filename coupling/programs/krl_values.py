@@ -34,7 +34,7 @@ def points(data: str, where: str) -> dict[str, dict[str, float]]:
 
 
 def key_of(name: str) -> str:
-    """Return what points of one name are kept under: KRL's letters have no case."""
+    """Return the key of points of one name: KRL's letters have no case."""
     return re.sub(r"\s", "", name).upper()
 
 

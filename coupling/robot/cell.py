@@ -75,7 +75,7 @@ class Member:
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def model_path(self, path: ToolPath) -> ToolPath:
-        """Return where the tool of its model has to be, in its base, for the tool to be on a path."""
+        """Return the path of its model's tool, in its base, for the tool to be on a path."""
         own = path if self.discrepancy is None else self.discrepancy.model(path)
         return own.transformed(self.world_from_base.inverse())
 

@@ -80,7 +80,7 @@ class RestingRobot:
     world_from_base: Frame
 
     def tool_at(self, commanded: np.ndarray, rotation: Rotation) -> np.ndarray:
-        """Return where the tool rests under commands to points, world axes [m], (n, 3).
+        """Return the tool's positions at rest under commands to points, world axes [m], (n, 3).
 
         Args:
             commanded: Positions of the TCP that the controller shows [m], (n, 3).

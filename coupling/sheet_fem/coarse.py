@@ -62,7 +62,7 @@ class CoarseSplines:
         return x * (ny + 2) + y
 
     def touching(self, fine: np.ndarray) -> np.ndarray:
-        """Return which coarse splines have a part in any of some fine ones.
+        """Return the mask of coarse splines that have a part in any of some fine ones.
 
         Args:
             fine: Mask, (nx + 2, ny + 2) or (nx + 2, ny + 2, 3).

@@ -222,11 +222,11 @@ class SheetModel:
                 return replace(found, state=replace(state, travel=Increment.of(tools, moved)))
 
     def reaction(self, found: Equilibrium) -> np.ndarray:
-        """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""
+        """Return the stiffness of the spheres in an equilibrium [N/m], (3 spheres, 3 spheres)."""
         return tool_stiffness(self.assemble, found)
 
     def _guess(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
-        """Return how the control points may be expected to move [m], (nx + 2, ny + 2, 3)."""
+        """Return the expected moves of the control points [m], (nx + 2, ny + 2, 3)."""
         if state.travel is None:
             return None
         seen = box.grown(2, state.points.shape)  # with what the box's elements see
@@ -239,7 +239,7 @@ class SheetModel:
         return np.inf if opening is None else opening + self.settings.edge_radius
 
     def _supported(self, value: np.ndarray) -> np.ndarray:
-        """Return which contact points lie on the backing plate, (nx, ny, points)."""
+        """Return the mask of contact points on the backing plate, (nx, ny, points)."""
         nx, ny = self.mesh.elements
         if np.isinf(self._plane):
             return np.zeros((nx, ny, len(value)), dtype=bool)

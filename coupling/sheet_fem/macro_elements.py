@@ -44,7 +44,7 @@ class MacroElements(NamedTuple):
         return MacroElements(force, self.stiffness, self.since + moves)
 
     def bent(self) -> np.ndarray:
-        """Return how far the splines of a cell have moved apart since its evaluation [m], (cells,)."""
+        """Return the bending of each cell since its evaluation [m], (cells,)."""
         apart = np.empty(len(self.since))
         _spread(self.since, apart)
         return apart

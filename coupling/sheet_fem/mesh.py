@@ -108,7 +108,7 @@ class SheetMesh:
         return np.concatenate([place, np.zeros((*place.shape[:2], 1))], axis=-1)
 
     def place(self, number: np.ndarray) -> np.ndarray:
-        """Return where control points of given numbers lie in the flat sheet [m], (..., 2)."""
+        """Return the positions of control points of given numbers in the flat sheet [m], (..., 2)."""
         place: np.ndarray = (number - 0.5) * self.element_size - 0.5 * np.array(self.size)
         return place
 

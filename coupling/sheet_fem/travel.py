@@ -42,7 +42,7 @@ class Increment(NamedTuple):
         return cls(end - np.array([tool.moved for tool in tools]).reshape(-1, 3), end, moved)
 
     def carried(self, mesh: SheetMesh, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
-        """Return how control points would move next; None if the tools do not go on as they came.
+        """Return the next moves of the control points; None if the tools do not go on as they came.
 
         What the tools did to the sheet they do again, farther on and turned with their path.
 

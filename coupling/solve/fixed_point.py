@@ -281,7 +281,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
 
 
 def _left_over_change(evaluations: list[Evaluation]) -> float:
-    """Return how far a path is from the fixed point, over its last change, where springs slow it down.
+    """Return a path's distance from the fixed point over its last change, where springs slow it down.
 
     Both are root mean squares: single samples creep, where gears that hang are held.
 
@@ -295,7 +295,7 @@ def _left_over_change(evaluations: list[Evaluation]) -> float:
 
 
 def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[Outcome, str] | None:
-    """Return how and why it is no use to go on, if so."""
+    """Return outcome and reason where it is no use to go on."""
     changes = [evaluation.path_change for evaluation in evaluations]
     if len(changes) >= 3 and changes[-1] > _DIVERGED * changes[0]:
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))

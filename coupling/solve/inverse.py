@@ -125,7 +125,7 @@ class InverseCorrection(Schema):
         times: SampledPath,
         answer: ProcessResponse,
     ) -> tuple[UncorrectedRun, int]:
-        """Return what the uncorrected command leads to, and the evaluations that it took."""
+        """Return the result of the uncorrected command, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
@@ -167,7 +167,7 @@ class InverseCorrection(Schema):
         return _Iteration(inverse, achieved, checked, last.path_change, report)
 
     def _verdict(self, rounds: list[_Iteration], mode: Mode) -> tuple[Outcome, str] | None:
-        """Return how and why the rounds end, if they do."""
+        """Return outcome and reason of the rounds, if they end."""
         failure = rounds[-1].failure
         if failure is not None:
             process = isinstance(failure, ProcessError)

@@ -33,5 +33,5 @@ class LinearProcess:
         return interpolated(path.time, self.seen.answer.wrench.instants, tools, axis=1)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
-        """Return what of this change springs to x_k do not give [N], (tools, k, 3)."""
+        """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""
         return self.change(path) - spring.force(path.position)

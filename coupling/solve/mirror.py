@@ -143,7 +143,7 @@ class Mirror(Schema):
     def _verdict(
         self, iterations: list[CorrectionIteration], coupling: Coupling
     ) -> tuple[Outcome, str] | None:
-        """Return how and why the iteration ends, if it does."""
+        """Return outcome and reason of the iteration, if it ends."""
         if not coupling.converged:
             reason = f"in iteration {iterations[-1].number} the coupling {coupling.reason}"
             return coupling.outcome, reason
@@ -165,7 +165,7 @@ class Mirror(Schema):
         return None
 
     def _held_back(self, last: CorrectionIteration) -> str:
-        """Return what kept the correction from being complete."""
+        """Return the reasons for which the correction is not complete."""
         if self.cutoff_Hz is not None:
             return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
         limited = last.correction.limited_samples if last.correction is not None else 0

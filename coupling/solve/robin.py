@@ -53,7 +53,7 @@ class Robin(ConstantRelaxation):
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
     ) -> RobotAnswer:
-        """Return how robots move against a process that goes on as it has answered.
+        """Return the robots' motion against a process that goes on as it has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated under the process's answer and the springs.

@@ -58,7 +58,7 @@ class Scheme(ABC):
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
     ) -> RobotAnswer:
-        """Return how robots move after the process has answered.
+        """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.

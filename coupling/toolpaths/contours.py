@@ -53,7 +53,7 @@ class _Contours(SegmentedPath):
         return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
-        """Return what is to be made: a wall of this angle in steps."""
+        """Return the task: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
         return replace(super().task(part, corners), wall_angle=angle, step_down=self.step_down_m)
 

@@ -159,7 +159,7 @@ class Motion:
         return np.cumsum([leg.duration for leg in self.legs])
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return what moves at times from 0 to the end, rising [s], (k,); at rests as they begin."""
+        """Return all that moves, (k, columns), at rising times from 0 to the end [s], (k,)."""
         ends = self.ends
         first = np.searchsorted(time, np.append(0.0, ends[:-1]), side="right")
         first[0], last = 0, np.append(first[1:], len(time))

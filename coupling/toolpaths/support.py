@@ -114,7 +114,7 @@ STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed
 def support_along(
     strategy: str, part: Frame, forming: ToolPath, height: float, pinch: Pinch
 ) -> SupportingTool:
-    """Return what a supporting tool is to do along a forming path.
+    """Return the desired path of a supporting tool along a forming path.
 
     Args:
         strategy: A name in STRATEGIES.

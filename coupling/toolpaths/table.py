@@ -80,7 +80,7 @@ class ToolPathTable(Schema, ABC):
         return path
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
-        """Return what is to be made along the path, its TCP being the tool's tip.
+        """Return the task along the path, its TCP being the tool's tip.
 
         Args:
             part: base_from_part.

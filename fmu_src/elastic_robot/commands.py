@@ -126,7 +126,7 @@ class CommandedMotion:
         return inf
 
     def past(self, end: float, before: LastStep | None) -> LastStep | None:
-        """Return what the step leaves to the next one; if too short to be taken, what was before it."""
+        """Return the step as the next one's last; if too short to be taken, the one before it."""
         length = end - self.start
         if length <= _NO_STEP:
             return before

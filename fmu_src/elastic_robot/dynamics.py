@@ -194,7 +194,7 @@ class Dynamics:
     def _contact_wrench(
         self, jacobian: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> np.ndarray:
-        """Return what the contact exerts at the TCP [N, N m], (k, 6)."""
+        """Return the contact's wrench at the TCP [N, N m], (k, 6)."""
         offset = acting.contact.offset
         gap, velocity = _relative(_point_jacobian(jacobian, offset), position, rate, acting)
         force = acting.contact.force(gap, velocity)

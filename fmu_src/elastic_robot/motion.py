@@ -156,14 +156,14 @@ class DrivenMotion:
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
     ) -> _Edge | None:
-        """Return what falls through zero at an edge of backlash or a contact's plane; None without."""
+        """Return the event function of edges of backlash and of a contact's plane; None without."""
         width = self._curve.half_width
         gears = np.flatnonzero(np.isfinite(width))
         if not (len(gears) or load.contact.holds):
             return None
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
-            """Return how far gears are out of backlash [rad] and the contact below its plane [m]."""
+            """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
             x, v = y.reshape(2, -1)
             ways = np.abs(x[gears]) - width[gears]
             if load.contact.holds:

@@ -209,7 +209,7 @@ class ElasticRobot:
         return self._operating_point().motion[2]
 
     def bend(self) -> np.ndarray:
-        """Return how far each gear is from the next bends of its torque curve [rad], (torsions, 2)."""
+        """Return the distances of gears from the next bends of their curves [rad], (torsions, 2)."""
         return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
 
     def _pose(self, theta: np.ndarray, opposite: bool) -> np.ndarray:
@@ -257,7 +257,7 @@ class ElasticRobot:
         )
 
     def static_sensitivities(self) -> StaticSensitivities:
-        """Return how equilibrium and TCP follow load, drives and parameters at the present state."""
+        """Return the derivatives of equilibrium and TCP by load, drives and parameters."""
         x = self._now().x
         return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.acting)
 

@@ -119,11 +119,11 @@ class Settings:
     neighbour_ratio: float = 4.0
 
     def time_rounding(self, time: float) -> float:
-        """Return how far the sums of communication steps near a time may be apart [s]."""
+        """Return the largest rounding of sums of communication steps near a time [s]."""
         return self.time_slack_of_time * abs(time)
 
     def slack_at(self, time: float) -> float:
-        """Return how far from a time is still that time [s]."""
+        """Return the slack within which a time counts as another [s]."""
         return self.time_slack + self.time_rounding(time)
 
     def jump(self, local_error: float) -> float:

@@ -82,7 +82,7 @@ class SpringStatics:
         return x
 
     def _start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to start, and which gears stay in the middle of their backlash.
+        """Return the start, and the mask of gears that stay in the middle of their backlash.
 
         The deflection under the load of the undeflected robot, on the flanks and the spring; neutral
         is a gear that neither force and weight nor the spring can hold anywhere.

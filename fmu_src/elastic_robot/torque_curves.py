@@ -274,7 +274,7 @@ class BacklashBranch:
 
 
 def ways_to_bends(curve: TorqueCurve, x: np.ndarray) -> np.ndarray:
-    """Return how far each x is from the next bend of its law below and above [rad], (m, 2).
+    """Return the distances of each x from the next bend of its law below and above [rad], (m, 2).
 
     1 where there is none.
 

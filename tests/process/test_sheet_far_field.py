@@ -149,7 +149,7 @@ def test_cells_do_what_the_fine_sheet_does_to_moves_of_coarse_splines(plate):
         )
 
 
-def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together():
+def test_a_condensed_far_field_answers_as_all_coarse_and_fine_unknowns_together():
     """A box about the middle of a bent sheet, against the whole stiffness in the same space of moves."""
     sheet = model(0.012)
     assemble, free = sheet.assemble, sheet.mesh.clamped()
@@ -268,7 +268,7 @@ def test_about_the_same_box_cells_that_lie_partly_in_it_are_kept_too(monkeypatch
     np.testing.assert_allclose(kept.cells.stiffness, fresh.cells.stiffness, atol=2e-3 * scale)
 
 
-def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
+def test_a_box_is_the_same_after_its_far_field_is_made_linear():
     """So that its elements need not be computed again."""
     sheet = model(0.012, 40, 0.1)
     before = sheet.sphere(np.array([0.0, 0.0, REACH]), RADIUS)
@@ -291,7 +291,7 @@ def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
         np.testing.assert_allclose(now, then, rtol=0.0, atol=1e-12 * np.abs(then).max())
 
 
-def test_the_edge_moves_as_the_rest_of_the_surroundings_does():
+def test_the_edge_moves_as_the_rest_of_the_far_field_does():
     """What the elements of a box see of the points outside of it is carried alone in the same way."""
     sheet = model(0.012, 40, 0.1)
     pressed = sheet.sphere(np.array([0.0, 4e-3, REACH - 5e-4]), RADIUS)

@@ -137,7 +137,7 @@ class Instance:
         )
 
     def trajectory_beyond_limits(self) -> str:
-        """Return where the trajectory leads beyond the drives' limits, in words; "" if it does not."""
+        """Return the trajectory's violation of the drives' limits, in words; "" without one."""
         motion = self._trajectory
         return "" if motion is None else self._values.trajectory_beyond_limits(motion)
 

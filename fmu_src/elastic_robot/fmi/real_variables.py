@@ -72,7 +72,7 @@ class RealVariables:
         return self._names[reference]
 
     def slice_of(self, key: str) -> slice:
-        """Return where the values of a block are."""
+        """Return the indices of the values of a block."""
         return self._slices[key]
 
     def block(self, key: str) -> np.ndarray:
@@ -85,7 +85,7 @@ class RealVariables:
             raise ParameterError(f"{self._names[k]} is fixed; set it before initialisation ends")
 
     def places(self, references: Sequence[int]) -> Places:
-        """Return where variables are; masters ask for the same few lists over and over.
+        """Return the indices of variables; masters ask for the same few lists over and over.
 
         Raises:
             ParameterError: If there is no such variable.
