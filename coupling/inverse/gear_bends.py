@@ -143,7 +143,7 @@ def collocate(
         piece: Piece of the curve.
         damping: d [N m s/rad].
         steps: Steps.
-        values: A guess (k, 5); its first entry is the initial angle.
+        values: A guess [rad], (k, 5); its first entry is the initial angle.
     """
     h = steps.length[:, None]
     at, torque = h * _NODES, _torque_at_nodes(steps)

@@ -62,7 +62,7 @@ def gear_path(
 
     Args:
         spacing: Time between samples [s].
-        torque: Coefficients 1, s, s^2, s^3 of T in each interval, (n - 1, 4).
+        torque: Coefficients of 1, s, s^2, s^3 in T in each interval [N m], (n - 1, 4).
         pieces: S by rising angle.
         damping: d [N m s/rad], > 0.
         start: e at the first sample [rad].

@@ -33,7 +33,7 @@ def decaying_moments(z: np.ndarray, count: int) -> np.ndarray:
     digits, the series of the last one and backward recursion.
 
     Args:
-        z: Step over time constant, >= 0, any shape.
+        z: Step over time constant [1], >= 0, any shape.
         count: Number of moments.
     """
     small = z < 1.0

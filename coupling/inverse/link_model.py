@@ -86,7 +86,7 @@ class LinkModel:
         1 / (M^-1)_gg of the mass matrix in the elastic coordinates.
 
         Args:
-            theta: Angles of the chain, (k, angles).
+            theta: Angles of the chain [rad], (k, angles).
         """
         elastic, gears = self.chain.elastic, self.chain.torsions
         mass = np.empty((len(theta), len(elastic), len(elastic)))

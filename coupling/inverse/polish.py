@@ -141,7 +141,7 @@ class _Run:
 
         Args:
             windows: Windows in order, apart from each other.
-            before: Their sums of squares.
+            before: Their sums of squares [1], (windows,).
         """
         steps = [Step.of(self._polish.view, self.command, self.seen, window) for window in windows]
         damping = np.full(len(windows), _DAMPING)

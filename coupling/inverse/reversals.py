@@ -21,12 +21,11 @@ def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the torques that count as none [N m], shape of the arguments.
 
     In the backlash d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less
-    at
-    rest is free: what it does is decided by inertia, and by how the motion came there.
+    at rest is free: what it does is decided by inertia, and by how the motion came there.
 
     Args:
-        backlash: Half width B of the backlash [rad].
-        damping: d [N m s/rad].
+        backlash: Half width B of the backlash [rad], any shape.
+        damping: Damping d [N m s/rad], shape of `backlash`.
 
     Example:
         >>> no_torque(np.array([1e-4, 0.0]), np.array([1e4, 1e4]))
@@ -67,7 +66,7 @@ def backlash_reversals(
         spacing: Time between torques [s].
         torque: Torque of the gears [N m], (k, ...).
         backlash: Half width B of the backlash [rad], (...).
-        damping: d [N m s/rad], (...), > 0.
+        damping: Damping d [N m s/rad], (...), > 0.
 
     Example:
         >>> torque = np.repeat([5.0, -1.0, 5.0, -5.0], 10)
@@ -109,7 +108,7 @@ def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
     settings by.  In motion it is off by several times as much (`coupling.check.backlash`).
 
     Args:
-        backlash: Half width B of the backlash [rad].
+        backlash: Half width B of the backlash [rad], any shape.
         lever: Displacement of the TCP by the gear's wind_up, |J| [m/rad], the same shape.
     """
     miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever

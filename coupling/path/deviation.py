@@ -82,7 +82,7 @@ def less_constant(time: np.ndarray, difference: np.ndarray) -> np.ndarray:
 
     Args:
         time: Rising times [s], (n,).
-        difference: (n, k).
+        difference: Differences, any unit, (n, k).
 
     Example:
         >>> less_constant(np.array([0.0, 1.0, 4.0]), np.array([[0.0], [0.0], [8.0]])).ravel()
@@ -97,7 +97,7 @@ def root_mean_square(time: np.ndarray, distance: np.ndarray) -> float:
 
     Args:
         time: Rising times [s], (n,).
-        distance: (n,).
+        distance: Distances, any unit, (n,).
     """
     return float(np.sqrt(shares_of_time(time) @ distance**2))
 

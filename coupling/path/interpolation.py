@@ -28,7 +28,7 @@ def spline_through(time: np.ndarray, values: np.ndarray, at_rest: Rest) -> BSpli
 
     Args:
         time: Rising times [s], (n,), n >= 2.
-        values: (n, k).
+        values: Values, any unit, (n, k).
         at_rest: Whether the motion begins and ends at rest.
     """
     steps = np.diff(time)

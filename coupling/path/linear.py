@@ -11,7 +11,7 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
     Args:
         at: Times [s] or arc lengths [m] to interpolate at, (k,).
         time: Rising times of the rows [s], (n,).
-        values: The rows, n of them along an axis.
+        values: The rows, any unit and shape, n of them along an axis.
         axis: That axis, which is k long in what is returned.
 
     Example:

@@ -53,8 +53,8 @@ class ForceFilter(ABC):
 
         Args:
             time: Rising times [s], (n,).
-            values: (n, k).
-            noise: Standard deviation of white noise in each column, (k,).
+            values: Values, any unit, (n, k).
+            noise: Standard deviation of white noise in each column, in its unit, (k,).
         """
 
     def of(self, wrench: WrenchHistory, noise: np.ndarray) -> WrenchHistory:

@@ -18,7 +18,7 @@ def abc_of(poses: np.ndarray) -> np.ndarray:
     At B = +-90 deg only a sum or difference of A and C is fixed; C is then chosen as zero.
 
     Args:
-        poses: Rows of x, y, z, qx, qy, qz, qw, (n, 7).
+        poses: Rows of x, y, z [m], qx, qy, qz, qw, (n, 7).
 
     Example:
         >>> import numpy as np
@@ -32,7 +32,7 @@ def wpr_of(poses: np.ndarray) -> np.ndarray:
     """Return FANUC's W, P, R [deg], (n, 3), about the fixed axes x, y, z: R = Rz(R) Ry(P) Rx(W).
 
     Args:
-        poses: As for `abc_of`.
+        poses: Rows of x, y, z [m], qx, qy, qz, qw, (n, 7).
     """
     return _euler(poses)[:, ::-1]
 

@@ -126,7 +126,7 @@ class GeneralBanded:
         """Sum element matrices.
 
         Args:
-            index: Unknowns of the elements, -1 for what is held, (elements, 27).
+            index: Numbers of the elements' unknowns, -1 for what is held, (elements, 27).
             stiffness: Matrices of the elements, (elements, 27, 27).
             size: Number of unknowns, n.
             width: Bandwidth, of each side.

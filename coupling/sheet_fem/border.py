@@ -60,12 +60,12 @@ def add_border(
     """Add elements' matrices to a border.
 
     Args:
-        inner: Inner unknowns of the elements' columns, -1 for none, (elements, 27).
-        outer: Outer unknowns of their rows, -1 for none, (elements, 27).
+        inner: Numbers of the elements' columns among inner unknowns, -1 for none, (elements, 27).
+        outer: Numbers of their rows among outer unknowns, -1 for none, (elements, 27).
         across: Matrices of outer rows and inner columns, (elements, 27, 27).
         among: Matrices of outer rows and columns, (elements, 27, 27).
-        to_across: Added to, (n, m).
-        to_outer: Added to, (m, m).
+        to_across: Matrix of inner rows and outer columns, added to, (n, m).
+        to_outer: Matrix of outer rows and columns, added to, (m, m).
     """
     for e in range(len(inner)):
         for r in range(27):

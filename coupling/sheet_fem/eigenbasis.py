@@ -18,8 +18,8 @@ def eigenbasis(
     the axes in which the metric is diagonal, transposed, turns the others out of them.
 
     Args:
-        a: First fundamental form, (3,).
-        F: Written: divided differences of ln/2 of the eigenvalues, (5, 5).
+        a: First fundamental form [1], (3,).
+        F: Written: divided differences of ln/2 of the eigenvalues [1], (5, 5).
         into: Written: matrix that turns tensors from material axes into the eigenbasis, (3, 3).
         out: Written: matrix that turns strains from the eigenbasis into material axes, (3, 3).
     """

@@ -73,7 +73,7 @@ class SheetModel:
         mesh: Grid of the sheet.
         material: Sheet metal.
         settings: Fineness and support.
-        free: Control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
+        free: Mask of control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
     """
 
     def __init__(

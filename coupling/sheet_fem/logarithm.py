@@ -54,7 +54,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     Args:
         x1: First eigenvalue, > 0.
         x2: Second eigenvalue, > 0.
-        table: Written, (5, 5).
+        table: Written: the differences [1], (5, 5).
 
     Example:
         >>> table = np.zeros((5, 5))

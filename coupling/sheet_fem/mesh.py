@@ -38,7 +38,7 @@ def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Bas
     """Return the splines at the points of a product rule.
 
     Args:
-        rule: Points 0..1 and weights of one direction; the same in both.
+        rule: Points 0..1 and weights of one direction, (points,) each; the same in both.
         size: Sides of an element in x and y [m].
 
     Example:

@@ -62,9 +62,9 @@ def integrate(
         shell: Data that all elements share.
         g: Number of the point.
         points: Control points of the element [m], (9, 3).
-        plastic: Plastic strains before, (points, layers, 4).
-        new_plastic: Written, (points, layers, 4).
-        stretch: Written: stretch of the thickness, (points,).
+        plastic: Plastic strains before [1], (points, layers, 4).
+        new_plastic: Written: plastic strains after [1], (points, layers, 4).
+        stretch: Written: stretch of the thickness [1], (points,).
         point: Written.
     """
     basis = shell.basis
@@ -140,7 +140,7 @@ def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.n
 
     Args:
         point: Midsurface and section there.
-        functions: The five of nine splines, (5, 9).
+        functions: The five of nine splines [1/m, 1/m2], (5, 9).
         force: Nodal forces, added to [N], (27,).
         answers: Written, for each function and the pairs k <= m of directions: what displacements along
             m of the nine do along k, (5, 6, 9).

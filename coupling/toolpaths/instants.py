@@ -40,7 +40,7 @@ class PathTimes:
         Between rests and corners, which are instants themselves, the steps are equal.
 
         Args:
-            rests: Times at which the motion comes to rest, rising, the last one its end [s].
+            rests: Times at which the motion comes to rest, rising, the last one its end [s], (r,).
             period: Longest time between two samples [s].
             corners: Further times at which the process is evaluated; those next to a rest or to each
                 other are one with it [s].

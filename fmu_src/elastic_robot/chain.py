@@ -73,8 +73,8 @@ class Chain:
         """Return all angles of the chain [rad].
 
         Args:
-            q: Drive angles, (n,) or (samples, n).
-            x: Elastic coordinates, (m,) or (samples, m); None for the rigid robot.
+            q: Drive angles [rad], (n,) or (samples, n).
+            x: Elastic coordinates [rad], (m,) or (samples, m); None for the rigid robot.
         """
         theta = np.zeros((*np.shape(q)[:-1], self.model.nv))
         theta[..., self.drive] = q

@@ -124,7 +124,7 @@ def by_parameter(
         chain: The robot's chain.
         curve: Torque curve, or a branch of it.
         x, rate: Elastic coordinates and their rates [rad, rad/s], (..., m).
-        of_gravity: The columns of gravity, (..., m, 3).
+        of_gravity: Columns of gravity [kg m], (..., m, 3).
     """
     names, m, torsions = parameter_names(chain), chain.elastic_count, chain.torsions
     values, rows = np.zeros((*x.shape, len(names))), np.arange(m)

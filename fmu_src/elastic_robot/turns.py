@@ -35,7 +35,7 @@ class Turns:
 
         Args:
             theta: Angles of the chain [rad], (angles,).
-            quaternion: x, y, z, w, (4,).
+            quaternion: Unit quaternion x, y, z, w, (4,).
         """
         if not np.abs(theta - self._theta).sum() < _NEARBY:
             self._theta, self._quaternion = theta.copy(), self._product(theta)

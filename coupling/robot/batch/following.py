@@ -125,7 +125,7 @@ def following(
     Args:
         robot: The robot.
         q: Joint angles [rad], (joints, n).
-        tcp_shift: As in `Targets`.
+        tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
     """
     posture = robot.posture(q, tcp_shift)
