@@ -30,7 +30,7 @@ from coupling.solve.fixed_point import (
     Loop,
     Tolerance,
     couple,
-    told_at,
+    sampled_at,
     unloaded_path,
 )
 from coupling.solve.schemes import SCHEMES
@@ -193,7 +193,7 @@ def coupled(
 
     relaxation = SCHEMES[scheme.split(",")[0]]()
     loop = Loop(robot, process, task.mode, relaxation, tolerance, most, watch=watch)
-    times = told_at(SampledPath.of(task.desired), task.mode)
+    times = sampled_at(SampledPath.of(task.desired), task.mode)
     start = start or unloaded_path(loop, task.command, times.path.time)
     try:
         found = couple(loop, task.command, start, times.asked)

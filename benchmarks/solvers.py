@@ -23,7 +23,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 from examples.mujoco_robot import MujocoSimulation
 
@@ -90,7 +90,7 @@ def scipy_solver(task: Task, method: str, tolerance: float) -> Entry:
     def run() -> np.ndarray:
         times = task.times
         q = task.drives.at(times[:1])[0][0]
-        start = np.append(equilibrium(dynamics, curve, q, Acting(_NO_LOAD)), np.zeros(m))
+        start = np.append(equilibrium(dynamics, curve, q, ToolLoad(_NO_LOAD)), np.zeros(m))
         span = (times[0], times[-1])
         # rtol of angles of 1e-3 rad; atol a tenth of a permille of that.
         result = solve_ivp(

@@ -73,12 +73,12 @@ class PlacedRobot:
         name: "forming", or "support" for the second robot of a cell.
         description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
-        home: Joint angles where inverse kinematics starts [rad].
-        world_from_base: Where it stands in the world.
-        mounting: How its description differs from its file.
-        touch_off: What it takes for the world where it was touched off; None: the world.
-        ratings: What its file rates it for.
-        discrepancy: What its tool was measured to do beyond the model; None: nothing.
+        home: Joint angles where inverse kinematics starts [rad], (joints,).
+        world_from_base: Frame of its base in the world.
+        mounting: Differences of its description from its file.
+        touch_off: Frame that it takes for the world where it was touched off; None: the world.
+        ratings: Rated loads of its file.
+        discrepancy: Measured deviation of its tool beyond the model; None: nothing.
     """
 
     name: str
@@ -106,16 +106,16 @@ class Case:
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
         tool_path: Table [tool_path].
-        corners: Times at which the process is asked as its force has corners there [s].
-        motion: Desired paths of all tools, told finely.
-        task: What they are to do, as the process knows it: where it is asked.
+        corners: Times at which the process is evaluated as its force has corners there [s], (n,).
+        motion: Desired paths of all tools, in short steps.
+        task: Task of the process, at the times at which it is asked.
         process: Process model.
         process_table: Table [process] that it is made of.
         coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
-        controller: What the robots' controllers take.
+        controller: Commands that the robots' controllers take.
         discrepancy: Table [discrepancy]; None: the robot was not measured along the path.
-        plant: Robots and load that the command really meets; None: the model.
+        plant: Robots and load of the simulated plant; None: the model.
         study: Table [study].
         place: Table [place].
         resolved: The case as plain data with every default filled in and paths absolute.
@@ -142,12 +142,12 @@ class Case:
 
     @property
     def desired(self) -> ToolPath:
-        """Desired paths of all tools where the process is asked."""
+        """Desired paths of all tools where the process is evaluated."""
         return self.task.desired
 
     @property
     def untilted(self) -> UntiltedPath:
-        """Path of the forming tool where the process is asked, before its tool is turned."""
+        """Path of the forming tool where the process is evaluated, before its tool is turned."""
         return self.tool_path.untilted(self.task.part, self.corners).sampled
 
 
@@ -157,7 +157,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     Args:
         path: The file.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
-        watch: Function that is told what happens in the process.
+        watch: Function called with what happens in the process.
 
     Raises:
         CaseError: With file, table, key, what was expected and what was got.
@@ -264,9 +264,9 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
 def _task(
     tool_path: ToolPathTable, part: Frame, process_table: ProcessSchema
 ) -> tuple[Task, Corners]:
-    """Return what is to be made, with the point of a tool's sphere that is its TCP, and the corners.
+    """Return the task, with the point of a tool's sphere that is its TCP, and the corners.
 
-    The process is asked where its force has corners, too.
+    The process is evaluated where its force has corners, too.
     """
     diameter = process_table.forming_tool_diameter
 
@@ -274,8 +274,8 @@ def _task(
         own = tool_path.task(part, corners)
         if diameter is None:
             return own
-        upright = tool_path.untilted(part, corners)
-        return upright.on_sphere(own, tool_path.tilt, 0.5 * diameter)
+        untilted = tool_path.untilted(part, corners)
+        return untilted.on_sphere(own, tool_path.tilt, 0.5 * diameter)
 
     found = task(NONE)
     corners = process_table.corners(found)

@@ -1,14 +1,14 @@
-"""Table [place] of the case file: what `elastic-robot place` may change, and what it looks for."""
+"""Table [place] of the case file: free settings, objective and constraints of `elastic-robot place`."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
 
-Objective = Literal["stiffness", "flanks", "both"]
+Objective = Literal["stiffness", "backlash", "both"]
 
 
 def _rises(ends: list[float]) -> list[float]:
@@ -31,7 +31,7 @@ def _within(bound: float) -> AfterValidator:
 
 
 class PlaceTable(Schema):
-    """[place]: ranges of what is free, and demands on a setting.
+    """[place]: ranges of free settings, objective and constraints.
 
     Attributes:
         x_m, y_m, z_m: Part's position in the world; half a metre to both sides of where it is.
@@ -40,14 +40,14 @@ class PlaceTable(Schema):
             the process knows the tool's sphere, else as it is.
         rotation_deg: Rotation of the tool about its own axis; all around.
         base_roll_deg: First of base_rpy_deg; as it is.
-        optimise: What is to be small: "stiffness", what the process moves the tool by; "flanks", what a
-            backlash that is 20 % off does at gears that may reverse; "both", the sum.
-        joint_margin_deg: Distance from the joints' limits, at least.
-        least_regularity: Distance from singular postures, at least.
+        optimise: "stiffness", least displacement of the tool by the process; "backlash", least error of
+            the tool by backlashes 20 % off at gears that may reverse; "both", the sum.
+        joint_margin_deg: Smallest distance from the joints' limits.
+        least_conditioning: Smallest conditioning of the Jacobian, 1 / |J^-1|.
         clear_share: A gear keeps its flank where its torque stays clear of zero by this part of the
             range that it passes through along the path.
-        settings, seed: How many settings are looked at, seed of their choice.
-        cases: How many of the best become case files.
+        settings, seed: Number of sampled settings, seed of the sample.
+        cases: Number of the best settings that become case files.
     """
 
     x_m: Range | None = None
@@ -60,8 +60,15 @@ class PlaceTable(Schema):
     base_roll_deg: Annotated[Range, _within(180.0)] | None = None
     optimise: Objective = "both"
     joint_margin_deg: Annotated[float, Field(ge=0.0)] = 5.0
-    least_regularity: Positive = 0.03
+    least_conditioning: Positive = 0.03
     clear_share: Share = 0.25
     settings: Annotated[int, Field(ge=100, le=10_000_000)] = 100_000
     seed: Annotated[int, Field(ge=0)] = 1
     cases: Annotated[int, Field(ge=1, le=20)] = 3
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and "least_regularity" in keys:
+            raise ValueError("expected least_conditioning, got its former name, least_regularity")
+        return keys

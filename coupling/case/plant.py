@@ -35,7 +35,7 @@ PositiveFactors = Annotated[
 
 
 class _PlantRobotTable(Schema):
-    """How one robot really is: another description or curve, factors, a mass at its tool."""
+    """One robot of the plant: another description or curve, factors, a mass at its tool."""
 
     description: str | None = None
     torque_curve: OneOfCurves | None = None
@@ -53,7 +53,7 @@ class _PlantRobotTable(Schema):
         Args:
             model: The model, as it stands.
             torque_curve: Its torque curve.
-            mounting: How it stands; the other robot stands there as well.
+            mounting: Mounting of the robot and of the plant's.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -193,8 +193,8 @@ class StudyTable(Schema):
         samples, seed, design: Number of sampled robots, seed and kind of their design.
         coverage: Share of further robots that the band is to hold.
         joints: "alike": one factor for all joints; "each": one for each joint, independent.
-        stiffness_factor, damping_factor, backlash_factor: Of the robots' gears and tilts.
-        force_factor: Of the process's whole wrench.
+        stiffness_factor, damping_factor, backlash_factor: Factors of the robots' gears and tilts.
+        force_factor: Factor of the process's whole wrench.
         payload_kg: Mass that the tool of the first robot carries in addition.
         payload_position_m: Its place in the last body's frame; the TCP unless given.
     """
@@ -221,7 +221,7 @@ class StudyTable(Schema):
         return self
 
     def spreads(self) -> dict[str, Distribution]:
-        """Return what is uncertain, by key: as given, or the defaults where nothing is."""
+        """Return the uncertain parameters, by key: as given, or the defaults where none is."""
         given = {name: getattr(self, name) for name in SPREADS}
         found = {name: spread for name, spread in given.items() if spread is not None}
         return found or dict(DEFAULT_SPREADS)

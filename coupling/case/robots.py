@@ -26,7 +26,7 @@ from elastic_robot.errors import ElasticRobotError
 from elastic_robot.fmi.interface import MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-# Smallest extent of touched points across their longest one that tells a frame, as a part.
+# Smallest extent of touched points across their longest one that fixes a frame, as a share.
 _PLANE = 0.02
 
 
@@ -65,7 +65,7 @@ def resolved_description(description: str, folder: Path) -> str:
 
 
 class _MemberTable(Schema):
-    """What is said of every robot of a cell."""
+    """Keys of every robot of a cell."""
 
     description: str
     torque_curve: OneOfCurves = "backlash"
@@ -86,7 +86,7 @@ class _MemberTable(Schema):
         return robot
 
     def ratings(self, folder: Path, robot: Robot) -> Ratings:
-        """Return what the description rates its robot for; `robot` is the one that was read."""
+        """Return the rated loads of the description; `robot` is the one that was read."""
         return load_ratings(find_robot(self.description, folder), robot)
 
     def resolved(self, folder: Path) -> dict[str, Any]:
@@ -107,7 +107,7 @@ class RobotTable(_MemberTable):
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
     def world_from_base(self) -> Frame:
-        """Return where the robot stands: at the world's origin."""
+        """Return the robot's frame: the world's."""
         return Frame.of_rpy([0.0, 0.0, 0.0], np.deg2rad(self.base_rpy_deg))
 
 
@@ -125,11 +125,11 @@ class SupportTable(_MemberTable):
     tool_diameter_m: Positive
 
     def world_from_base(self) -> Frame:
-        """Return where the robot stands."""
+        """Return the frame of the robot's base in the world."""
         return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 
     def support(self, task: Task, forming_tool_diameter: float) -> SupportingTool:
-        """Return what the supporting tool is to do along a task's path.
+        """Return the desired path of the supporting tool along a task's path.
 
         Raises:
             CaseError: If it should stay at the rim of a wall that the path does not have.
@@ -209,5 +209,5 @@ class ControllerTable(Schema):
     max_acceleration_rad_s2: Positive | None = None
 
     def controller(self) -> Controller:
-        """Return what the robots' controllers take."""
+        """Return the controller of the robots."""
         return Controller(self.cycle_s, self.interpolation, self.max_acceleration_rad_s2)

@@ -24,7 +24,7 @@ _PASSES = 15
 _ON_AXIS = 0.02
 # Joints of a robot whose Jacobian has a determinant.
 _SQUARE = 6
-# As near to a singular posture as inverse kinematics goes (`Following.regularity`).
+# As near to a singular posture as inverse kinematics goes (`Following.conditioning`).
 _SINGULAR = 1e-3
 # What a path is moved along, base axes.
 DIRECTIONS = {
@@ -42,7 +42,7 @@ class Clearance:
     """What is left around a path, in the robot's base.
 
     Attributes:
-        regularity: Smallest distance from singular postures along the path, `Following.regularity`.
+        conditioning: Smallest distance from singular postures along the path, `Following.conditioning`.
         free: How far the whole path can be moved along each of `DIRECTIONS` before the robot does not
             reach it, passes a limit or is singular [m]; to a step of 0.01 m, at most 3 m.
         upright: Outline of where the TCP can be led from the path's middle, the tool at its first
@@ -51,7 +51,7 @@ class Clearance:
         links: Base, centres of the joints and TCP at the path's first sample [m], (joints + 2, 3).
     """
 
-    regularity: float
+    conditioning: float
     free: dict[str, float]
     upright: np.ndarray
     level: np.ndarray
@@ -82,7 +82,7 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     at = q[middle], position[middle], rotations[middle]
     upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
-    return Clearance(walk.regularity(q[rows].T), free, upright, level, link_points(robot, q[0]))
+    return Clearance(walk.conditioning(q[rows].T), free, upright, level, link_points(robot, q[0]))
 
 
 class _Walk:
@@ -91,8 +91,8 @@ class _Walk:
     def __init__(self, serial: SerialRobot, limits: JointLimits) -> None:
         self.serial, self._limits = serial, limits
 
-    def regularity(self, q: np.ndarray) -> float:
-        return float(self._regularity(q).min())
+    def conditioning(self, q: np.ndarray) -> float:
+        return float(self._conditioning(q).min())
 
     def ways(
         self, q: np.ndarray, position: np.ndarray, rotations: Rotation, direction: np.ndarray
@@ -108,7 +108,7 @@ class _Walk:
                 target = position[:, live] + (way[live] + step) * direction[:, live]
                 wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
                 there, came = reached(self.serial, wanted, q[:, live], _PASSES)
-                held = came & (self._regularity(there) > _SINGULAR) & self._within(there)
+                held = came & (self._conditioning(there) > _SINGULAR) & self._within(there)
                 held &= self._side(there) == side[live]  # no step leads across a singular posture
                 live = live[held]
                 q[:, live] = there[:, held]
@@ -132,10 +132,10 @@ class _Walk:
         ends = position[:, None] + self.ways(*start, same, rays) * rays
         return np.vstack([ends.T, ends[:, 0]])
 
-    def _regularity(self, q: np.ndarray) -> np.ndarray:
+    def _conditioning(self, q: np.ndarray) -> np.ndarray:
         still = np.zeros((3, q.shape[1]))
         at = following(self.serial, q, still, TipMotion(still, still, still, still))
-        return at.regularity
+        return at.conditioning
 
     def _side(self, q: np.ndarray) -> np.ndarray:
         """Return on which side of the singular postures a robot of six joints is, 1 or -1, (n,)."""

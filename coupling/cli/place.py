@@ -25,7 +25,7 @@ def place(
         typer.Option("-o", "--output", help="Folder; results/<case>_placed unless given."),
     ] = None,
     optimise: Annotated[
-        str | None, typer.Option(help="stiffness, flanks or both; as in the case.")
+        str | None, typer.Option(help="stiffness, backlash or both; as in the case.")
     ] = None,
     overwrite: Overwrite = False,
     store: StoreFolder = None,

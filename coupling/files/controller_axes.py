@@ -18,13 +18,13 @@ _SINGULAR = 1e-9
 
 @dataclass(frozen=True)
 class ControllerAxes:
-    """How a controller counts the joints of a robot and lays its frames.
+    """Joint angles and frames of a robot as its controller has them.
 
     Its angles are M q + q_0, with q the robot file's.
 
     Attributes:
-        matrix: M, (joints, joints): signs, and joints that are counted from the horizontal.
-        offset: q_0 [rad], (joints,).
+        matrix: Matrix M of signs, and of joints counted from the horizontal, (joints, joints).
+        offset: Angles q_0 [rad], (joints,).
         base_position: Origin of the controller's robot frame in the robot file's base, whose axes it
             has [m], (3,).
         last_from_flange: Rotation from the maker's flange frame to the last body's.
@@ -60,7 +60,7 @@ class ControllerAxes:
 
 
 def controller_axes(path: Path, joints: int) -> ControllerAxes:
-    """Return how the controller of a robot counts its joints, as its robot file says.
+    """Return the controller's joint angles and frames of a robot, as its robot file says.
 
     Args:
         path: The robot file.

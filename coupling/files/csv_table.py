@@ -17,7 +17,7 @@ CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
 
 
 def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -> None:
-    """Write columns of numbers; every number survives the round trip exactly."""
+    """Write numbers (rows, columns); every number survives the round trip exactly."""
     np.savetxt(file, data, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
 
 
@@ -43,7 +43,7 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
         error: Exception class for every problem.
 
     Returns:
-        Values in the order of `columns`, (rows, len(columns)).
+        Values in the order of `columns`, any unit, (rows, columns).
     """
     found = read_header(file, error)
     missing = [name for name in columns if name not in found]

@@ -105,11 +105,11 @@ class MeasuredTable:
             )
 
     def of(self, names: Sequence[str]) -> np.ndarray:
-        """Return columns, (rows, names)."""
+        """Return columns, any unit, (rows, names)."""
         return np.column_stack([self._column(name) for name in names])
 
     def deviations(self, names: Sequence[str]) -> np.ndarray:
-        """Return the standard deviations of columns, nan where there are none."""
+        """Return the standard deviations of columns, any unit, (rows, names); NaN without."""
         columns = []
         for name in names:
             own = DEVIATION + name

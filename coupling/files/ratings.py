@@ -1,4 +1,4 @@
-"""What a robot file rates its robot for; the model does not need it, so no FMU has it."""
+"""Rated loads of a robot file; the model does not need them, so no FMU has them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Ratings:
 
     Attributes:
         payload: Rated load at the flange as a force [N]; None where the file does not know.
-        gears: What the gears may carry, by the number of the joint, from 1; those that are known.
+        gears: Rated torques of the gears, by the number of the joint, from 1; those that are known.
     """
 
     payload: float | None = None

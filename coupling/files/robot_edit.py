@@ -21,7 +21,7 @@ class RobotEdit:
 
     Args:
         file: The file.
-        robot: What it describes; joints count along its chain, in a file beside a URDF they may not.
+        robot: Its robot; joints count along its chain, in a file beside a URDF they may not.
 
     Raises:
         RobotFileError: If the file cannot be read.
@@ -79,7 +79,7 @@ class RobotEdit:
 
         Args:
             head: Comment at its beginning.
-            target: Where it will be: it names its URDF from there.
+            target: Place of the written file: it names its URDF from there.
         """
         for joint in {joint for joint, _ in self._tilt_remarks}:
             table = self._joints[joint][1]

@@ -105,7 +105,7 @@ def load_robot(path: str | Path) -> Robot:
 
 
 def axes_of_file(path: Path) -> list[np.ndarray]:
-    """Return base_from_file of each joint: turns the axes of its tilts in the file, (3, 3) each."""
+    """Return the rotation base_from_file of the tilts' axes of each joint, (3, 3) each."""
     data = load_toml(path, RobotFileError)
     if "urdf" not in data:
         return [np.eye(3)] * len(data["joint"])

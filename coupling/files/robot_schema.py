@@ -50,7 +50,7 @@ class GearTorque(Schema):
 
 
 class JointElasticity(Schema):
-    """What gives way in a joint, and what its drive and its gear can do."""
+    """Elasticity of a joint, and the limits of its drive and its gear."""
 
     stiffness: float | None = None
     damping: float = 0.0

@@ -1,4 +1,4 @@
-"""Where the numbers of a robot file come from: its table [sources].
+"""Sources of the numbers of a robot file: its table [sources].
 
 A key of the table is the place of a number, such as joint[3].tilt[1].stiffness, or of many:
 joint.tilt.stiffness is that of every tilt of every joint, joint[3] all that stands in joint 3.
@@ -25,8 +25,8 @@ class Number:
 
     Attributes:
         place: Its place, joints and tilts counted from 1, as in joint[3].tilt[1].stiffness.
-        value: What stands there.
-        source: Where it comes from; "" where the file does not say.
+        value: The number or vector.
+        source: Its source; "" where the file does not say.
     """
 
     place: str

@@ -173,7 +173,7 @@ def _chain(
 
 
 def _carried(model: pin.Model, data: pin.Data, chain: list[int]) -> list[pin.Inertia]:
-    """Return what each joint of the chain carries up to the next one, at zero angles, root axes."""
+    """Return the inertia on each joint of the chain up to the next one, at zero angles, root axes."""
     bodies = {index: pin.Inertia.Zero() for index in chain}
     for index in range(1, model.njoints):
         carriers = [joint for joint in model.supports[index] if joint in bodies]
@@ -226,7 +226,7 @@ def _joint_types(file: Path) -> dict[str, str]:
 def _parse(file: Path) -> pin.Model:
     """Return Pinocchio's model of a URDF."""
     with tempfile.TemporaryFile("w+", errors="replace") as said:
-        # The parser is native code: it tells its reasons on the process's standard error only.
+        # The parser is native code: it gives its reasons on the process's standard error only.
         sys.stderr.flush()
         standard_error = os.dup(2)
         os.dup2(said.fileno(), 2)

@@ -36,7 +36,7 @@ from coupling.errors import CouplingError
 Progress = Callable[[int, int], None]
 
 # Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
-# tells of no refusal.
+# reports no refusal.
 _WARNING = 1
 # Steps between two reports of progress.
 _REPORT_EVERY = 100
@@ -78,7 +78,7 @@ class _Series:
         function: Name of the standard's function that sets or gets reals.
         references: Value references of the columns' variables.
         rows: Values in C order, (n, k).
-        counted: Whether the function is told the number of values as well.
+        counted: Whether the function takes the number of values as well.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Driver(ABC):
         version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
         setter, getter: Names of the standard's functions that set and get reals.
-        counted: Whether these are told the number of values as well.
+        counted: Whether these take the number of values as well.
     """
 
     version: ClassVar[str]
@@ -151,7 +151,7 @@ class Driver(ABC):
         """Free the instance; not by FMPy's freeInstance, which unloads the library."""
 
     def run(self, job: SimulationJob, progress: Progress) -> np.ndarray:
-        """Return the outputs at the communication points, (n, job.width).
+        """Return the outputs at the communication points, any unit, (n, job.width).
 
         Raises:
             FmuError: If the FMU does not know a name or refuses a call.
@@ -191,7 +191,7 @@ class Driver(ABC):
         return answers
 
     def _step(self) -> Callable[[float, float], Any]:
-        """Return what steps from a time [s] by a size [s], or raises what FMPy does."""
+        """Return the function that steps from a time [s] by a size [s], or raises FMPy's errors."""
         return self._slave.doStep
 
     def _series(self, function: str, names: Sequence[str], rows: np.ndarray) -> _Series:
@@ -261,7 +261,7 @@ _DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2
 
 
 def load(folder: Path) -> Driver:
-    """Return what runs jobs on the unpacked FMU in a folder.
+    """Return the driver of the unpacked FMU in a folder.
 
     Raises:
         FmuError: If it is no FMU for co-simulation by FMI 2 or 3 that runs here.

@@ -85,7 +85,7 @@ class WorkerProcess:
             raise self._death() from cause
 
     def receive(self, progress: Progress) -> np.ndarray:
-        """Return the outputs of the job sent last."""
+        """Return the outputs of the job sent last, any unit, (n, job.width)."""
         while True:
             kind, *content = self._answer()
             if kind == "result":

@@ -16,30 +16,30 @@ from coupling.fmu.driver import FmuError, load
 def serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
     """Answer jobs on the FMU in a folder until there are no more."""
 
-    def tell(*answer: object) -> None:
+    def send(*answer: object) -> None:
         pickle.dump(answer, answers)
         answers.flush()
 
     try:
         driver = load(folder)
     except FmuError as error:
-        tell("error", str(error))
+        send("error", str(error))
         return
-    tell("ready", driver.variables)
+    send("ready", driver.variables)
     while True:
         try:
             job = pickle.load(jobs)
         except EOFError:
             return
         answer: tuple[str, object]
-        said = io.StringIO()  # an FMU tells the reason of an error on stderr only
+        said = io.StringIO()  # an FMU gives the reason of an error on stderr only
         with contextlib.redirect_stderr(said):
             try:
-                answer = ("result", driver.run(job, lambda *steps: tell("progress", *steps)))
+                answer = ("result", driver.run(job, lambda *steps: send("progress", *steps)))
             except FmuError as error:
                 reason = said.getvalue().strip().splitlines()
                 answer = ("error", reason[-1] if reason else str(error))
-        tell(*answer)
+        send(*answer)
 
 
 if __name__ == "__main__":

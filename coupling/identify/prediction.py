@@ -26,7 +26,7 @@ from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.settings import SETTINGS
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.trajectory import HeldCommand
 
 
@@ -68,7 +68,7 @@ def rigid_prediction(
         turn = base_from_tool(chain, dynamics.data, theta).rotation
         at_load = moved(jacobian, turn @ measured.load_point[k])
         at_point = moved(jacobian, turn @ measured.measured_point[k])[:rows]
-        unloaded = dynamics.static_torque(theta, Acting())
+        unloaded = dynamics.static_torque(theta, ToolLoad())
         torque = measured.wrench[k] @ at_load
         flank = _flank(unloaded + torque) - _flank(unloaded)
         change = np.where(

@@ -39,9 +39,9 @@ class NormalEquations:
         Args:
             first: Number of the first interval.
             place: Part of an interval before its point.
-            squares: D^T D by value, rate, acceleration.. of the quantities,
+            squares: D^T D, any unit, by value, rate, acceleration.. of the quantities,
                 (k, orders, quantities, orders, quantities).
-            gradient: D^T r, (k, orders, quantities).
+            gradient: D^T r, any unit, (k, orders, quantities).
         """
         count, orders, size = gradient.shape
         weights = np.stack(
@@ -82,7 +82,7 @@ class NormalEquations:
             start: Number of the first of these coefficients.
             row: Their weights, (k,).
             quantities: Numbers of the quantities, (m,).
-            residual: Its value, (m,).
+            residual: Its value, any unit, (m,).
         """
         count, size = len(row), self._size
         for j in range(count):
@@ -92,7 +92,7 @@ class NormalEquations:
 
     @property
     def gradient(self) -> np.ndarray:
-        """D^T r, (intervals + degree, quantities)."""
+        """D^T r, in the residuals' unit, (intervals + degree, quantities)."""
         return self._gradient
 
     def solve(self) -> np.ndarray:

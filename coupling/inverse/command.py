@@ -24,8 +24,8 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     back in the next before the link has moved.
 
     Args:
-        task: What the gear has to carry.
-        rows: Those of the controller; `task.link` covers them.
+        task: Loads of the gear.
+        rows: Rows of the controller; `task.link` covers them.
         limits: Kept at all times, between rows as well.
 
     Returns:
@@ -86,14 +86,14 @@ def _through(values: np.ndarray, rows: CommandRows) -> np.ndarray:
 
 @dataclass(frozen=True)
 class RigidDrive:
-    """The link of a rigid joint misses its motion by  delta = q - phi  at the nodes.
+    """The link of a rigid joint, which misses its motion by  delta = q - phi  at the nodes.
 
     Attributes:
         layout: Order of the unknowns.
         cycle: Distance of the rows [s].
         first: Whether the path begins here.
-        link: phi at the nodes [rad].
-        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2].
+        link: phi at the nodes [rad], (nodes,).
+        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,).
     """
 
     layout: Layout

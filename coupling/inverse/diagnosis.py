@@ -1,4 +1,4 @@
-"""What the gears of a robot go through along a path: whether its command rests on their backlash.
+"""Diagnosis of a robot's gears along a path: whether its command rests on their backlash.
 
 The motion is that of the rigid robot with its tilts at rest under their loads: what counts here is the
 sign of torques and their size, and no command is needed.
@@ -38,9 +38,9 @@ class GearLoads:
     Attributes:
         time: Evenly spaced [s], (k,).
         torque: Torque that the links need of every gear, with inertia [N m], (k, gears).
-        carried: The same without the inertia of tilts that spring back where a load jumps [N m],
+        carried: Torque without the inertia of tilts that spring back where a load jumps [N m],
             (k, gears): what counts beside a gear's strength.
-        static: The same at rest in every pose, under gravity and wrench [N m], (k, gears).
+        static: Torque at rest in every pose, under gravity and wrench [N m], (k, gears).
         by_gravity: Derivatives of these by gravity [N m s^2/m], (k, gears, 3).
         lever: Displacement of the TCP by the wind-up of every gear [m/rad], (k, gears).
     """
@@ -58,7 +58,7 @@ class PreloadTilt:
     """A tilt of the robot's base whose gravity would keep a gear from reversing.
 
     Attributes:
-        angle: [rad].
+        angle: Angle of the tilt [rad].
         direction: Angle of its axis in the base's x-y plane, from x [rad].
     """
 
@@ -68,16 +68,16 @@ class PreloadTilt:
 
 @dataclass(frozen=True)
 class GearDiagnosis:
-    """What one gear goes through along a path.
+    """Diagnosis of one gear along a path.
 
     Attributes:
         joint: Number, from 1.
         backlash: Half width of its backlash [rad].
-        changes: How often it passes from one flank to the other.
+        changes: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it from reversing.
-        miss: How far the tool is off at rest behind a backlash reversal if the backlash is 20 % off [m];
+        miss: Error of the tool at rest behind a backlash reversal if the backlash is 20 % off [m];
             in motion it is several times as much.
         torque: Largest torque that it carries, to either side [N m].
         torque_time: Instant of it [s].
@@ -107,7 +107,7 @@ class GearDiagnosis:
 
 
 def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
-    """Return what every gear goes through along a path.
+    """Return the diagnosis of every gear along a path.
 
     Args:
         robot: The robot.
@@ -117,7 +117,7 @@ def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, 
 
 
 def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]:
-    """Return what every gear goes through under its loads."""
+    """Return the diagnosis of every gear under its loads."""
     model = robot.model
     backlash, damping = robot.backlash, robot.damping_in_backlash
     none = no_torque(backlash, damping)
@@ -186,7 +186,7 @@ def loads_along(
 def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the derivatives of the gears' static torque by gravity, and their levers."""
     model = robot.model
-    # What is linear in gravity is told by gravity of 1 along each axis.
+    # What is linear in gravity follows from gravity of 1 along each axis.
     unit = [build_chain(replace(robot.robot, gravity=tuple(axis))).model for axis in np.eye(3)]
     data = model.chain.model.createData()
     by_gravity = np.empty((len(theta), len(model.gears), 3))

@@ -35,7 +35,7 @@ _ROUNDING = 1e-7
 
 
 class DriveEquations(Protocol):
-    """What moves a link: its equations between command and miss."""
+    """Drive of a link: its equations between command and miss."""
 
     @property
     def layout(self) -> Layout:
@@ -49,7 +49,7 @@ class DriveEquations(Protocol):
 
     @property
     def bend(self) -> np.ndarray:
-        """Wanted phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
+        """Wanted phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,)."""
         ...
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ class DriveEquations(Protocol):
         ...
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Derivatives of `defects` by the unknowns of their blocks, (count, parts, width)."""
+        """Derivatives of `defects` by the unknowns of their blocks [rad/rad], (count, parts, width)."""
         ...
 
     def part(self, begin: int, end: int) -> DriveEquations:
@@ -71,8 +71,8 @@ class EndCondition:
 
     Attributes:
         first: Number of the first coefficient.
-        weights: (degree + 1,), by the cycle where it is a derivative.
-        value: [rad].
+        weights: Weights of the coefficients, by the cycle where it is a derivative, (degree + 1,).
+        value: Value of the derivative, by the cycle [rad].
     """
 
     first: int
@@ -80,7 +80,7 @@ class EndCondition:
     value: float
 
     def error(self, coefficients: np.ndarray) -> float:
-        """Return by how much the condition is missed [rad]."""
+        """Return by how much coefficients (n,) miss the condition [rad]."""
         there = coefficients[self.first : self.first + len(self.weights)]
         return float(self.weights @ there - self.value)
 
@@ -102,8 +102,8 @@ class SplineFit:
 
     Attributes:
         drive: Equations between command and miss.
-        conditions: Those of the path's ends that are here.
-        free: Which unknowns may change, (size,).
+        conditions: Conditions of the path's ends that are here.
+        free: Mask of unknowns that may change, (size,).
     """
 
     drive: DriveEquations
@@ -139,7 +139,7 @@ class SplineFit:
         return SplineFit(drive, here, free)
 
     def command(self, coefficients: np.ndarray) -> UniformSpline:
-        """Return the command of coefficients, from time 0 here."""
+        """Return the command of coefficients [rad], (n,), from time 0 here."""
         return UniformSpline(0.0, self.drive.cycle, coefficients[:, None], self.drive.layout.degree)
 
     @cached_property
@@ -150,7 +150,7 @@ class SplineFit:
         return SMOOTHING * (np.diff(coefficients, 2) / self.drive.cycle**2 - self.drive.bend)
 
     def value(self, coefficients: np.ndarray, misses: np.ndarray) -> float:
-        """Return half the sum of squares, equations included [rad^2]."""
+        """Return half the sum of squares, equations included [rad^2], at (n,) and (nodes,) unknowns."""
         objective = np.sum(misses**2) + np.sum(self._bends(coefficients) ** 2)
         equations = np.sum(self.drive.defects(coefficients, misses) ** 2)
         equations += sum(c.error(coefficients) ** 2 for c in self.conditions)
@@ -159,7 +159,7 @@ class SplineFit:
     def objective(
         self, coefficients: np.ndarray, misses: np.ndarray, damping: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return Hessian, a band of lower diagonals by the columns, and gradient; without equations."""
+        """Return Hessian, lower diagonals (width, size), and gradient [rad], (size,); no equations."""
         layout = self.drive.layout
         band, gradient = np.zeros((layout.width, layout.size)), np.zeros(layout.size)
         band[0, layout.miss] = 1.0
@@ -172,10 +172,10 @@ class SplineFit:
         return band, gradient
 
     def band_step(self, coefficients: np.ndarray, misses: np.ndarray, damping: float) -> np.ndarray:
-        """Return the step of all unknowns to the least sum of squares of the linearised equations.
+        """Return the step of all unknowns [rad], (size,), that solves the linearised least squares.
 
         Args:
-            coefficients, misses: Where it starts.
+            coefficients, misses: Start of the step [rad], (n,) and (nodes,).
             damping: Weight of the change of the command's bends.
         """
         layout = self.drive.layout
@@ -198,7 +198,7 @@ class SplineFit:
     def equations(
         self, coefficients: np.ndarray, misses: np.ndarray
     ) -> tuple[sparse.csr_array, np.ndarray]:
-        """Return the derivatives of all equations, end conditions last, by all unknowns; and errors."""
+        """Return the matrix of all equations, end conditions last, (e, size), and errors [rad], (e,)."""
         layout = self.drive.layout
         blocks = self.drive.gradient(coefficients, misses)
         row, column = np.nonzero(blocks.reshape(-1, layout.width))
@@ -225,8 +225,8 @@ class SplineFit:
         """Go down by steps, damped where the torque curve bends away from them.
 
         Args:
-            coefficients, misses: A start that is feasible for `step`.
-            step: Returns a step of all unknowns from coefficients, misses and damping.
+            coefficients, misses: A start that is feasible for `step` [rad], (n,) and (nodes,).
+            step: Function that gives a step of all unknowns from coefficients, misses and damping.
         """
         layout = self.drive.layout
         best, damping = self.value(coefficients, misses), 0.0

@@ -34,7 +34,7 @@ _BEYOND = 0.02
 def follow_bend(
     piece: Piece, damping: float, start: float, steps: Steps
 ) -> tuple[Steps, np.ndarray]:
-    """Return steps, halved as needed, and the angles at their ends [rad], along a piece that bends.
+    """Return steps, halved as needed, and the angles at their ends [rad], (k,), along a bent piece.
 
     Where the piece is left the steps end, a little behind it: the law bends anew there.
     """
@@ -64,7 +64,7 @@ def follow_bend(
 def _errors(
     piece: Piece, damping: float, steps: Steps, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each step adds to the error [rad], and the part of an error that it passes on.
+    """Return each step's contribution to the error [rad], and the share of an error that it passes on.
 
     The difference to the rule without the middle node: more than the error of the rule itself.
     """
@@ -143,7 +143,7 @@ def collocate(
         piece: Piece of the curve.
         damping: d [N m s/rad].
         steps: Steps.
-        values: A guess (k, 5); its first entry is the initial angle.
+        values: A guess [rad], (k, 5); its first entry is the initial angle.
     """
     h = steps.length[:, None]
     at, torque = h * _NODES, _torque_at_nodes(steps)

@@ -27,7 +27,7 @@ _FINE = np.array(
 
 @dataclass(frozen=True)
 class GearTask:
-    """What a gear has to carry so that its link moves as wanted.
+    """Loads of a gear under which its link moves as wanted.
 
     Attributes:
         link: Angle phi of the link over time [rad], one column.
@@ -67,10 +67,10 @@ class GearDrive:
         cycle: Distance of the rows [s].
         first: Whether the path begins here.
         task: The gear and its link.
-        link: phi at the quarters of the steps [rad].
-        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2].
-        impulse: Integral of T over half steps [N m s].
-        inertia: M of each step [kg m^2].
+        link: phi at the quarters of the steps [rad], (4 n + 1,).
+        bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2], (c,).
+        impulse: Integral of T over half steps [N m s], (2 n,).
+        inertia: M of each of n steps [kg m^2], (n,).
         link_rate: phi' at the first time [rad/s].
     """
 
@@ -134,7 +134,7 @@ class GearDrive:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Angle that an impulse is worth [rad/(N m s)], by step."""
+        """Angle that an impulse is worth [rad/(N m s)], by step, (n,)."""
         stiffness = float(self.task.curve.flank_slope(np.zeros(1))[0])
         return 1.0 / (self.inertia / self.step + self.task.damping + stiffness * self.step)
 
@@ -153,7 +153,7 @@ class GearDrive:
         """Return by how much the equation is missed at every node but the last, as angles [rad].
 
         Args:
-            coefficients: Of the command, (count + degree,).
+            coefficients: Coefficients of the command [rad], (count + degree,).
             misses: At the nodes [rad], (nodes,).
 
         Returns:
@@ -240,13 +240,13 @@ class GearDrive:
 
 
 def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return which half steps have several slopes, as indices (interval, part, half)."""
+    """Return the half steps with several slopes, as indices (interval, part, half)."""
     change = np.diff(slope, axis=-1) != 0.0
     return np.nonzero(change[..., ::2] | change[..., 1::2])
 
 
 def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:
-    """Return phi'' at the averages of the knots of each coefficient of the command's acceleration."""
+    """Return phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,)."""
     spots = rows.start + rows.cycle * (np.arange(rows.coefficients - 2) - 0.5 * (rows.degree - 3))
     return _values(link, np.clip(spots, rows.start, rows.end), 2)
 

@@ -62,7 +62,7 @@ def gear_path(
 
     Args:
         spacing: Time between samples [s].
-        torque: Coefficients 1, s, s^2, s^3 of T in each interval, (n - 1, 4).
+        torque: Coefficients of 1, s, s^2, s^3 in T in each interval [N m], (n - 1, 4).
         pieces: S by rising angle.
         damping: d [N m s/rad], > 0.
         start: e at the first sample [rad].
@@ -155,10 +155,10 @@ def _graded(steps: Steps, shortest: float) -> Steps:
 def _first_exit(
     piece: Piece, damping: float, start: float, ends: np.ndarray, steps: Steps, turns: np.ndarray
 ) -> _Exit | None:
-    """Return where the angle first leaves the piece, between the ends of steps too.
+    """Return the first exit of the angle from the piece, between the ends of steps too.
 
     e' = v obeys d v' + S'(e) v = T', so v passes zero only in the direction of T': where T' keeps its
-    sign and v is of one sign at both ends, e is monotone and its ends tell everything.
+    sign and v is of one sign at both ends, e is monotone and its ends are its extremes.
     """
     if np.isinf(piece.low) and np.isinf(piece.high):
         return None

@@ -33,7 +33,7 @@ def decaying_moments(z: np.ndarray, count: int) -> np.ndarray:
     digits, the series of the last one and backward recursion.
 
     Args:
-        z: Step over time constant, >= 0, any shape.
+        z: Step over time constant [1], >= 0, any shape.
         count: Number of moments.
     """
     small = z < 1.0
@@ -69,7 +69,7 @@ def _moments_by_recursion(z: np.ndarray, count: int) -> np.ndarray:
 
 
 def line_weights(slope: float, damping: float, length: float) -> tuple[float, ...]:
-    """Return what T's coefficients 1, s, s^2, s^3 add to the angle in a step along a line, (4,).
+    """Return the angle by each of T's coefficients of 1, s, s^2, s^3 in a step along a line, (4,).
 
     `decaying_moments` of one z, times length^(j + 1) / d.
     """
@@ -97,8 +97,8 @@ class Steps:
         row: Number of each step's interval, (k,).
         offset: Time of each step's start behind that of its interval [s], (k,).
         length: Length of each step [s], >= 0, (k,).
-        torque: Coefficients 1, s, s^2, s^3 of the torque, s from the step's start, (k, 4).
-        last: Whether the step ends at its interval's end, (k,).
+        torque: Coefficients of 1, s, s^2, s^3 in the torque [N m], s from the step's start [s], (k, 4).
+        last: Mask of steps that end at their interval's end, (k,).
     """
 
     row: np.ndarray
@@ -108,7 +108,7 @@ class Steps:
     last: np.ndarray
 
     def halved(self, chosen: np.ndarray) -> Steps:
-        """Return the steps with some of them (k,) divided into halves."""
+        """Return the steps with those of a mask (k,) divided into halves."""
         copies = np.where(chosen, 2, 1)
         index = np.repeat(np.arange(len(copies)), copies)
         second = np.zeros(len(index), dtype=bool)
@@ -126,7 +126,7 @@ class Steps:
 
 
 def shifted(cubic: np.ndarray, shift: np.ndarray | float) -> np.ndarray:
-    """Return the coefficients 1, s, s^2, s^3 (..., 4) of cubics that count from `shift` on."""
+    """Return the coefficients of 1, s, s^2, s^3, any unit, (..., 4), of cubics from `shift` on."""
     c0, c1, c2, c3 = (cubic[..., j] for j in range(4))
     s = shift
     out = np.empty_like(cubic)

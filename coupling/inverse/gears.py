@@ -79,7 +79,7 @@ def gears_of(parameters: Parameters, chain: Chain) -> Parameters:
     """Return the parameters of the gears alone, in the order of `chain.torsions`.
 
     Args:
-        parameters: Those of all elastic coordinates.
+        parameters: Parameters of all elastic coordinates.
         chain: The robot's chain.
     """
     return rows_of(parameters, chain.torsions)

@@ -36,7 +36,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Longest distance of the links' nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
@@ -56,7 +56,7 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class DesiredMotion:
-    """What one robot is to do, in its base frame.
+    """Desired motion of one robot, in its base frame.
 
     Attributes:
         path: Desired path of its tool.
@@ -119,10 +119,10 @@ class MovingRobot:
         """Return the command that keeps the tool on its path.
 
         Args:
-            wanted: What the robot is to do.
-            controller: What takes the command.
-            limits: What its drives can do.
-            progress: Told what is being done, and how much of it is done.
+            wanted: Desired motion of the robot.
+            controller: Controller that takes the command.
+            limits: Limits of its drives.
+            progress: Function called with what is being done, and how much of it is done.
 
         Raises:
             PlanningError: If the path asks for more than the drives can do, or is too short.
@@ -141,10 +141,10 @@ class MovingRobot:
         return InverseSolution(command, links, wind_up.crossings, task.wrench)
 
     def task(self, wanted: DesiredMotion) -> LinkTask:
-        """Return what the links are to do from the first time of a path to its last.
+        """Return the desired motion of the links from the first time of a path to its last.
 
         Args:
-            wanted: What the robot is to do.
+            wanted: Desired motion of the robot.
         """
         time = wanted.path.time
         return self._task(wanted, InterpolatedPath(wanted.path), float(time[0]), float(time[-1]))
@@ -198,7 +198,7 @@ class MovingRobot:
 
         Args:
             theta: Motion of the links.
-            time: [s], (k,).
+            time: Times [s], (k,).
             wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
         """
         parts = []
@@ -241,7 +241,7 @@ class MovingRobot:
             q = theta[0, chain.drive].copy()
             q[self.model.gear_joint] -= wind_up
             try:
-                found = equilibrium(dynamics, self.curve, q, Acting(wrench[0]))[chain.torsions]
+                found = equilibrium(dynamics, self.curve, q, ToolLoad(wrench[0]))[chain.torsions]
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 wind_up = wind_up - _ASIDE
@@ -290,14 +290,14 @@ class MovingRobot:
         return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
 
     def _inertia(self, theta: UniformSpline, time: np.ndarray) -> np.ndarray:
-        """Return what each gear moves while all else may yield [kg m^2], (k, gears)."""
+        """Return the inertia of each gear while all else may yield [kg m^2], (k, gears)."""
         seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
         inertia = self.model.yielding_inertia(theta.at(seldom))
         return interpolated(time, seldom, inertia)
 
 
 def fine_times(theta: UniformSpline) -> np.ndarray:
-    """Return the times at which the gears of moving links are looked at [s]."""
+    """Return the times at which the gears of moving links are looked at [s], (n,)."""
     return np.linspace(theta.start, theta.end, _FINE * theta.intervals + 1)
 
 

@@ -1,4 +1,4 @@
-"""What the drives of a robot can do, as arrays."""
+"""Limits of the drives of a robot, as arrays."""
 
 from __future__ import annotations
 

@@ -28,12 +28,12 @@ class NoCommandError(Exception):
 def keep_within(
     fit: SplineFit, limits: DriveLimits, coefficients: np.ndarray, misses: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return coefficients and misses of the best command within limits.
+    """Return coefficients and misses of the best command within limits [rad], (n,) and (nodes,).
 
     Args:
-        fit: What makes a command good.
-        limits: What it keeps to.
-        coefficients, misses: The best command without limits.
+        fit: Sum of squares of a command.
+        limits: Limits of the drive.
+        coefficients, misses: The best command without limits [rad], (n,) and (nodes,).
 
     Raises:
         NoCommandError: If there is none.
@@ -78,15 +78,15 @@ class LimitedFit:
     """A fit of a stretch whose steps keep to limits.
 
     Attributes:
-        fit: Of the stretch; what meets others is held.
-        limits: What its command keeps to.
+        fit: Fit of the stretch; what meets others is held.
+        limits: Limits of its command.
     """
 
     fit: SplineFit
     limits: DriveLimits
 
     def solve(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return coefficients and misses of the best command, from one that need not keep to limits.
+        """Return coefficients (n,) and misses (nodes,) [rad] of the best command, from any one.
 
         Raises:
             NoCommandError: If none keeps to them.
@@ -138,6 +138,6 @@ class LimitedFit:
 
 
 def _touched(rows: sparse.csr_array) -> np.ndarray:
-    """Return which rows have entries."""
+    """Return the mask of rows that have entries."""
     touched: np.ndarray = np.diff(rows.indptr) > 0
     return touched

@@ -1,4 +1,4 @@
-"""What a drive can do, and whether a command keeps to it between its rows as well."""
+"""Limits of a drive, and whether a command keeps to them between its rows as well."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _UNITS = ("rad", "rad/s", "rad/s^2")
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """What a drive can do, at all times; infinite where nothing is known.
+    """Limits of a drive, at all times; infinite where none is known.
 
     Attributes:
         joint: Number of the joint, from 1.
@@ -48,7 +48,7 @@ class DriveLimits:
     acceleration: float = np.inf
 
     def excess(self, command: UniformSpline) -> np.ndarray:
-        """Return by how much a command passes its limits, from each coefficient on [rad]."""
+        """Return by how much a command passes its limits, from each coefficient on [rad], (n,)."""
         worst = np.zeros(len(command.coefficients))
         for rows, low, high in self._each(len(worst), command.degree, command.spacing):
             points = rows @ command.coefficients[:, 0]
@@ -57,7 +57,7 @@ class DriveLimits:
         return worst
 
     def rows(self, command: UniformSpline) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
-        """Return D and what a change c of the coefficients has to keep:  low <= D c <= high [rad]."""
+        """Return D, low, high of the limits of a change c (n,):  low <= D c <= high [rad], (rows,)."""
         size = len(command.coefficients)
         each = list(self._each(size, command.degree, command.spacing))
         rows = sparse.vstack(
@@ -110,8 +110,8 @@ class DriveLimits:
 
         Args:
             link: Motion of the link, one column.
-            rows: Those of the command.
-            misses: By how much it is missed at even times [rad].
+            rows: Rows of the command.
+            misses: By how much it is missed at even times [rad], (nodes,).
 
         Raises:
             PlanningError: With what the path asks for.

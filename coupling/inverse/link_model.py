@@ -1,4 +1,4 @@
-"""What the motion of the links must meet at an instant: tool on the path, tilts in balance."""
+"""Conditions on the motion of the links at an instant: tool on the path, tilts in balance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class LinkState:
 
     Attributes:
         load: M theta'' + h - J^T w, the torque that all angles of the chain need [N m], (k, angles).
-        position, rotation: Pose of the TCP [m], (k, 3) and (k, 3, 3).
+        position, rotation: Pose of the TCP, base frame [m], (k, 3) and (k, 3, 3).
     """
 
     load: np.ndarray
@@ -32,8 +32,8 @@ class LinkDerivatives:
     """Derivatives of a `LinkState`.
 
     Attributes:
-        load: Of the loads by theta, theta', theta'', (k, 3, angles, angles).
-        jacobian: Of the TCP's position and rotation by theta, (k, 6, angles).
+        load: Derivatives of the loads by theta, theta', theta'' [N m/rad, ..], (k, 3, angles, angles).
+        jacobian: Jacobian of the TCP, base axes [m/rad, rad/rad], (k, 6, angles).
     """
 
     load: np.ndarray
@@ -54,7 +54,7 @@ class LinkModel:
         tilts: Index in theta of every tilt, (t,).
         gears: Index in theta of every elastic joint, (g,).
         gear_joint: Number of the joint of every gear, from 0, (g,).
-        tilt_stiffness, tilt_damping: [N m/rad], [N m s/rad], (t,).
+        tilt_stiffness, tilt_damping: Stiffness and damping of every tilt [N m/rad], [N m s/rad], (t,).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -76,17 +76,17 @@ class LinkModel:
         return int(self.chain.model.nv)
 
     def tilt_inertia(self, q: np.ndarray) -> np.ndarray:
-        """Return what every tilt moves at drive angles (joints,) [kg m^2], (t,)."""
+        """Return the inertia of every tilt at drive angles (joints,) [kg m^2], (t,)."""
         mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
         return mass.diagonal()[self.tilts].copy()
 
     def yielding_inertia(self, theta: np.ndarray) -> np.ndarray:
-        """Return what every gear moves while all other elastic angles yield [kg m^2], (k, gears).
+        """Return the inertia of every gear while all other elastic angles yield [kg m^2], (k, gears).
 
         1 / (M^-1)_gg of the mass matrix in the elastic coordinates.
 
         Args:
-            theta: Angles of the chain, (k, angles).
+            theta: Angles of the chain [rad], (k, angles).
         """
         elastic, gears = self.chain.elastic, self.chain.torsions
         mass = np.empty((len(theta), len(elastic), len(elastic)))
@@ -98,7 +98,7 @@ class LinkModel:
     def state(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> LinkState:
-        """Return loads and poses; all arguments (k, angles), wrench on the robot (k, 6)."""
+        """Return loads and poses; motion [rad, rad/s, rad/s^2], (k, angles), wrench [N, N m], (k, 6)."""
         placement = self.placement(theta)
         return LinkState(self.load(theta, rate, acceleration, wrench), *placement)
 
@@ -126,7 +126,7 @@ class LinkModel:
     def linearised(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> tuple[LinkState, LinkDerivatives]:
-        """Return `state` and its derivatives."""
+        """Return `state` and its derivatives; arguments in the same units, (k, angles), (k, 6)."""
         model, data, count, size = self.chain.model, self._data, len(theta), self.size
         by = np.empty((count, 3, size, size))
         load, columns = np.empty((count, size)), np.empty((count, size, 6))

@@ -1,4 +1,4 @@
-"""What the links of a robot are to do, and what comes out."""
+"""Desired motion of the links of a robot, and the result."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ DEGREE = 5
 
 @dataclass(frozen=True)
 class Weights:
-    """What counts how much; the unit of the sum of squares is a micrometre at the tool.
+    """Weights of the sum of squares; the unit of the sum of squares is a micrometre at the tool.
 
     Attributes:
-        position: Of a position error [1/m].
-        rotation: Of a rotation error [1/rad]: a tenth of a milliradian counts as a micrometre.
-        acceleration: Of the links' angular acceleration beside the rigid robot's [s^2/rad].
-        balance: Of a torque missing in a tilt, over that of what it would move the tool by against the
-            tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
+        position: Weight of a position error [1/m].
+        rotation: Weight of a rotation error [1/rad]: 0.1 mrad counts as a micrometre.
+        acceleration: Weight of the links' angular acceleration less the rigid robot's [s^2/rad].
+        balance: Weight of a torque missing in a tilt, over that of its displacement of the tool against
+            the tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
     """
 
     position: float = 1e6
@@ -38,7 +38,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class LinkTask:
-    """What the links are to do.
+    """Desired motion of the links.
 
     Attributes:
         start, spacing, intervals: Nodes of the motion: start + k spacing [s].
@@ -62,7 +62,7 @@ class LinkTask:
 
     @property
     def nodes(self) -> np.ndarray:
-        """Times of the nodes [s]."""
+        """Times of the nodes [s], (intervals + 1,)."""
         return self.start + self.spacing * np.arange(self.intervals + 1)
 
     def part(self, first: int, last: int) -> LinkTask:
@@ -109,7 +109,7 @@ class LinkMotion:
 
 
 def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
-    """Return the spline through values at the nodes, (intervals + 1, quantities).
+    """Return the spline through values at the nodes, any unit, (intervals + 1, quantities).
 
     At rest at an end that is at rest, with a linear outermost piece of its second derivative at others.
     """

@@ -52,8 +52,8 @@ class LinkProblem:
 
     Args:
         model: The robot.
-        task: What it is to do.
-        weights: What counts how much.
+        task: Desired motion.
+        weights: Weights of the sum of squares.
     """
 
     def __init__(self, model: LinkModel, task: LinkTask, weights: Weights) -> None:
@@ -64,7 +64,7 @@ class LinkProblem:
         self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
             0, model.tilts
         ]
-        # A gear that carries nothing there must not be told otherwise by what least squares leave.
+        # A gear that carries nothing there must not be moved by what least squares leave.
         self._standing = self._start() if task.begins == "rest" else None
         count, edge = task.intervals, min(_EDGE, task.intervals // 2)
         chunks = np.linspace(0, count, -(-count // _CHUNK) + 1).astype(int)
@@ -102,7 +102,7 @@ class LinkProblem:
         return theta
 
     def _start(self) -> np.ndarray:
-        """Return where a motion that begins at rest stands."""
+        """Return the angles at which a motion begins at rest."""
         task, time = self._task, self._task.nodes[:1]
         return standing(
             self._model,
@@ -130,7 +130,7 @@ class LinkProblem:
         return LinkMotion(motion, tuple(log), self.error(motion))
 
     def error(self, motion: UniformSpline) -> np.ndarray:
-        """Return the distance of the tool from its path at the nodes [m]."""
+        """Return the distance of the tool from its path at the nodes [m], (intervals + 1,)."""
         errors = []
         for points in self._groups:
             if points.place == 0.5:
@@ -141,7 +141,7 @@ class LinkProblem:
         return np.concatenate(errors)
 
     def residuals(self, motion: UniformSpline) -> np.ndarray:
-        """Return all weighted residuals, flat: half of the sum of their squares is minimised."""
+        """Return all weighted residuals [1], (rows,): half of the sum of their squares is minimised."""
         parts = []
         for points in self._groups:
             theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
@@ -151,7 +151,7 @@ class LinkProblem:
         return np.concatenate([*parts, *(end.residual(motion) for end in self._ends())])
 
     def gradient(self, motion: UniformSpline) -> np.ndarray:
-        """Return the derivative of half the sum of squares by the coefficients."""
+        """Return the derivative of half the sum of squares by the coefficients [1/rad], (n, angles)."""
         return self._normal_equations(motion)[0].gradient
 
     def _improved(self, motion: UniformSpline) -> tuple[UniformSpline, GaussNewtonStep]:
@@ -230,7 +230,7 @@ class LinkProblem:
         return squares, gradient
 
     def _ends(self) -> list[_Condition]:
-        """Return what holds at the ends of the motion.
+        """Return the conditions at the ends of the motion.
 
         A motion that begins at rest has the tilts at rest under their static loads by their equation.
         """

@@ -41,10 +41,10 @@ Simulate = Callable[[UniformSpline], RobotResponse]
 
 @dataclass(frozen=True)
 class Polish:
-    """Where and how well a command is to be improved.
+    """Improvement of a command: its observation and its goal.
 
     Attributes:
-        view: How the robot is looked at.
+        view: Observation of the robot.
         simulate: Runs a command on the moving robot, seen at the view's times.
         goal: Distance from the path that is left alone [m].
         simulations: Simulations at most.
@@ -80,7 +80,7 @@ class Polish:
         return best
 
     def costs(self, seen: RobotResponse, windows: list[Window]) -> np.ndarray:
-        """Return the weighted sum of squares of what each window watches."""
+        """Return the weighted sum of squares of what each window watches [1], (windows,)."""
         costs = []
         for window in windows:
             rows = self.view.watched.rows(window.begin, window.watched)
@@ -120,7 +120,7 @@ class _Run:
     """A command while it is improved.
 
     Args:
-        polish: Where and how well.
+        polish: Observation and goal.
         command: The command as it is.
     """
 
@@ -140,8 +140,8 @@ class _Run:
         decided on in order; one that no step makes better stays as it is.
 
         Args:
-            windows: In order, apart from each other.
-            before: Their sums of squares.
+            windows: Windows in order, apart from each other.
+            before: Their sums of squares [1], (windows,).
         """
         steps = [Step.of(self._polish.view, self.command, self.seen, window) for window in windows]
         damping = np.full(len(windows), _DAMPING)

@@ -23,10 +23,10 @@ _SMOOTH = 0.1
 
 @dataclass(frozen=True)
 class RobotResponse:
-    """What the moving robot does under a command, at evenly spaced times.
+    """Motion of the moving robot under a command, at evenly spaced times.
 
     Attributes:
-        deviation: Of the tool from its path [m], [rad], (k, 6).
+        deviation: Deviation of the tool from its path [m], [rad], (k, 6).
         deflection: Elastic coordinates [rad], (k, m).
     """
 
@@ -44,7 +44,7 @@ class ObservedTimes:
     """Times at which the tool is watched: even ones from a start.
 
     Attributes:
-        start, spacing: [s].
+        start, spacing: First time, distance of the times [s].
         count: Number of times.
     """
 
@@ -59,20 +59,20 @@ class ObservedTimes:
         return range(first, last + 1)
 
     def times(self, rows: range) -> np.ndarray:
-        """Return the times of numbers [s]."""
+        """Return the times of row numbers [s], (k,)."""
         times: np.ndarray = self.start + self.spacing * np.arange(rows.start, rows.stop)
         return times
 
 
 @dataclass(frozen=True)
 class Observation:
-    """How a robot is looked at while its command is polished.
+    """Observation of a robot while its command is polished.
 
     Attributes:
         motion: The motion about which the robot is linearised.
-        limits: What the drives can do.
+        limits: Limits of the drives.
         watched: Times at which the simulated tool is watched.
-        weights: What counts how much.
+        weights: Weights of the sum of squares.
     """
 
     motion: AlongMotion
@@ -91,7 +91,7 @@ class Window:
     """A stretch in which the command may change.
 
     Attributes:
-        begin, end: [s].
+        begin, end: First and last time [s].
         watched: Time until which the tool is watched [s].
     """
 
@@ -110,9 +110,9 @@ class Step:
 
     Attributes:
         free: Numbers of the coefficients that change.
-        hessian: (free joints, free joints).
-        gradient: (free joints,).
-        limits: What the drives can do.
+        hessian: Second derivatives [1/rad^2], (free joints, free joints).
+        gradient: First derivatives [1/rad], (free joints,).
+        limits: Limits of the drives.
         command: The command as it is.
     """
 
@@ -154,7 +154,7 @@ class Step:
         )
 
     def change(self, damping: float) -> np.ndarray:
-        """Return the change of the coefficients that lowers the model most, (free, joints)."""
+        """Return the change of the coefficients that lowers the model most [rad], (free, joints)."""
         size = len(self.gradient)
         damped = self.hessian + damping * self.hessian.diagonal().max() * np.eye(size)
         change = -np.linalg.solve(damped, self.gradient).reshape(len(self.free), -1)

@@ -1,4 +1,4 @@
-"""How the moving robot's tool answers to small changes of its command, along a known motion."""
+"""Response of the moving robot's tool to small changes of its command, along a known motion."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class AlongMotion:
     def _of_tool(
         self, command: UniformSpline, free: range, outputs: np.ndarray, pushed: np.ndarray
     ) -> np.ndarray:
-        """Return what changes of elastic coordinates (k, m, free, joints) and drives do to the tool."""
+        """Return the tool's changes by those of elastic coordinates (k, m, free, joints) and drives."""
         chain = self.model.chain
         theta = self.theta.at(outputs)
         rest = np.zeros_like(theta)

@@ -21,12 +21,11 @@ def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the torques that count as none [N m], shape of the arguments.
 
     In the backlash d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less
-    at
-    rest is free: what it does is decided by inertia, and by how the motion came there.
+    at rest is free: what it does is decided by inertia, and by how the motion came there.
 
     Args:
-        backlash: Half width B of the backlash [rad].
-        damping: d [N m s/rad].
+        backlash: Half width B of the backlash [rad], any shape.
+        damping: Damping d [N m s/rad], shape of `backlash`.
 
     Example:
         >>> no_torque(np.array([1e-4, 0.0]), np.array([1e4, 1e4]))
@@ -37,10 +36,10 @@ def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
 
 
 def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
-    """Return how often torques of poses, one behind the other, change their sign, (...).
+    """Return the number of sign changes of torques of successive poses, (...).
 
     Args:
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
         none: Torques up to this one have no sign [N m], (...).
 
     Example:
@@ -58,16 +57,16 @@ def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
 def backlash_reversals(
     spacing: float, torque: np.ndarray, backlash: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:
-    """Return how often gears pass from one flank to the other in motion, (...).
+    """Return the number of backlash reversals of gears in motion, (...).
 
     In the backlash d e' = T, and flanks are taken for stiff, so that a torque which turns its sign for a
     moment takes no gear across; 0 for gears without backlash.
 
     Args:
         spacing: Time between torques [s].
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
         backlash: Half width B of the backlash [rad], (...).
-        damping: d [N m s/rad], (...), > 0.
+        damping: Damping d [N m s/rad], (...), > 0.
 
     Example:
         >>> torque = np.repeat([5.0, -1.0, 5.0, -5.0], 10)
@@ -92,7 +91,7 @@ def margin(torque: np.ndarray) -> np.ndarray:
     gear on one flank all the way is minus that.
 
     Args:
-        torque: [N m], (k, ...).
+        torque: Torque of the gears [N m], (k, ...).
 
     Example:
         >>> margin(np.array([[3.0, -1.0], [5.0, 4.0]]))
@@ -103,13 +102,13 @@ def margin(torque: np.ndarray) -> np.ndarray:
 
 
 def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """Return how far the tool is off at rest behind a backlash reversal if the backlash is 20 % off [m].
+    """Return the error of the tool at rest behind a backlash reversal by a backlash 20 % off [m].
 
     0.2 of the whole backlash 2 B, times how far the tool moves with the gear: to compare gears and
     settings by.  In motion it is off by several times as much (`coupling.check.backlash`).
 
     Args:
-        backlash: Half width B of the backlash [rad].
+        backlash: Half width B of the backlash [rad], any shape.
         lever: Displacement of the TCP by the gear's wind_up, |J| [m/rad], the same shape.
     """
     miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever

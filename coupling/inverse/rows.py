@@ -108,22 +108,22 @@ class Layout:
 
     @cached_property
     def coefficient(self) -> np.ndarray:
-        """Place of each coefficient."""
+        """Index of each coefficient, (count + degree,)."""
         return self.stride * (1 + np.arange(self.count + self.degree))
 
     @cached_property
     def miss(self) -> np.ndarray:
-        """Place of each miss."""
+        """Index of each miss, (nodes,)."""
         return self._place(np.arange(self.nodes))
 
     @cached_property
     def block_coefficient(self) -> np.ndarray:
-        """Place in the block of interval i of coefficients i - 1 to i + degree."""
+        """Index in the block of interval i of coefficients i - 1 to i + degree, (degree + 2,)."""
         return self.stride * np.arange(self.degree + 2)
 
     @cached_property
     def block_miss(self) -> np.ndarray:
-        """Place in the block of interval i of the misses one before its first node to its last."""
+        """Index in interval i's block of the misses before its first node to its last, (parts + 2,)."""
         return self._place(np.arange(-1, self.parts + 1))
 
     def _place(self, node: np.ndarray) -> np.ndarray:
@@ -131,7 +131,7 @@ class Layout:
         return (interval + (self.degree + 3) // 2) * self.stride + 1 + part
 
     def join(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return all unknowns, (size,)."""
+        """Return all unknowns [rad], (size,)."""
         unknowns = np.zeros(self.size)
         unknowns[self.coefficient] = coefficients
         unknowns[self.miss] = misses

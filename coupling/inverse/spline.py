@@ -38,7 +38,7 @@ class UniformSpline:
     Attributes:
         start: First time [s].
         spacing: Distance of the knots [s].
-        coefficients: (intervals + degree, quantities).
+        coefficients: Coefficients of its basis, any unit, (intervals + degree, quantities).
         degree: Degree of its pieces.
 
     Example:
@@ -68,13 +68,13 @@ class UniformSpline:
         return self.start + self.spacing * np.arange(self.intervals + 1)
 
     def place(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the number of each time's interval, and the part of it that lies before."""
+        """Return the number of each time's interval, and the part of it that lies before, (k,) each."""
         u = (times - self.start) / self.spacing
         first = np.clip(np.floor(u).astype(int), 0, self.intervals - 1)
         return first, u - first
 
     def at(self, times: np.ndarray, order: int = 0) -> np.ndarray:
-        """Return values or derivatives at times (k,), (k, quantities)."""
+        """Return values or derivatives at times (k,) [s], (k, quantities)."""
         first, part = self.place(times)
         weights = stencil(part, self.degree, order) / self.spacing**order
         rows = self.coefficients[first[:, None] + np.arange(self.degree + 1)]

@@ -19,9 +19,9 @@ def standing(
     Args:
         model: The robot.
         q: Angles of the rigid robot that has its tool there [rad], (joints,).
-        position: Of the TCP [m], (3,).
+        position: Position of the TCP [m], (3,).
         rotation: base_from_tool.
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
     """
     theta = model.chain.theta(q[None])
     rest, load = np.zeros_like(theta), wrench[None]

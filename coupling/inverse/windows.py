@@ -34,9 +34,9 @@ def solve_links(
 
     Args:
         model: The robot.
-        task: What the links are to do.
-        weights: What counts how much.
-        progress: Told how many intervals of all are done.
+        task: Desired motion of the links.
+        weights: Weights of the sum of squares.
+        progress: Function called with the numbers of intervals done and of all.
         window: Intervals that are solved at once.
     """
     weights = weights or Weights()

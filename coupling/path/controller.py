@@ -1,4 +1,4 @@
-"""What a robot's controller takes: rows on its cycle."""
+"""Commands of a robot's controller: rows on its cycle."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Controller:
-    """What a robot's controller takes.
+    """Commands that a robot's controller takes.
 
     Attributes:
         cycle: Time from row to row [s], > 0.
-        interpolation: How it moves between rows. "cubic": rows are angles alone, the motion is the C2
+        interpolation: Motion between rows. "cubic": rows are angles alone, the motion is the C2
             cubic spline through them with zero rate at both ends. "quintic": rows have rates and
             accelerations as well, the motion is the quintic Hermite spline.
         max_acceleration: Highest acceleration that it allows any joint [rad/s^2]; None: the robot's own.
@@ -47,7 +47,7 @@ class Controller:
             )
 
     def rows(self, start: float, end: float) -> np.ndarray:
-        """Return times start, start + cycle, ... up to the first that is not before `end` [s]."""
+        """Return times start, start + cycle, ... up to the first that is not before `end` [s], (n,)."""
         cycles = int(np.ceil((end - start) / self.cycle * (1.0 - _ROUNDING)))
         times = start + self.cycle * np.arange(max(cycles, 1) + 1)
         times[-1] = max(times[-1], end)  # rounding must not leave the end uncovered
@@ -65,7 +65,7 @@ def on_cycle(joints: JointPath, controller: Controller) -> JointPath:
 
     Args:
         joints: Angles at samples; rates and accelerations are not looked at.
-        controller: What the rows are for.
+        controller: Controller that takes the rows.
     """
     rows = controller.rows(joints.time[0], joints.time[-1])
     splines = [CubicSpline(joints.time, q, bc_type="clamped") for q in joints.q]

@@ -1,4 +1,4 @@
-"""How far actual tool paths are from the desired ones, and the tools of a cell from each other."""
+"""Deviations of actual tool paths from the desired ones, and of the tools of a cell."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Deviation:
             one over time.
         normal_maximum: Largest deviation across the direction of travel.
         tangential_maximum: Largest deviation along it: the tool is early or late.
-        time_of_maximum: [s].
+        time_of_maximum: Time of it [s].
         maximum_less_constant, rms_less_constant: The same distances once the mean deviation over time, a
             vector in the axes of the path, is taken off: what a shift of the part or of the path leaves;
             NaN in a run of an earlier version.
@@ -61,7 +61,7 @@ def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Devia
 
 
 def shares_of_time(time: np.ndarray) -> np.ndarray:
-    """Return what each sample counts in a mean over time, by the trapezoidal rule, (n,); their sum is 1.
+    """Return the weights of samples in a mean over time, by the trapezoidal rule, (n,); their sum is 1.
 
     Args:
         time: Rising, at any distances [s], (n,).
@@ -81,8 +81,8 @@ def less_constant(time: np.ndarray, difference: np.ndarray) -> np.ndarray:
     """Return deviations less their mean over time.
 
     Args:
-        time: Rising [s], (n,).
-        difference: (n, k).
+        time: Rising times [s], (n,).
+        difference: Differences, any unit, (n, k).
 
     Example:
         >>> less_constant(np.array([0.0, 1.0, 4.0]), np.array([[0.0], [0.0], [8.0]])).ravel()
@@ -96,8 +96,8 @@ def root_mean_square(time: np.ndarray, distance: np.ndarray) -> float:
     """Return the root of the mean square over time.
 
     Args:
-        time: Rising [s], (n,).
-        distance: (n,).
+        time: Rising times [s], (n,).
+        distance: Distances, any unit, (n,).
     """
     return float(np.sqrt(shares_of_time(time) @ distance**2))
 
@@ -115,7 +115,7 @@ class ToolGap:
     """Gap between the surfaces of forming and supporting tool, across the sheet, over time.
 
     Attributes:
-        time: [s], (n,).
+        time: Times [s], (n,).
         commanded: Gap that the command asks for [m].
         before, after: Widening of the gap, before and after compensation [m], (n,).
     """

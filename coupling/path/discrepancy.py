@@ -1,6 +1,6 @@
-"""What a measured robot's tool does beyond its model along one path: the model discrepancy.
+"""Model discrepancy: the measured deviation of a robot's tool beyond its model along one path.
 
-It is a function of time, told along the path and at the feed that it was measured at, and it is added to
+It is a function of time, along the path and at the feed that it was measured at, and it is added to
 what the model does: a part of hysteresis, gear errors and heat that comes again with every pass.
 """
 
@@ -29,7 +29,7 @@ _SAME_END = 1e-3
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """What the real tool does beyond the model's, over time along one path.
+    """Deviation of the real tool from the model's, over time along one path.
 
     Attributes:
         time: Rising, from the path's start to its end [s], (k,).
@@ -86,16 +86,16 @@ class Discrepancy:
         return Discrepancy(self.time, frame.points(self.position), frame.turned(self.deviation))
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return it at given times, (n, 6); beyond its ends it holds its last value."""
+        """Return it at times (n,) [m, rad], (n, 6); beyond its ends it holds its last value."""
         values: np.ndarray = self._between(np.clip(time, self.time[0], self.time[-1]))
         return values
 
     def real(self, path: ToolPath) -> ToolPath:
-        """Return where the real tool is while the model's is on `path`, of one tool."""
+        """Return the real tool's path for the model's path, of one tool."""
         return path.displaced(self.at(path.time))
 
     def model(self, path: ToolPath) -> ToolPath:
-        """Return where the model's tool has to be for the real one to be on `path`, of one tool."""
+        """Return the model's path for which the real tool is on `path`, of one tool."""
         turned = self.at(path.time)
         return path.displaced(-turned)
 

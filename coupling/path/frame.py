@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a frame is in another one; a name says both, as `base_from_part`, the part's in the base.
+    """Pose of a frame in another one; a name says both, as `base_from_part`, the part's in the base.
 
     Attributes:
         position: Its origin in the other one [m], (3,).
@@ -30,7 +30,7 @@ class Frame:
 
     @classmethod
     def of_rpy(cls, position: Sequence[float], rpy: Sequence[float] | np.ndarray) -> Frame:
-        """Return the frame of a position and roll, pitch, yaw [rad]: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Return the frame of a position [m] and roll, pitch, yaw [rad], (3,): R = Rz Ry Rx of these."""
         return cls(np.array(position), Rotation.from_euler("xyz", rpy))
 
     @classmethod
@@ -43,8 +43,8 @@ class Frame:
         """Return the frame whose points are nearest to others, in the sum of squares (Kabsch's method).
 
         Args:
-            points: Told in it [m], (n, 3); of a single one its axes are those of the other frame.
-            others: The same points told in the other frame, (n, 3).
+            points: Coordinates in it [m], (n, 3); of a single one its axes are those of the other frame.
+            others: Coordinates of the same points in the other frame [m], (n, 3).
         """
         rotation, middle, there = Rotation.identity(), points.mean(axis=0), others.mean(axis=0)
         if len(points) > 1:
@@ -76,9 +76,9 @@ class Frame:
         return Frame(self.position, self.rotation.inv()).turned(points - self.position)
 
     def turned(self, vectors: np.ndarray) -> np.ndarray:
-        """Return directions of this frame in the other's axes, both (..., 3).
+        """Return vectors of any unit in this frame's axes in those of the other, both (..., 3).
 
-        Wrenches, twists and small displacements, (..., 6), keep the point that they are told at.
+        Wrenches, twists and small displacements, (..., 6), keep their reference point.
         """
         found: np.ndarray = self.rotation.apply(np.reshape(vectors, (-1, 3)))
         return found.reshape(np.shape(vectors))

@@ -21,7 +21,7 @@ _POSE, _WRENCH = 7, 6  # columns
 
 
 def require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
-    """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,).
+    """Raise a ValueError unless values (n, k) of any unit are finite and times (n,) [s] rise.
 
     Where there may be jumps a time may stand twice.
     """
@@ -79,8 +79,8 @@ class ToolPath:
     """Poses of the TCPs over time, in the base frame of the first robot.
 
     Attributes:
-        time: Rising [s], (n,).
-        pose: x, y, z, qx, qy, qz, qw, (tools, n, 7); that of one tool may be given as (n, 7).
+        time: Rising times [s], (n,).
+        pose: Position x, y, z [m] and quaternion qx, qy, qz, qw, (tools, n, 7), or (n, 7) of one tool.
 
     Raises:
         ValueError: If sizes do not agree, time does not rise or a value is not finite.
@@ -110,7 +110,7 @@ class ToolPath:
         return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
 
     def at_rows(self, rows: np.ndarray) -> ToolPath:
-        """Return the path at some of its times, by their row numbers."""
+        """Return the path at the times of these row numbers, (k,)."""
         return ToolPath(self.time[rows], self.pose[:, rows])
 
     @property
@@ -151,7 +151,7 @@ class ToolPath:
         """Return the path that deviates from this one.
 
         Args:
-            deviation: As `deviation_from` gives it, or what broadcasts to (tools, n, 6).
+            deviation: Deviation as of `deviation_from` [m, rad], broadcast to (tools, n, 6).
         """
         by_tool = deviation + np.zeros((*self.pose.shape[:2], 6))
         tools = zip(self.position, self.rotations, by_tool, strict=True)
@@ -170,9 +170,9 @@ class JointPath:
     through them with zero rate at both ends, as the FMU's `trajectory` is.
 
     Attributes:
-        time: Rising [s], (n,).
+        time: Rising times [s], (n,).
         q: Angles of every robot [rad], (n, joints) each.
-        qd, qdd: Rates [rad/s] and accelerations [rad/s^2] of every robot; both empty for angles alone.
+        qd, qdd: Rates [rad/s], accelerations [rad/s^2], (n, joints) each; both empty for angles alone.
 
     Raises:
         ValueError: As for ToolPath, or if only one of rates and accelerations is given.
@@ -222,7 +222,7 @@ class JointPath:
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """Columns q1.., and qd1.., qdd1.. where there are rates, of the first robot, by name."""
+        """Columns q1.. [rad] and, if any, qd1.., qdd1.. of the first robot, by name, (n,) each."""
         blocks = {"q": self.q, "qd": self.qd, "qdd": self.qdd}
         return {
             f"{name}{i + 1}": values[0][:, i]
@@ -240,7 +240,7 @@ class WrenchHistory:
     from the wrench before it to the one behind it; the first row acts in initialisation.
 
     Attributes:
-        time: [s], (n,), rising, but for jumps.
+        time: Times [s], (n,), rising, but for jumps.
         wrench: fx, fy, fz [N], mx, my, mz [N m], (tools, n, 6); that on one tool may be given as (n, 6).
         spring: Springs that act on the tools beside it, at its `instants`, which stand for what the
             wrench would be with the tools elsewhere; None for a wrench that does not ask where they are.
@@ -265,7 +265,7 @@ class WrenchHistory:
 
     @classmethod
     def none(cls, time: np.ndarray, tools: int = 1) -> WrenchHistory:
-        """Return no load at all."""
+        """Return a wrench of zero at times (n,) [s]."""
         return cls(time, np.zeros((tools, len(time), _WRENCH)))
 
     @classmethod
@@ -309,17 +309,17 @@ class WrenchHistory:
 
     @property
     def jumps(self) -> np.ndarray:
-        """Times at which the wrenches may jump [s]."""
+        """Times at which the wrenches may jump [s], (j,)."""
         return self.time[1:][np.diff(self.time) == 0.0]
 
     @property
     def before(self) -> np.ndarray:
-        """Wrenches just before the instants, (tools, k, 6)."""
+        """Wrenches just before the instants [N, N m], (tools, k, 6)."""
         return self.wrench[:, self._first]
 
     @property
     def behind(self) -> np.ndarray:
-        """Wrenches just behind the instants, (tools, k, 6)."""
+        """Wrenches just behind the instants [N, N m], (tools, k, 6)."""
         return self.wrench[:, np.append(self.time[1:] != self.time[:-1], True)]
 
     @property
@@ -364,7 +364,7 @@ class WrenchHistory:
         return WrenchHistory(rows, wrench, spring)
 
     def until(self, end: float) -> WrenchHistory:
-        """Return what acts up to a time, which is one of the instants."""
+        """Return the history up to a time, which is one of the instants."""
         rows, instants = self.time <= end, self.instants <= end
         spring = self.spring
         if spring is not None:
@@ -387,7 +387,7 @@ class WrenchHistory:
         return replace(self, wrench=wrench)
 
     def on(self, path: ToolPath) -> WrenchHistory:
-        """Return the same loads, told by what acts where the tools take a path.
+        """Return the same loads, as wrenches on tools that take a path.
 
         Their springs then pull to that path, and carry nothing on it.
 

@@ -27,8 +27,8 @@ def spline_through(time: np.ndarray, values: np.ndarray, at_rest: Rest) -> BSpli
     zero; at others they are those of the spline that knows nothing of the end ("not a knot").
 
     Args:
-        time: Rising [s], (n,), n >= 2.
-        values: (n, k).
+        time: Rising times [s], (n,), n >= 2.
+        values: Values, any unit, (n, k).
         at_rest: Whether the motion begins and ends at rest.
     """
     steps = np.diff(time)
@@ -78,11 +78,11 @@ class InterpolatedPath:
         return values
 
     def rotation(self, time: np.ndarray) -> Rotation:
-        """Return rotations base_from_tool."""
+        """Return rotations base_from_tool at times (k,) [s]."""
         return self._rotation(time)
 
     def at(self, time: np.ndarray) -> ToolPath:
-        """Return the path at given times, (k,)."""
+        """Return the path at times (k,) [s]."""
         return ToolPath(time, poses(self.position(time), self.rotation(time)))
 
     @cached_property
@@ -94,8 +94,8 @@ def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times with each step divided evenly into ones not longer, and the rows of the given times.
 
     Args:
-        time: Rising [s], (n,).
-        longest: [s].
+        time: Rising times [s], (n,).
+        longest: Longest step [s].
 
     Example:
         >>> divided(np.array([0.0, 0.5, 2.5]), 1.0)
@@ -103,18 +103,18 @@ def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
     """
     parts = np.maximum(np.ceil(np.diff(time) / longest - 1e-9).astype(int), 1)
     rows = np.concatenate([[0], np.cumsum(parts)])
-    told = np.interp(np.arange(rows[-1] + 1), rows, time)
-    told[rows] = time
-    return told, rows
+    fine = np.interp(np.arange(rows[-1] + 1), rows, time)
+    fine[rows] = time
+    return fine, rows
 
 
 @dataclass(frozen=True)
 class SampledPath:
-    """Paths of all tools, told at shorter steps than a process is asked at.
+    """Paths of all tools, at shorter steps than the process is evaluated at.
 
     Attributes:
         path: The paths.
-        asked: Rows of them at which a process is asked, (k,).
+        asked: Row numbers at which a process is evaluated, (k,).
     """
 
     path: ToolPath
@@ -122,12 +122,12 @@ class SampledPath:
 
     @classmethod
     def of(cls, path: ToolPath) -> SampledPath:
-        """Return paths along which a process is asked at every row."""
+        """Return paths along which a process is evaluated at every row."""
         return cls(path, np.arange(len(path.time)))
 
     @property
     def samples(self) -> ToolPath:
-        """The paths where the process is asked."""
+        """The paths where the process is evaluated."""
         return self.path.at_rows(self.asked)
 
     def refined(self, longest: float) -> SampledPath:

@@ -9,9 +9,9 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
     """Return rows at other times; beyond the ends the end values hold.
 
     Args:
-        at: Times, or arc lengths, that are asked for, (k,).
-        time: Those of the rows, rising, (n,).
-        values: The rows, n of them along an axis.
+        at: Times [s] or arc lengths [m] to interpolate at, (k,).
+        time: Rising times of the rows [s], (n,).
+        values: The rows, any unit and shape, n of them along an axis.
         axis: That axis, which is k long in what is returned.
 
     Example:

@@ -19,10 +19,10 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     Second-order Butterworth, forwards and backwards.
 
     Args:
-        time: Rising [s], (n,); the filter works on even times as near as the nearest of these, straight
-            pieces in between.
-        values: (n, k).
-        cutoff: [Hz]; nothing is taken off where samples are too far apart for it.
+        time: Rising times [s], (n,); the filter works on even times as near as the nearest of these,
+            straight pieces in between.
+        values: Values, any unit, (n, k).
+        cutoff: Cutoff frequency [Hz]; nothing is taken off where samples are too far apart for it.
     """
     duration, steps = float(time[-1] - time[0]), np.diff(time)
     count = min(round(duration / steps.min()), _MOST_EVEN * len(steps))
@@ -32,8 +32,8 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
         return values
     sections = butter(2, cutoff, fs=rate, output="sos")
     padding = min(count, int(3.0 * rate / cutoff))
-    told = interpolated(even, time, values)
-    filtered = sosfiltfilt(sections, told, axis=0, padtype="even", padlen=padding)
+    resampled = interpolated(even, time, values)
+    filtered = sosfiltfilt(sections, resampled, axis=0, padtype="even", padlen=padding)
     return interpolated(time, even, filtered)
 
 
@@ -43,7 +43,7 @@ def noise_share(cutoff: float, fastest: float) -> float:
     Its gain is 1 / (1 + (f / cutoff)^4), forwards and backwards together.
 
     Args:
-        cutoff: [Hz].
+        cutoff: Cutoff frequency [Hz].
         fastest: Half the rate of the samples, up to which the noise is white [Hz].
     """
     return min(_BAND * cutoff / fastest, 1.0)

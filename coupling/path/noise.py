@@ -1,4 +1,4 @@
-"""How noisy a sampled history is, whatever its smooth course."""
+"""Level of the noise of a sampled history, whatever its smooth course."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def noise_level(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     none.
 
     Args:
-        time: Rising [s], (n,).
+        time: Rising times [s], (n,).
         values: (n,) or (n, k), in any unit.
 
     Returns:
         The standard deviation of each column, in the unit of `values`, (k,) or (); 0 of fewer than four
-        samples, which tell nothing.
+        samples, of which nothing can be said.
 
     Example:
         >>> time = np.linspace(0.0, 10.0, 2001)

@@ -1,4 +1,4 @@
-"""What a process leaves to look at: a surface with fields on it, kept as VTK."""
+"""Surface of a workpiece with fields on it, kept as VTK."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Workpiece:
 
     Attributes:
         points: Points in the part frame [m], (n, 3).
-        cells: Corners, (m, 3) or (m, 4).
+        cells: Numbers of the corners, (m, 3) or (m, 4).
         point_fields: Name with unit -> values at the points, (n,).
         cell_fields: Name with unit -> values in the cells, (m,).
 

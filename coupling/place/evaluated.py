@@ -1,4 +1,4 @@
-"""The best settings as case files, and what they come to along the whole path."""
+"""The best settings as case files, and their figures along the whole path."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class EvaluatedSetting:
     Attributes:
         setting: By `NAMES` [m], [rad], (8,).
         content: Text of its case file.
-        figures: What it comes to, at the strongest places of the path; margins those of `gears`, too.
-        cost: Of the goal [m].
-        gears: What its gears go through.
+        figures: Its figures at the strongest places of the path; margins those of `gears`, too.
+        cost: Cost of the objective [m].
+        gears: Diagnoses of its gears.
     """
 
     setting: np.ndarray
@@ -45,13 +45,13 @@ class EvaluatedSetting:
 
 
 def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> EvaluatedSetting:
-    """Return what a setting comes to along the whole path, planned as any case is.
+    """Return a setting with its figures along the whole path, planned as any case is.
 
     The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
 
     Args:
-        placing: What is placed.
-        setting: By `NAMES`, (8,).
+        placing: The case that is placed.
+        setting: By `NAMES` [m], [rad], (8,).
         process_of: Function that gives the process of a case.
 
     Raises:
@@ -74,7 +74,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
     wrench = turned_wrench(case.task.part.rotation, placing.wrench)
     if np.any(setting[_TOOL] != placing.present[_TOOL]):
         wrench = process_of(case).evaluate(case.desired).wrench
-    # The same motion, but for rounding: its process is asked at the same times.
+    # The same motion, but for rounding: its process is evaluated at the same times.
     wrench = wrench.refined(case.desired.time)
     stations = stations_along(case.untilted, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])

@@ -24,7 +24,7 @@ class MovedPath:
 
     Args:
         placed: The settings.
-        sphere_radius: Of the tool's end [m].
+        sphere_radius: Radius of the tool's end [m].
         stations: The places.
     """
 
@@ -35,7 +35,7 @@ class MovedPath:
         self._one = self._held(0) if keep else None
 
     def targets(self, places: np.ndarray, settings: np.ndarray) -> Targets:
-        """Return the poses of the tool at some places in some settings."""
+        """Return the poses of the tool at places (p,) in settings (s,), numbers of both."""
         origin = self._placed.position[settings].T[:, None]
         position = origin + _turned(self._part[settings], self._stations.position[places])
         held = [self._one or self._held(place) for place in places]
@@ -44,7 +44,7 @@ class MovedPath:
         return Targets(position.reshape(3, -1), columns, shift)
 
     def motion(self, places: np.ndarray, settings: np.ndarray) -> TipMotion:
-        """Return how the tool moves there."""
+        """Return the tool's motion at places (p,) in settings (s,), numbers of both."""
         own, part = self._stations, self._part[settings]
         axes = own.axes[places].as_matrix()
 
@@ -69,13 +69,13 @@ class MovedPath:
         )
 
     def wrench(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
-        """Return the wrench on the tool, which turns with the part, (6, batch)."""
+        """Return the wrench on the tool, base axes [N, N m], (6, batch): it turns with the part."""
         force, moment = np.split(self._stations.wrench[places], 2, axis=1)
         part = self._part[settings]
         return np.concatenate([_turned(part, v).reshape(3, -1) for v in (force, moment)])
 
     def gravity(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
-        """Return gravity, (3, batch)."""
+        """Return gravity, base axes [m/s^2], (3, batch)."""
         return np.tile(self._placed.gravity[settings].T, len(places))
 
     def _held(self, place: int) -> tuple[Columns, np.ndarray]:
@@ -102,8 +102,8 @@ def waves_of(poses: np.ndarray, near: float) -> list[Wave]:
     The middle one first, then all that are near places before them; where none is, the nearest one.
 
     Args:
-        poses: Where they are and how the tool is held there, as lengths [m], (k, d).
-        near: How far a place may be from the one that it is solved from [m].
+        poses: Positions and orientations of the tool, as lengths [m], (k, d).
+        near: Largest distance of a place from the one that it is solved from [m].
     """
     first = int(np.argmin(np.linalg.norm(poses - poses.mean(axis=0), axis=1)))
     group = np.array([first])

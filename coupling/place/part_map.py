@@ -1,4 +1,4 @@
-"""Maps over the part's position: what each place of it comes to, with tool and base held as they are."""
+"""Maps over the part's position, with tool and base held as they are."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _PLANES = (("x", "z"), ("x", "y"), ("y", "z"))
 
 @dataclass(frozen=True)
 class PartMap:
-    """What the places of the part in a plane come to.
+    """Figures of the part's positions in a plane.
 
     Attributes:
-        name: Whose tool and base: "present" or "best".
+        name: Name of the setting of tool and base: "present" or "best".
         across, up: Names of the axes.
         first, second: Their values [m], (a,) and (b,).
         moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
-        exposure: What backlashes that are 20 % off may do at rest [m], (b, a); NaN there as well.
+        exposure: Error of the tool at rest by backlashes 20 % off [m], (b, a); NaN there as well.
         changing: Number of gears with backlash whose torque changes sign, (b, a).
     """
 
@@ -50,12 +50,12 @@ def part_maps(
     """Return maps through a setting, in planes in which the part is free, two at most.
 
     Args:
-        sight: Looks at settings.
-        ranges: What is free.
-        goal: What is to be small.
+        sight: Screen of settings.
+        ranges: Ranges of the settings.
+        goal: Objective and constraints.
         name: Name of the setting.
-        setting: The setting, (8,).
-        points: Points of a map that are about as many as it is worth.
+        setting: The setting by `NAMES` [m], [rad], (8,).
+        points: About the number of points of a map.
     """
     longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))
     free = {NAMES[k] for k in ranges.free} & set(LENGTHS)

@@ -27,7 +27,7 @@ class CasePlacement:
     """The best settings of a case.
 
     Attributes:
-        placing: What was placed.
+        placing: The case that was placed.
         stations: Places of the path that many settings were looked at.
         looked_at: Number of settings looked at.
         refused: Number of those of the first look that were refused, by reason.
@@ -51,9 +51,9 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     """Return the best settings of a case.
 
     Args:
-        placing: What is to be placed.
+        placing: The case to be placed.
         process_of: Function that gives the process of a case.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
@@ -62,18 +62,18 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     durations: dict[str, float] = {}
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
 
-    def telling(what: str) -> Callable[[int, int], None]:
+    def reported(what: str) -> Callable[[int, int], None]:
         return lambda done, total: watch(Progress(what, done, total))
 
     with _timed("selection", durations):
         watch(Progress("choosing places of the path", 0, 1))
         sight = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
-        told = telling("looking at settings")
-        found = filled(sight, ranges, goal, table.settings, table.seed, told)
+        report = reported("looking at settings")
+        found = filled(sight, ranges, goal, table.settings, table.seed, report)
     with _timed("last steps", durations):
-        told = telling("refining the best of them")
-        found = refined(sight, goal, ranges, found, table.seed, told)
+        report = reported("refining the best of them")
+        found = refined(sight, goal, ranges, found, table.seed, report)
     if len(found.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
         raise PlanningError(
@@ -107,10 +107,10 @@ def best_of(
     """Return the best settings that the robot can follow its path in, as many as are asked for.
 
     Args:
-        placing: What is placed.
-        settings: The best first, (n, 8).
+        placing: The case that is placed.
+        settings: Settings by `NAMES` [m], [rad], the best first, (n, 8).
         process_of: Function that gives the process of a case.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If there is none.

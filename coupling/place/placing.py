@@ -1,4 +1,4 @@
-"""A case to be placed: what is free in it, what its path asks, and its case file in another setting."""
+"""A case to be placed: its free settings, its path's places, and its case file in another setting."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Placing:
         case: The case.
         robot: Its robot as its file describes it.
         backlash: Half width of the backlash of its gears [rad], (gears,).
-        cell: What all settings have in common.
+        cell: What all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (8,).
-        ranges: What is free.
-        wrench: What its process answers to its desired path, part axes.
+        ranges: Ranges of the settings.
+        wrench: Response of its process to its desired path, part axes.
         stations: All places of that path.
-        goal: What is to be small.
+        goal: Objective and constraints.
     """
 
     case: Case
@@ -58,7 +58,7 @@ class Placing:
     goal: PlaceObjective
 
     def screen(self, stations: Stations) -> Screen:
-        """Return what looks at settings at some places of the path."""
+        """Return the screen of settings at some places of the path."""
         return Screen(self.robot, self.backlash, self.case.robots[0].home, self.cell, stations)
 
     def content(self, setting: np.ndarray, home: np.ndarray) -> dict[str, Any]:
@@ -81,7 +81,7 @@ class Placing:
 
 
 def setting_keys(setting: np.ndarray) -> dict[str, float]:
-    """Return a setting by the keys of [place], [m] and [deg].
+    """Return a setting by `NAMES` [m], [rad], (8,), by the keys of [place], [m] and [deg].
 
     Example:
         >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0]))["lead_deg"]
@@ -114,15 +114,15 @@ def require_one_robot(case: Case) -> None:
 
 
 def placing(case: Case, process: Process, objective: Objective | None = None) -> Placing:
-    """Return what there is to place of a case, with one evaluation of its process.
+    """Return a case as it is to be placed, with one evaluation of its process.
 
     Args:
         case: The case.
         process: Its process.
-        objective: In place of the case's own.
+        objective: Objective in place of the case's own.
 
     Raises:
-        CaseError: If nothing is free, or its gears have no backlash that could be kept out of the way.
+        CaseError: If nothing is free, or the objective is backlash and its gears have none.
         ProcessError: If the process has no answer.
     """
     require_one_robot(case)
@@ -137,9 +137,9 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         )
     wanted = objective or table.optimise
     backlash = MovingRobot(placed.description, placed.torque_curve).backlash
-    if wanted == "flanks" and not backlash.any():
+    if wanted == "backlash" and not backlash.any():
         raise CaseError(
-            f"{case.name}: expected gears with backlash to optimise their flanks, got"
+            f"{case.name}: expected gears with backlash to optimise, got"
             f" {robot.name} without any: optimise stiffness"
         )
     gravity = np.array(robot.gravity)
@@ -147,13 +147,13 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         np.deg2rad(resolved[table_name][key])
         for table_name, key in (("robot", "base_rpy_deg"), ("part", "rpy_deg"))
     )
-    radius, upright_lean = 0.5 * (diameter or 0.0), np.deg2rad(case.tool_path.upright_lean_deg)
-    cell = CellLayout(part_rpy, base_rpy, radius, float(upright_lean), gravity)
+    radius, untilted_lean = 0.5 * (diameter or 0.0), np.deg2rad(case.tool_path.untilted_lean_deg)
+    cell = CellLayout(part_rpy, base_rpy, radius, float(untilted_lean), gravity)
     wrench = process.evaluate(case.desired).wrench
     stations = stations_along(case.untilted, radius, wrench)
     in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
     demands = PlaceDemands(
-        float(np.deg2rad(table.joint_margin_deg)), table.least_regularity, table.clear_share
+        float(np.deg2rad(table.joint_margin_deg)), table.least_conditioning, table.clear_share
     )
     goal = PlaceObjective(wanted, demands, bool(np.any(stations.wrench)))
     return Placing(case, robot, backlash, cell, present, ranges, in_part, stations, goal)
@@ -177,12 +177,12 @@ def _present(resolved: Mapping[str, Any]) -> np.ndarray:
 
 
 def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
-    """Return what is free, as the case says or by default."""
+    """Return the ranges of settings, as the case says or by default."""
     low, high = present.copy(), present.copy()
-    upright = case.tool_path.upright_lean_deg
+    untilted = case.tool_path.untilted_lean_deg
     tilts = {
         "lead": [-_TILTED, _TILTED],
-        "lean": [upright - _TILTED, min(upright + _TILTED, _MOST)],
+        "lean": [untilted - _TILTED, min(untilted + _TILTED, _MOST)],
     }
     for k, name in enumerate(NAMES):
         length = name in LENGTHS
@@ -193,7 +193,7 @@ def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
             given = tilts.get(name)
         if given is not None:
             low[k], high[k] = given if length else np.deg2rad(given)
-    least = np.deg2rad(upright - _MOST)
+    least = np.deg2rad(untilted - _MOST)
     if low[NAMES.index("lean")] < least:
         raise CaseError(
             f"{case.name}: place: lean_deg: expected at least {np.rad2deg(least):g} from the wall's"

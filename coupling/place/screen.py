@@ -1,4 +1,4 @@
-"""What thousands of settings come to: reach, stiffness under the process, flanks of the gears."""
+"""Figures of thousands of settings: reach, stiffness under the process, torques of the gears."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from elastic_robot.parameters import Parameters
 
 # Settings computed at once: their arrays stay in the processor's cache.
 _AT_ONCE = 2048
-# How far a place may be from the one that it is solved from, as `Stations.poses` tells it [m].
+# Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
 _NEAR = 0.1
 # Passes from one place of a path to the next.
 _PASSES = 12
@@ -28,24 +28,23 @@ _PASSES = 12
 
 @dataclass(frozen=True)
 class ScreenFigures:
-    """What n settings come to, at the worst of the places looked at.
+    """Figures of n settings, each at the worst of the places looked at.
 
     Attributes:
-        reached: Whether the tool reaches all places, (n,).
+        reached: Mask of settings in which the tool reaches all places, (n,).
         limit_margin: Distance of the joints from their limits [rad], (n,); infinite without limits.
-        regularity: Distance from singular postures, `FollowingRobot.regularity`, (n,).
-        rate_share: Rate of a joint over its limit, (n,); 0 without limits.
+        conditioning: Smallest conditioning, `FollowingRobot.conditioning` [1], (n,).
+        rate_share: Largest rate of a joint over its limit [1], (n,); 0 without limits.
         deviation: Displacement of the TCP by the process's wrench [m], (n,).
-        compliance: Of the TCP in its softest direction [m/N], (n,).
-        margin: By how much the torque of each gear stays clear of zero, `flanks.margin` [N m], (n, g).
-        swing: From its lowest to its highest torque [N m], (n, g).
-        miss: What a backlash 20 % off would miss at rest at the tool, `flanks.backlash_miss` [m],
-            (n, g).
+        compliance: Compliance of the TCP in its softest direction [m/N], (n,).
+        margin: Distance of the torque of each gear from zero, `reversals.margin` [N m], (n, g).
+        swing: Range of each gear's torque [N m], (n, g).
+        miss: Error of the tool at rest by a backlash 20 % off, `reversals.backlash_miss` [m], (n, g).
     """
 
     reached: np.ndarray
     limit_margin: np.ndarray
-    regularity: np.ndarray
+    conditioning: np.ndarray
     rate_share: np.ndarray
     deviation: np.ndarray
     compliance: np.ndarray
@@ -57,7 +56,7 @@ class ScreenFigures:
         return len(self.reached)
 
     def chosen(self, rows: np.ndarray) -> ScreenFigures:
-        """Return those of some settings."""
+        """Return the figures of the settings of these numbers, (k,)."""
         return ScreenFigures(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
@@ -78,7 +77,7 @@ class Batch:
         rate: Joint rates [rad/s], (k, joints, n).
         torque: Torque that the links need of the gears, with inertia [N m], (k, gears, n).
         lever: Displacement of the TCP by their wind-up [m/rad], (k, gears, n).
-        deviation, compliance, regularity: As in `ScreenFigures`, (k, n).
+        deviation, compliance, conditioning: As of `ScreenFigures` [m], [m/N], [1], (k, n).
     """
 
     q: np.ndarray
@@ -87,16 +86,16 @@ class Batch:
     lever: np.ndarray
     deviation: np.ndarray
     compliance: np.ndarray
-    regularity: np.ndarray
+    conditioning: np.ndarray
 
     @classmethod
     def unknown(cls, places: int, joints: int, gears: int, settings: int) -> Batch:
-        """Return a batch of which nothing is known."""
+        """Return a batch of NaN."""
         rows = ((places, joints, settings),) * 2 + ((places, gears, settings),) * 2
         return cls(*(np.full(shape, np.nan) for shape in rows + ((places, settings),) * 3))
 
     def put(self, places: np.ndarray, settings: np.ndarray, values: Batch) -> None:
-        """Note what is found at some places in some settings, places times settings."""
+        """Write values at places (p,) in settings (s,), numbers of both; the values as (.., p s)."""
         at = places[:, None], settings[None]
         for field in fields(self):
             kept, value = getattr(self, field.name), getattr(values, field.name)
@@ -108,19 +107,19 @@ class Batch:
                 )
 
     def forget(self, settings: np.ndarray) -> None:
-        """Forget what is known of settings."""
+        """Set all values of the settings of these numbers, (s,), to NaN."""
         for field in fields(self):
             getattr(self, field.name)[..., settings] = np.nan
 
 
 class Screen:
-    """Looks at many settings of one robot with one path.
+    """Computes figures of many settings of one robot with one path.
 
     Args:
         robot: The robot as its file describes it.
         backlash: Half width of the backlash of its gears [rad], (gears,).
         home: Joint angles from which the tool is led to the part [rad], (joints,).
-        cell: What all settings have in common.
+        cell: What all settings share.
         stations: Places of the path to look at.
 
     Attributes:
@@ -149,23 +148,23 @@ class Screen:
         self._gapless = np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _NEAR
 
     def figures(
-        self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
+        self, settings: np.ndarray, report: Callable[[int], None] = lambda done: None
     ) -> ScreenFigures:
-        """Return what settings come to.
+        """Return the figures of settings.
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 8).
-            told: Told how many are done.
+            report: Called with the number of settings done.
         """
         parts = []
         for start in range(0, len(settings), _AT_ONCE):
             chunk = settings[start : start + _AT_ONCE]
             parts.append(self.worst(self.batch(chunk)))
-            told(start + len(chunk))
+            report(start + len(chunk))
         return joined(parts)
 
     def batch(self, settings: np.ndarray) -> Batch:
-        """Return the robot at all places in some settings, (n, 8)."""
+        """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 8)."""
         placed, count = self._cell.placed(settings), len(settings)
         found = Batch.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = MovedPath(placed, self._cell.sphere_radius, self.stations)
@@ -191,7 +190,7 @@ class Screen:
     def _loaded(
         self, q: np.ndarray, moving: FollowingRobot, wrench: np.ndarray, gravity: np.ndarray
     ) -> Batch:
-        """Return what loads do to a robot in motion, places times settings."""
+        """Return the batch of a robot in motion under loads, places times settings."""
         load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
         axes, arms = self._elastic_axes(moving)
         push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
@@ -204,7 +203,7 @@ class Screen:
             lever=np.stack([np.sqrt(dot(arms[k], arms[k])) for k in gears]),
             deviation=deviation,
             compliance=compliance,
-            regularity=moving.regularity,
+            conditioning=moving.conditioning,
         )
 
     def _elastic_axes(self, now: FollowingRobot) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -223,7 +222,7 @@ class Screen:
     def _given_way(
         self, arms: list[np.ndarray], push: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far torques move the TCP [m], and its compliance [m/N], (n,) each."""
+        """Return the TCP's displacement by torques [m], and its compliance [m/N], (n,) each."""
         lever = np.stack(arms)
         soft = self._softness[:, None, None] * lever
         moved = np.einsum("mkn,mn->kn", soft, np.stack(push))
@@ -231,14 +230,14 @@ class Screen:
         return np.sqrt(dot(moved, moved)), compliance
 
     def worst(self, batch: Batch) -> ScreenFigures:
-        """Return what settings come to, from what they are at all places."""
+        """Return the worst figures of settings over all places."""
         q = self._unwound(batch.q)
         from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
         share = np.abs(batch.rate) / self._rates[:, None]
         return ScreenFigures(
             reached=np.isfinite(batch.q[0, 0]),
             limit_margin=from_limits.min(axis=(0, 1)),
-            regularity=batch.regularity.min(axis=0),
+            conditioning=batch.conditioning.min(axis=0),
             rate_share=share.max(axis=(0, 1)),
             deviation=batch.deviation.max(axis=0),
             compliance=batch.compliance.max(axis=0),

@@ -22,7 +22,7 @@ _STEP, _FINER, _LAST = 0.12, 0.72, 0.001
 # Settings around each in every round: this part of those that fill the box, within bounds.
 _PART, _FEWEST, _MOST = 1.0 / 256.0, 12, 160
 
-Told = Callable[[int, int], None]
+Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class FoundSettings:
 
     Attributes:
         settings: By `NAMES` [m], [rad], (n, 8).
-        figures: What they come to along the whole path.
-        cost: Of the goal [m], (n,).
+        figures: Their figures along the whole path.
+        cost: Cost of each [m], (n,).
         looked_at: Number of settings that were looked at.
         refused: Number of those that fill the box and were refused, by reason.
     """
@@ -45,20 +45,20 @@ class FoundSettings:
 
 
 def filled(
-    sight: CoarseScreen, ranges: Ranges, goal: PlaceObjective, count: int, seed: int, told: Told
+    sight: CoarseScreen, ranges: Ranges, goal: PlaceObjective, count: int, seed: int, report: Report
 ) -> FoundSettings:
     """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
-        sight: Looks at settings.
+        sight: Screen of settings.
         ranges: The box.
-        goal: What is to be small.
-        count: How many fill the box.
-        seed: Of their choice.
-        told: Told how many of them are looked at.
+        goal: Objective and constraints.
+        count: Number of settings that fill the box.
+        seed: Seed of the sample.
+        report: Called with the numbers of settings done and of all.
     """
     settings = ranges.sampled(count, seed)
-    figures = sight.figures(settings, lambda done: told(done, count))
+    figures = sight.figures(settings, lambda done: report(done, count))
     cost = goal.cost(figures)
     reasons = goal.demands.refusals(figures)
     refused = {what: int(np.sum(wrong)) for what, wrong in reasons.items()}
@@ -83,17 +83,17 @@ def refined(
     ranges: Ranges,
     found: FoundSettings,
     seed: int,
-    told: Told,
+    report: Report,
 ) -> FoundSettings:
     """Return settings that are at least as good, each from one that was found.
 
     Args:
-        sight: Looks at settings.
-        goal: What is to be small.
+        sight: Screen of settings.
+        goal: Objective and constraints.
         ranges: The box.
         found: The settings.
-        seed: Of the steps.
-        told: Told how many rounds are done.
+        seed: Seed of the steps.
+        report: Called with the numbers of rounds done and of all.
     """
     if len(found.settings) == 0 or len(ranges.free) == 0:
         return found
@@ -102,7 +102,7 @@ def refined(
     best, figures, cost = found.settings, found.figures, found.cost
     rng, looked_at = np.random.default_rng(seed), found.looked_at
     for number in range(rounds):
-        told(number, rounds)
+        report(number, rounds)
         step = _STEP * _FINER**number
         tried = np.stack([ranges.around(own, step, around, rng) for own in best])
         looked_at += len(best) * around

@@ -1,4 +1,4 @@
-"""The places of a path that a screen has to look at: those at which something is largest or smallest."""
+"""Choice of the places of a path for a screen: those at which a quantity is largest or smallest."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _MOVED, _ANGLES = 4.0, 0.3
 def selected(
     screen_of: Callable[[Stations], Screen], stations: Stations, ranges: Ranges, seed: int
 ) -> np.ndarray:
-    """Return the numbers of places at which torques, angles and displacements are extreme in samples.
+    """Return the numbers of places with extreme torques, angles and displacements in samples, (k,).
 
     Greedily, each place is that which makes the sum of squares of what the extremes of those chosen
     miss of all, relative to their ranges, smallest.
 
     Args:
-        screen_of: Function that looks at places.
+        screen_of: Function that makes the screen of places.
         stations: The places to choose from.
         ranges: Settings to sample.
-        seed: Of the sample.
+        seed: Seed of the sample.
     """
     if stations.count <= PLACES:
         return np.arange(stations.count)
@@ -47,13 +47,12 @@ def selected(
 
 
 def extremes_of(batch: Batch, known: np.ndarray, missed: np.ndarray) -> np.ndarray:
-    """Return the numbers of places at which settings have extremes that known places miss.
+    """Return the numbers of places at which settings have extremes that known places miss, (k,).
 
     Args:
         batch: The settings at all places.
-        known: Numbers of the known places.
-        missed: What they may miss of an extreme, as a part of its range along the path, for each
-            setting, (n,).
+        known: Numbers of the known places, (p,).
+        missed: Share of its range along the path by which an extreme may be missed, by setting, (n,).
     """
     rows, setting = _rows(batch)
     known_largest = rows[:, known].max(axis=1, initial=-np.inf)
@@ -72,17 +71,17 @@ def _rows(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
         _MOVED * _parts(batch.deviation[:, None]),
         *(_parts(sign * batch.torque) for sign in (1.0, -1.0)),
         *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
-        _ANGLES * _parts(-batch.regularity[:, None]),
+        _ANGLES * _parts(-batch.conditioning[:, None]),
     ]
     rows = np.concatenate([own.transpose(1, 2, 0).reshape(-1, len(own)) for own in quantities])
     settings = np.arange(batch.q.shape[2])
     owner = np.concatenate([np.tile(settings, own.shape[1]) for own in quantities])
-    told = np.isfinite(rows).all(axis=1)
-    return rows[told], owner[told]
+    finite = np.isfinite(rows).all(axis=1)
+    return rows[finite], owner[finite]
 
 
 def _parts(values: np.ndarray) -> np.ndarray:
-    """Return what changes along the path over its range, (k, quantities, n); NaN where nothing does."""
+    """Return values over their range along the path [1], (k, quantities, n); NaN where it is zero."""
     width = np.ptp(values, axis=0)
     moving = width > 1e-12 * np.abs(values).max(axis=0, initial=1e-300)
     parts: np.ndarray = values / np.where(moving, width, np.nan)

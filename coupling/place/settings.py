@@ -36,17 +36,17 @@ class Ranges:
 
     @property
     def free(self) -> np.ndarray:
-        """Numbers of the settings that are free."""
+        """Numbers of the free entries of `NAMES`, (k,)."""
         return np.flatnonzero(self.high > self.low)
 
     @property
     def width(self) -> np.ndarray:
-        """High less low, 1 where a setting is not free, (8,)."""
+        """Width by `NAMES` [m], [rad], (8,); 1 where a setting is not free."""
         width = self.high - self.low
         return np.where(width > 0.0, width, 1.0)
 
     def sampled(self, count: int, seed: int) -> np.ndarray:
-        """Return settings that fill the box evenly (scrambled Sobol points), (count, 8)."""
+        """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 8)."""
         found = np.tile(self.low, (count, 1))
         free = self.free
         if len(free):
@@ -58,7 +58,7 @@ class Ranges:
     def around(
         self, center: np.ndarray, share: float, count: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return rounded settings near one, normally distributed with a share of the box, (count, 8)."""
+        """Return rounded settings, normally distributed about one (8,) [m], [rad], (count, 8)."""
         found = np.tile(center, (count, 1))
         free = self.free
         step = rng.normal(size=(count, len(free)))
@@ -68,7 +68,7 @@ class Ranges:
         return self.rounded(found)
 
     def apart(self, one: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return how far settings are apart, the largest difference over the box, (n,)."""
+        """Return the largest difference of settings (n, 8) from one (8,), over the width [1], (n,)."""
         free = self.free
         if len(free) == 0:
             return np.zeros(len(others))
@@ -76,7 +76,7 @@ class Ranges:
         return distance
 
     def rounded(self, settings: np.ndarray) -> np.ndarray:
-        """Return settings as they can be written and set; those that are not free are kept."""
+        """Return settings rounded to what can be set [m], [rad], (..., 8); those not free are kept."""
         found = settings.copy()
         free = self.free
         found[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
@@ -85,24 +85,24 @@ class Ranges:
 
 @dataclass(frozen=True)
 class CellLayout:
-    """What settings leave as it is.
+    """What all settings of a case share.
 
     Attributes:
         part_rpy, base_rpy: Roll, pitch, yaw of part and base [rad], (3,); yaw of the part and roll of
             the base are those of a setting.
-        sphere_radius: Of the tool's end [m]; 0 where the tool has none.
-        upright_lean: The lean of a tool that stands upright [rad].
-        gravity: In the world [m/s^2], (3,).
+        sphere_radius: Radius of the tool's end [m]; 0 where the tool has none.
+        untilted_lean: Lean of the untilted tool [rad].
+        gravity: Gravity, world axes [m/s^2], (3,).
     """
 
     part_rpy: np.ndarray
     base_rpy: np.ndarray
     sphere_radius: float
-    upright_lean: float
+    untilted_lean: float
     gravity: np.ndarray
 
     def placed(self, settings: np.ndarray) -> PlacedSettings:
-        """Return part, tool and base of settings, (n, 8)."""
+        """Return part, tool and base of settings by `NAMES` [m], [rad], (n, 8)."""
         x, y, z, yaw, lead, lean, rotation, roll = settings.T
         part = np.tile(self.part_rpy, (len(settings), 1))
         part[:, 2] = yaw
@@ -114,7 +114,7 @@ class CellLayout:
         return PlacedSettings(
             base_from_world.apply(np.column_stack([x, y, z])),
             base_from_world * Rotation.from_euler("xyz", part),
-            Rotation.from_euler("yx", np.column_stack([lead, lean - self.upright_lean])),
+            Rotation.from_euler("yx", np.column_stack([lead, lean - self.untilted_lean])),
             Rotation.from_rotvec(about_approach),
             base_from_world.apply(self.gravity),
         )
@@ -125,11 +125,11 @@ class PlacedSettings:
     """Settings in the frame of the robot's base.
 
     Attributes:
-        position: Origin of the part [m], (n, 3).
+        position: Origin of the part, base frame [m], (n, 3).
         part: base_from_part.
-        tilt: How the tool is turned in the axes that its tilt is measured in.
-        spin: How it is turned about its own.
-        gravity: In base axes [m/s^2], (n, 3).
+        tilt: Rotation of the tool in the axes that its tilt is measured in.
+        spin: Rotation of the tool about its own axis.
+        gravity: Gravity, base axes [m/s^2], (n, 3).
     """
 
     position: np.ndarray

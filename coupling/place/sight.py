@@ -1,4 +1,4 @@
-"""What settings come to: at a few places of a path for the many, at all of them for the best."""
+"""Figures of settings: of many at a few places of a path, of the best at all of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MISSED = 0.03
 
 
 class CoarseScreen:
-    """Looks at many settings at a few places of a path, and learns which these have to be.
+    """Screen at a few places of a path, which are added to as they turn out to be needed.
 
     The best of a box lie on the edges of what is admitted, and an edge that a few places draw is not
     that of the path: between them a posture is more singular, a torque larger.  So whatever is to be
@@ -28,8 +28,8 @@ class CoarseScreen:
         screen_of: Function that looks at places.
         stations: All places.
         ranges: Settings that the first few places are chosen for.
-        demands: What settings must keep to.
-        seed: Of the choice.
+        demands: Constraints on settings.
+        seed: Seed of the sample that the first few places are chosen by.
     """
 
     def __init__(
@@ -51,18 +51,18 @@ class CoarseScreen:
         return self._screen.stations
 
     def figures(
-        self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
+        self, settings: np.ndarray, report: Callable[[int], None] = lambda done: None
     ) -> ScreenFigures:
-        """Return what settings come to at the few places.
+        """Return the figures of settings at the few places.
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 8).
-            told: Told how many are done.
+            report: Called with the number of settings done.
         """
-        return self._screen.figures(settings, told)
+        return self._screen.figures(settings, report)
 
     def confirmed(self, settings: np.ndarray) -> ScreenFigures:
-        """Return what settings come to along the path, and know their extremes from now on.
+        """Return the figures of settings along the path; places of new extremes join the few.
 
         Args:
             settings: By `NAMES` [m], [rad], (n, 8), a few.

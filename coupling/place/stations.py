@@ -1,4 +1,4 @@
-"""What a path asks of the robot at its places, told in the part frame: it moves with the part."""
+"""Motion and wrench at places of a path in the part frame: they move with the part."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from coupling.toolpaths.untilted import UntiltedPath
 
 # Distance of nodes that links can follow a wrench on, as in the inverse [s].
 _SPACING = 0.004
-# A path is seen at the strongest places of so many parts of its duration.
+# A path is looked at at the strongest places of so many parts of its duration.
 _PARTS = 400
 # A radian is as far as so much [m].
 _ARM = 0.2
@@ -25,13 +25,13 @@ class Stations:
     """Places of a path, part axes.
 
     Attributes:
-        time: [s], (k,).
-        position, velocity, acceleration: Of the TCP [m], [m/s], [m/s^2], (k, 3).
+        time: Time of each [s], (k,).
+        position, velocity, acceleration: Motion of the TCP [m], [m/s], [m/s^2], (k, 3).
         tool: part_from_tool before a setting turns the tool.
         spin, spin_rate: Angular velocity and acceleration of the tool [rad/s], [rad/s^2], (k, 3).
         axes: Axes that lead and lean are measured in.
         turn, turn_rate: Their angular velocity and acceleration [rad/s], [rad/s^2], (k, 3).
-        wrench: On the tool at the TCP, as slow as links can follow [N, N m], (k, 6).
+        wrench: Wrench on the tool at the TCP, as slow as links can follow [N, N m], (k, 6).
         centered: Whether the TCP is the centre of the tool's sphere, because the tool may turn along the
             path; else it is the sphere's lowest point.
     """
@@ -56,12 +56,12 @@ class Stations:
 
     @property
     def poses(self) -> np.ndarray:
-        """Positions and, by what tool and axes are off, orientations as lengths [m], (k, 15)."""
+        """Positions, and orientations of tool and axes as lengths [m], (k, 15)."""
         turned = [own.apply(axis) for own in (self.tool, self.axes) for axis in np.eye(3)[:2]]
         return np.hstack([self.position, *(_ARM * directions for directions in turned)])
 
     def chosen(self, rows: np.ndarray) -> Stations:
-        """Return some of them, by their numbers."""
+        """Return the places of these numbers, (p,)."""
         own = {field.name: getattr(self, field.name) for field in fields(self)}
         centered = own.pop("centered")
         return Stations(**{name: values[rows] for name, values in own.items()}, centered=centered)
@@ -79,23 +79,23 @@ class Stations:
         return self.chosen(np.unique(np.concatenate(rows)))
 
 
-def stations_along(upright: UntiltedPath, sphere_radius: float, wrench: WrenchHistory) -> Stations:
+def stations_along(untilted: UntiltedPath, sphere_radius: float, wrench: WrenchHistory) -> Stations:
     """Return all places of a path, one tool.
 
     Args:
-        upright: The path.
-        sphere_radius: Of the tool's end [m].
+        untilted: The path.
+        sphere_radius: Radius of the tool's end [m].
         wrench: Wrench on the tool at the same times, world axes.
     """
-    centered = upright.turns
-    along = upright.centered(sphere_radius) if centered else upright
+    centered = untilted.turns
+    along = untilted.centered(sphere_radius) if centered else untilted
     path, time, part_from_world = along.path, along.path.time, along.part.rotation.inv()
     between = InterpolatedPath(path)
     velocity, acceleration = (
         part_from_world.apply(between.position(time, order)) for order in (1, 2)
     )
-    tool = upright.along_path
-    axes = Rotation.identity(len(time)) if upright.axes is None else upright.axes
+    tool = untilted.along_path
+    axes = Rotation.identity(len(time)) if untilted.axes is None else untilted.axes
     smooth = SmoothWrench(wrench, _SPACING)(time)
     return Stations(
         time,
@@ -114,5 +114,5 @@ def stations_along(upright: UntiltedPath, sphere_radius: float, wrench: WrenchHi
 def _turning(time: np.ndarray, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
     """Return angular velocities [rad/s] and accelerations [rad/s^2] of what turns, part axes, (k, 3)."""
     spline = RotationSpline(time, rotations)
-    # SciPy tells them in axes that turn along.
+    # SciPy gives them in axes that turn along.
     return rotations.apply(spline(time, 1)), rotations.apply(spline(time, 2))

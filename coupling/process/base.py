@@ -1,4 +1,4 @@
-"""What a process model is: it sees the whole actual path of the tools and answers for all of it."""
+"""Contract of a process model: it sees the whole actual path of the tools and answers for all of it."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ _MOST_RETRIES = 20
 
 @dataclass(frozen=True)
 class ProcessResponse:
-    """What a process says to a path.
+    """Response of a process to a path.
 
     Attributes:
         wrench: Wrenches on the tools along it.
         workpiece: Workpiece to look at, such as a formed sheet, if there is one.
         period: Period of the wrench [s], as of a mill's teeth; None where it has none.
-        stiffness: How the forces answer to displacements of the tools at the same time, K = -dF/dx,
+        stiffness: Negative derivative of the forces by the tools' displacements, K = -dF/dx,
             base axes [N/m], (n, 3 tools, 3 tools), one tool after the other, where the process knows.
             What a tool feels of its own displacement is symmetric and not negative.
     """
@@ -54,12 +54,12 @@ class ProcessResponse:
 
 
 def joined(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors of all tools, (tools, n, 3), one tool after the other, (n, 3 tools)."""
+    """Return vectors of all tools, any unit, (tools, n, 3), side by side, (n, 3 tools)."""
     return np.concatenate(list(vectors), axis=-1)
 
 
 def own_blocks(stiffness: np.ndarray) -> np.ndarray:
-    """Return what every tool feels of its own displacement, (tools, n, 3, 3).
+    """Return the stiffness of every tool by its own displacement [N/m], (tools, n, 3, 3).
 
     Args:
         stiffness: That of all tools [N/m], (n, 3 tools, 3 tools).
@@ -83,7 +83,7 @@ class Process(Protocol):
         ...
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
-        """Return what the process does along the actual path of all tools, base axes.
+        """Return the response of the process to the actual path of all tools, base axes.
 
         Raises:
             ProcessError: If it has no answer.
@@ -91,8 +91,8 @@ class Process(Protocol):
         ...
 
 
-class Around:
-    """Base of what stands around another process, in `process`, and passes on its answers."""
+class ProcessWrapper:
+    """Base of processes that wrap another one, `process`, and pass on its answers."""
 
     process: Process
 
@@ -154,12 +154,12 @@ class ProcessSchema(Schema, ABC):
     def corners(self, task: Task) -> Corners:
         """Return the times at which the force along a task's desired path has corners [s], (k,).
 
-        Between two samples the force is straight, so a process is asked there as well: where contact
+        Between two samples the force is straight, so a process is evaluated there as well: where contact
         begins and ends, at the ends of ramps.  `coupling.process.corners` finds when a tool crosses a
         surface.
 
         Args:
-            task: The task, its path told in short steps.
+            task: The task, its path in short steps.
         """
         return NONE
 
@@ -211,7 +211,7 @@ class NoisySchema(ProcessSchema, ABC):
     cutoff_Hz: Positive | Literal["none"] | None = None
 
     def low_pass(self, path: ToolPath) -> ForceFilter | None:
-        """Return what takes noise off the forces along a desired path; None: nothing does."""
+        """Return the filter of the forces along a desired path; None: they are left as they are."""
         if self.cutoff_Hz == "none":
             return None
         if self.cutoff_Hz is None:
@@ -223,7 +223,7 @@ class ProcessTable(NoisySchema, ABC):
     """Base of the tables of processes that this package does not know: yours, programs and FMUs.
 
     Attributes:
-        retries: How often an evaluation that fails is tried again.
+        retries: Number of times that an evaluation that fails is tried again.
     """
 
     AROUND_ANSWERS: ClassVar[frozenset[str]] = frozenset({"retries", "cutoff_Hz"})

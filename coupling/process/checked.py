@@ -10,14 +10,14 @@ import numpy as np
 
 from coupling.errors import CouplingError, ProcessError
 from coupling.path.histories import ToolPath
-from coupling.process.base import Around, Process, ProcessResponse, own_blocks
+from coupling.process.base import Process, ProcessResponse, ProcessWrapper, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class CheckedProcess(Around):
+class CheckedProcess(ProcessWrapper):
     """A process, most likely the user's own, and what its answers must be.
 
     Attributes:

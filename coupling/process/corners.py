@@ -1,4 +1,4 @@
-"""When a force along the desired path has corners: its tool meets a sheet, a wall, a level."""
+"""Times of corners of a force along the desired path: its tool meets a sheet, a wall, a level."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from coupling.path.interpolation import InterpolatedPath
 
 # What is nearer to a surface lies on it [m].
 _ON = 1e-9
-# Times of corners are told to the nanosecond: the same wherever the part stands.
+# Times of corners are rounded to the nanosecond: the same wherever the part stands.
 _DIGITS = 9
 
 

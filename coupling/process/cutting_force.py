@@ -37,7 +37,7 @@ class Cutter:
     """A cylindrical end mill for right-hand cut, with a right-hand helix or straight edges.
 
     Attributes:
-        radius: [m].
+        radius: Radius of the cutter [m].
         teeth: Number, evenly spaced.
         helix: Angle of the edges from the axis [rad], >= 0.
         speed: Speed of the spindle [rad/s].
@@ -55,13 +55,13 @@ class Cutter:
 
     @property
     def lag(self) -> float:
-        """How far an edge lags behind with the height above the tip [rad/m]."""
+        """Lag of an edge with the height above the tip [rad/m]."""
         return float(np.tan(self.helix)) / self.radius
 
 
 @dataclass(frozen=True)
 class Engagement:
-    """What the cutter meets at n instants.
+    """Engagement of the cutter at n instants.
 
     Attributes:
         chip: Way of the tool within the last tooth period along f and n [m], (n, 2): the chip
@@ -85,7 +85,7 @@ def tooth_wrench(
         cutter: The tool.
         coefficients: Cutting coefficients of the material.
         cut: Cut at these instants.
-        time: [s], (n,).
+        time: Times [s], (n,).
 
     Returns:
         Forces [N] and moments about the tip's centre [N m], axes f, n, z, (n, 6).

@@ -23,7 +23,7 @@ class ElasticWall(MemorylessProcess):
     Attributes:
         point: A point of the wall's plane, base frame [m], (3,).
         normal: Unit vector out of the wall, base axes, (3,).
-        stiffness: [N/m].
+        stiffness: Stiffness of the wall [N/m].
 
     Example:
         >>> from coupling.path.histories import ToolPath
@@ -65,7 +65,7 @@ class ElasticWallTable(ProcessSchema):
         return self
 
     def corners(self, task: Task) -> Corners:
-        """Return when the desired path enters the wall and leaves it."""
+        """Return the times at which the desired path enters the wall and leaves it."""
 
         def off(position: np.ndarray) -> np.ndarray:
             distance: np.ndarray = (task.part.coordinates(position) - self.point_m) @ self.normal

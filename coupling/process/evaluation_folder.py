@@ -127,6 +127,6 @@ class EvaluationFolder:
 
 
 def _number(folder: Path) -> int:
-    """Return which failed attempt a folder holds, from 1; 0 where its name does not say so."""
+    """Return the number of the failed attempt in a folder, from 1; 0 where its name has none."""
     digits = folder.name.rpartition(FAILED)[2]
     return int(digits) if digits.isdigit() else 0

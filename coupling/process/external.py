@@ -58,7 +58,7 @@ class ExternalProgram(WithIdentity):
         frame: Frame of path.csv and wrench.csv: "part" or "base".
         folder: Place where every evaluation gets a folder of its own: 0001, 0002, ...
         earlier: Evaluations that were there before; the answer of one is taken for the same path.
-        watch: Function that is told what the program prints.
+        watch: Function called with every line that the program prints.
     """
 
     command: tuple[str, ...]
@@ -86,15 +86,15 @@ class ExternalProgram(WithIdentity):
         if before is not None:
             return answer_in_base(self.frame, self._read(before, path), path, self.part)
         place = EvaluationFolder(self.folder, mark)
-        told = self._taken_over(place, path)
+        rows = self._taken_over(place, path)
         try:
-            if told is None:
-                told = self._computed(place, asked, path)
+            if rows is None:
+                rows = self._computed(place, asked, path)
         except ProcessError as cause:
             place.fail(str(cause))
             raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
         place.finish()
-        return answer_in_base(self.frame, told, path, self.part)
+        return answer_in_base(self.frame, rows, path, self.part)
 
     def _computed(self, place: EvaluationFolder, asked: bytes, path: ToolPath) -> np.ndarray:
         """Run the program from its start and return what `_read` does."""
@@ -105,7 +105,7 @@ class ExternalProgram(WithIdentity):
         return self._read(place.path, path)
 
     def _taken_over(self, place: EvaluationFolder, path: ToolPath) -> np.ndarray | None:
-        """Return what the program of a killed run answers; None where there is no answer."""
+        """Return the answer of the program of a killed run; None where there is none."""
         if not self.identity or not place.can_be_taken_over:
             return None
         self.watch(
@@ -118,7 +118,7 @@ class ExternalProgram(WithIdentity):
             return None
 
     def _read(self, folder: Path, path: ToolPath) -> np.ndarray:
-        """Return times, wrenches and, if it told, stiffnesses that the program left, (n, 7 or 13)."""
+        """Return times, wrenches and, if stated, stiffnesses that the program left, (n, 7 or 13)."""
         said = quoted(last_lines(folder)) if (folder / OUTPUT).exists() else ""
         if not (folder / WRENCH).is_file():
             raise ProcessError(f"{self.command[0]!r} left no {WRENCH}{said}")

@@ -16,7 +16,7 @@ _ON_AXIS = 1e-12
 
 @dataclass(frozen=True)
 class ForceReaction:
-    """How a process acts on the tool, and how it answers to a displacement.
+    """Force of a process on the tool, and its derivative by a displacement.
 
     Attributes:
         force: Force on the tool, base axes [N], (n, 3).
@@ -36,7 +36,7 @@ def elastic_wall(
         position: Position of the TCP, base frame [m], (n, 3).
         point: Point of the wall's plane, base frame [m], (3,).
         normal: Unit vector out of the wall, base axes, (3,).
-        stiffness: [N/m].
+        stiffness: Stiffness of the contact [N/m].
 
     Example:
         >>> up = np.array([0.0, 0.0, 1.0])
@@ -110,7 +110,7 @@ class ForceLaw:
 
     Attributes:
         name: Name of the formula in FORCE_LAWS.
-        constants: Numbers and arrays, by the name of the formula's argument.
+        constants: Numbers and arrays of any shape, by the name of the formula's argument.
         desired: Times [s] and positions [m] of the desired path, (m, 4), which a formula takes as
             `desired`, straight between its samples; None: the force does not depend on time.
     """
@@ -120,7 +120,7 @@ class ForceLaw:
     desired: np.ndarray | None = None
 
     def reaction(self, time: np.ndarray, position: np.ndarray) -> ForceReaction:
-        """Return how the tool is acted on at times (n,) and positions of the TCP, base frame (n, 3) [m].
+        """Return the reaction at times (n,) [s] and positions of the TCP, base frame [m], (n, 3).
 
         Example:
             >>> wall = {"point": np.zeros(3), "normal": np.array([0.0, 0.0, 1.0]), "stiffness": 1e5}
@@ -134,7 +134,7 @@ class ForceLaw:
         return FORCE_LAWS[self.name](position, **arguments)
 
     def place(self, time: np.ndarray) -> np.ndarray:
-        """Return where the law stands at times (n,): the desired position [m], (n, 3), or zero."""
+        """Return the origin of the law at times (n,): the desired position [m], (n, 3), or zero."""
         if self.desired is None:
             return np.zeros((len(time), 3))
         known, *axes = self.desired.T

@@ -1,4 +1,4 @@
-"""Frames in which processes outside of this package tell poses, wrenches and stiffnesses."""
+"""Frames in which processes outside of this package have poses, wrenches and stiffnesses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import ProcessResponse
 from elastic_robot.tool_load import symmetric
 
-# Of poses; wrenches are told in the same axes.
+# Of poses; wrenches are in the same axes.
 PoseFrame = Literal["part", "base"]
 WrenchFrame = Literal["part", "base", "tool"]
 
@@ -48,7 +48,7 @@ def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
 def answer_in_base(
     frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Frame
 ) -> ProcessResponse:
-    """Return the answer on the only tool that is told in the axes of a frame.
+    """Return the response on the only tool that is given in the axes of a frame.
 
     Args:
         frame: The frame.

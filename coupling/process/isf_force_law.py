@@ -109,7 +109,7 @@ class IsfForceLaw(MemorylessProcess):
         axial, radial: Steady force [N].
         penetration_stiffness: k_p [N/m].
         ramp_depth: Depth at which the force is steady [m].
-        height: How far the TCP is above the lowest point of the tool, along the part's z axis [m].
+        height: Height of the TCP above the lowest point of the tool, along the part's z axis [m].
     """
 
     part: Frame
@@ -161,7 +161,7 @@ class IsfForceLawTable(ProcessSchema):
         return self.tool_diameter_m
 
     def corners(self, task: Task) -> Corners:
-        """Return when the tool crosses the sheet's plane, and the depth at which the force is steady."""
+        """Return the times at the sheet's plane, and at the depth from which the force is steady."""
         _, step_down = self._wall(task)
         levels = (task.height, task.height - self._ramp(step_down))
         return level_crossings(task.forming, task.part, levels)
@@ -264,7 +264,7 @@ class DoubleSided(WithIdentity):
     def _stiffness(
         self, alone: ProcessResponse, size: np.ndarray, borne: np.ndarray, support: SupportingTool
     ) -> np.ndarray | None:
-        """Return what both tools feel of both's displacements; None where the law does not know.
+        """Return the stiffness of both tools by both's displacements; None where the law has none.
 
         With n across the sheet, S = s |F| + k c and dc = n . (dx1 - dx2), where the tools pinch
 

@@ -94,7 +94,7 @@ class Milling:
         return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
 
     def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Engagement:
-        """Return what the cutter meets on an actual path.
+        """Return the cutter's engagement on an actual path.
 
         Args:
             path: Actual path.
@@ -115,7 +115,7 @@ class Milling:
         return Engagement(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
 
     def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
-        """Turn wrenches from the axes of the cut to those of the base, (n, 6)."""
+        """Turn wrenches from the axes of the cut to those of the base [N, N m], (n, 6)."""
         cos, sin = feed.T[..., None]
         f, n, z = np.moveaxis(wrench.reshape(-1, 2, 3), 2, 0)
         in_part = np.stack([cos * f - sin * n, sin * f + cos * n, z], axis=2)
@@ -143,7 +143,7 @@ def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.nda
 
 
 def mean_of_a_turn(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
-    """Return the force averaged over a revolution, for samples that are far apart; as above."""
+    """Return the wrench averaged over a revolution [N, N m], (n, 6), for samples far apart."""
     cut = milling.cut(path, path.time, feed)
     return mean_wrench(milling.cutter, milling.coefficients, cut)
 
@@ -169,8 +169,8 @@ class MillingForce(WithIdentity):
         wrench = self.force(self.milling, path, feed)
         in_base = self.milling.in_base(wrench, feed)
         # Teeth come and go within a step: their impulse over it counts.
-        tell = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
-        return ProcessResponse(tell(path.time, in_base), period=self.milling.cutter.tooth_period)
+        history = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
+        return ProcessResponse(history(path.time, in_base), period=self.milling.cutter.tooth_period)
 
 
 class MillingForceTable(ProcessSchema):
@@ -214,7 +214,7 @@ class MillingForceTable(ProcessSchema):
         return self
 
     def corners(self, task: Task) -> Corners:
-        """Return when the tool's tip crosses the raw surface."""
+        """Return the times at which the tool's tip crosses the raw surface."""
         return level_crossings(task.forming, task.part, (self.surface_z_m,))
 
     def process(self, task: Task) -> MillingForce:

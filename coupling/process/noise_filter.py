@@ -25,7 +25,7 @@ def own_frequency(path: ToolPath) -> float:
     Of a sine with the path's largest speed v and acceleration a it is a / (2 pi v).
 
     Args:
-        path: Path of the tools, told in short steps.
+        path: Path of the tools, in short steps.
 
     Returns:
         The largest of all tools; 0 of tools that stand.
@@ -43,7 +43,7 @@ def own_frequency(path: ToolPath) -> float:
 
 
 class ForceFilter(ABC):
-    """What takes noise off a force: a low-pass of zero phase."""
+    """Filter that takes noise off a force: a low-pass of zero phase."""
 
     cutoff: float
 
@@ -52,9 +52,9 @@ class ForceFilter(ABC):
         """Return a history without its noise.
 
         Args:
-            time: Rising [s], (n,).
-            values: (n, k).
-            noise: Standard deviation of white noise in each column, (k,).
+            time: Rising times [s], (n,).
+            values: Values, any unit, (n, k).
+            noise: Standard deviation of white noise in each column, in its unit, (k,).
         """
 
     def of(self, wrench: WrenchHistory, noise: np.ndarray) -> WrenchHistory:
@@ -62,7 +62,7 @@ class ForceFilter(ABC):
 
         Args:
             wrench: The wrenches.
-            noise: Standard deviation of white noise in them, (tools, 6).
+            noise: Standard deviation of white noise in them [N, N m], (tools, 6).
         """
         found = wrench.wrench.copy()
         jumps = np.flatnonzero(np.diff(wrench.time) == 0.0) + 1
@@ -80,13 +80,13 @@ class LowPass(ForceFilter):
     """One cutoff along the whole path.
 
     Attributes:
-        cutoff: [Hz].
+        cutoff: Cutoff frequency [Hz].
     """
 
     cutoff: float
 
     def smoothed(self, time: np.ndarray, values: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Return the part of a history below the cutoff."""
+        """Return values (n, k) of any unit at times (n,) [s], below the cutoff."""
         return low_pass(time, values, self.cutoff)
 
     def __str__(self) -> str:
@@ -107,7 +107,7 @@ class AdaptiveLowPass(ForceFilter):
     cutoff: float
 
     def smoothed(self, time: np.ndarray, values: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Return a history without what its noise explains; without noise, the history itself."""
+        """Return values (n, k) of any unit without what noise (k,) explains; as they are without."""
         fastest = 0.5 / float(np.median(np.diff(time)))
         count = int(np.ceil(np.log(fastest / self.cutoff) / np.log(_RATIO))) if self.cutoff else 0
         if count < 1 or not np.any(noise > 0.0):

@@ -36,11 +36,11 @@ class ProcessFmu(WithIdentity):
         inputs: Names of its inputs by pose column; the pose at time[k] is held over the step that
             ends there.
         outputs: Names of its outputs by column of wrench and stiffness; those not named are zero, and a
-            process none of whose outputs is a stiffness does not tell any.
+            process none of whose outputs is a stiffness states none.
         parameters: Start values by name.
         part: base_from_part.
         frame: Frame of poses and wrenches: "part" or "base".
-        watch: Function that is told how far the simulation is.
+        watch: Function called with the progress of the simulation.
     """
 
     file: Path
@@ -68,14 +68,14 @@ class ProcessFmu(WithIdentity):
         )
         stiff = set(STIFFNESS_COLUMNS) & set(self.outputs)
         columns: tuple[str, ...] = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if stiff else ())
-        told = np.zeros((len(path.time), len(columns)))
-        told[:, [columns.index(name) for name in self.outputs]] = self._run(job)
-        if not np.all(np.isfinite(told)):
-            row = int(np.argmin(np.all(np.isfinite(told), axis=1)))
+        rows = np.zeros((len(path.time), len(columns)))
+        rows[:, [columns.index(name) for name in self.outputs]] = self._run(job)
+        if not np.all(np.isfinite(rows)):
+            row = int(np.argmin(np.all(np.isfinite(rows), axis=1)))
             raise ProcessError(
-                f"{self.file}: expected finite outputs, got {told[row]} at t = {path.time[row]:.6g} s"
+                f"{self.file}: expected finite outputs, got {rows[row]} at t = {path.time[row]:.6g} s"
             )
-        return answer_in_base(self.frame, np.column_stack([path.time, told]), path, self.part)
+        return answer_in_base(self.frame, np.column_stack([path.time, rows]), path, self.part)
 
     def _run(self, job: SimulationJob) -> np.ndarray:
         with ScratchFolder() as folder:

@@ -25,7 +25,7 @@ OUTPUT = "output.txt"
 STATUS = "exit_status"
 # Locked by the shell while the program runs; holds the shell's number, which is that of its group.
 RUNNING = "running"
-# A program that is told to end may clean up: the shell outlives it (trap) and writes its status.
+# A program that gets SIGTERM may clean up: the shell outlives it (trap) and writes its status.
 # What the shell itself has to say of a program's end is not part of the program's output (2).
 _SHELL = (
     'trap : TERM; echo $$ > "$0"; exec 3>&2 2> /dev/null; "$@" < /dev/null 2>&3 3>&-;'
@@ -33,7 +33,7 @@ _SHELL = (
 )
 # Between two looks at a running program [s].
 _LOOK = 0.1
-# For a program that is told to end, before it is killed [s].
+# For a program to end on SIGTERM, before it is killed [s].
 _GRACE = 2.0
 _LAST_LINES = 12
 
@@ -46,8 +46,8 @@ def run_program(
     Args:
         command: Program and arguments.
         folder: Its working folder.
-        time_limit: [s]; then the program and all that it started are ended.
-        watch: Function that is told every line that it prints.
+        time_limit: Longest duration [s]; then the program and all that it started are ended.
+        watch: Function called with every line that it prints.
 
     Raises:
         ProcessError: If it cannot be started, takes too long or ends with a status other than 0.

@@ -16,7 +16,7 @@ _NOTICEABLE = 1e-3
 
 @dataclass(frozen=True)
 class Repeatability:
-    """How far two answers of a process to one path are apart.
+    """Difference of two responses of a process to one path.
 
     Attributes:
         largest: Largest magnitude of the difference of the forces on a tool [N].
@@ -55,7 +55,7 @@ class Repeatability:
         return self.largest > _NOTICEABLE * self.peak
 
     def sentence(self) -> str:
-        """Return what was seen, and what to do where the answers differ."""
+        """Return the difference in words, and what to do where the answers differ."""
         if self.alike:
             return "the process answered the same path alike, asked twice"
         return (

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from coupling.errors import ProcessError
 from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Around, Process, ProcessResponse
+from coupling.process.base import Process, ProcessResponse, ProcessWrapper
 
 
 @dataclass(frozen=True)
-class RetriedProcess(Around):
+class RetriedProcess(ProcessWrapper):
     """A process and how often an evaluation of it is tried.
 
     Attributes:
         process: The process.
         tries: Tries of one evaluation at most, >= 1.
-        watch: Function that is told of every try that fails.
+        watch: Function called with every try that fails.
     """
 
     process: Process

@@ -32,12 +32,12 @@ class SheetFem(WithIdentity):
     Attributes:
         part: base_from_part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
-        radii: Of the spheres [m]; one for each tool of the path.
+        radii: Radii of the spheres [m]; one for each tool of the path.
         tips: From their centres to the TCPs, tool axes [m], (3,) each.
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
         force_factor: Force and stiffness over those that the elements compute, see docs/sheet_fem.md.
-        watch: Function that is told how many positions are done.
+        watch: Function called with the number of positions done.
     """
 
     part: Frame
@@ -96,7 +96,7 @@ class SheetFem(WithIdentity):
     def _boxes(self) -> list[Box]:
         """Return the boxes about the tools at all positions.
 
-        They are those of the desired paths, so that only its path tells an evaluation from another one.
+        They are those of the desired paths, so that evaluations differ by their path alone.
         """
         boxes: list[Box] = []
         for place in self._centers(self.desired).swapaxes(0, 1)[self.schedule.positions]:

@@ -122,7 +122,7 @@ class SheetFemTable(ProcessSchema):
         return self.tool_diameter_m
 
     def corners(self, task: Task) -> Corners:
-        """Return when the forming tool crosses the flat sheet's plane."""
+        """Return the times at which the forming tool crosses the flat sheet's plane."""
         return level_crossings(task.forming, task.part, (task.height,))
 
     def process(self, task: Task) -> SheetFem:

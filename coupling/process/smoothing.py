@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.path.histories import ToolPath
 from coupling.path.noise import noise_level
-from coupling.process.base import Around, Process, ProcessResponse
+from coupling.process.base import Process, ProcessResponse, ProcessWrapper
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
 
 # Noise below this part of the largest force is rounding, or the unevenness of a computed one.
@@ -21,7 +21,7 @@ class ForceNoise:
 
     Attributes:
         level: Standard deviation of white noise in them, (tools, 6) [N], [N m].
-        filter: What takes it off; None: nothing does.
+        filter: Filter that takes it off; None: nothing does.
         peak: Largest force [N].
     """
 
@@ -53,14 +53,14 @@ class ForceNoise:
         return f"The forces of the process have noise {what}; they are {done}."
 
 
-class SmoothedProcess(Around):
+class SmoothedProcess(ProcessWrapper):
     """A process without the noise of its answers.
 
     Periodic answers are left as they are: what is fast in them is meant.
 
     Args:
         process: The process.
-        filter_: What takes the noise off; None leaves it.
+        filter_: Filter that takes the noise off; None leaves it.
     """
 
     def __init__(self, process: Process, filter_: ForceFilter | None) -> None:

@@ -1,4 +1,4 @@
-"""What every process must keep to, checked: for the tests of those who write one."""
+"""Checks of the contract of a process, for the tests of those who write one."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def abc_of(poses: np.ndarray) -> np.ndarray:
     At B = +-90 deg only a sum or difference of A and C is fixed; C is then chosen as zero.
 
     Args:
-        poses: Rows of x, y, z, qx, qy, qz, qw, (n, 7).
+        poses: Rows of x, y, z [m], qx, qy, qz, qw, (n, 7).
 
     Example:
         >>> import numpy as np
@@ -29,10 +29,10 @@ def abc_of(poses: np.ndarray) -> np.ndarray:
 
 
 def wpr_of(poses: np.ndarray) -> np.ndarray:
-    """Return FANUC's W, P, R [deg] of rotations: about the fixed axes x, y, z, so R = Rz(R) Ry(P) Rx(W).
+    """Return FANUC's W, P, R [deg], (n, 3), about the fixed axes x, y, z: R = Rz(R) Ry(P) Rx(W).
 
     Args:
-        poses: As for `abc_of`.
+        poses: Rows of x, y, z [m], qx, qy, qz, qw, (n, 7).
     """
     return _euler(poses)[:, ::-1]
 
@@ -54,7 +54,7 @@ def _euler(poses: np.ndarray) -> np.ndarray:
     return np.rad2deg(np.column_stack([about_z, about_y, about_x]))
 
 
-# Cosine of an angle about y below which the other two are not told apart.
+# Cosine of an angle about y below which the other two are not distinguished.
 _LOCKED = 1e-9
 
 

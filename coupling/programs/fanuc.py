@@ -89,7 +89,7 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
 
 
 def _frames(program: RobotProgram) -> Iterator[str]:
-    """Yield what sets and chooses both frames, through a position register."""
+    """Yield the lines that set and choose both frames, through a position register."""
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
         values = [

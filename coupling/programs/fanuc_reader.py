@@ -173,7 +173,7 @@ class _FanucReader:
         self.moves.append(ProgramMove(motion, pose, duration=duration, speed=speed))
 
     def program(self, title: str) -> RobotProgram:
-        """Return what was read."""
+        """Return the program that was read."""
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
         return RobotProgram(title, tuple(self.moves), self._frame("UFRAME"), self._frame("UTOOL"))

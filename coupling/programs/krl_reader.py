@@ -210,7 +210,7 @@ class _KrlReader:
         self.block = None
 
     def program(self) -> RobotProgram:
-        """Return what was read."""
+        """Return the program that was read."""
         if self.block is not None:
             raise ProgramError(f"{self.name}: expected TIME_BLOCK END, got the end of the file")
         if not self.moves:
@@ -238,7 +238,7 @@ def points(data: str, where: str) -> dict[str, dict[str, float]]:
 
 
 def key_of(name: str) -> str:
-    """Return what points of one name are kept under: KRL's letters have no case."""
+    """Return the key of points of one name: KRL's letters have no case."""
     return re.sub(r"\s", "", name).upper()
 
 

@@ -24,9 +24,9 @@ class Language:
         write: Function that gives the files of a program.
         read: Function that reads them again.
         ending: Ending of the file that a user names to have a program read.
-        between: What its controller does between timed targets: "straight", or "spline" through them.
+        between: Motion of its controller between timed targets: "straight", or "spline" through them.
         longest_name: Characters that a program's name may have.
-        targets: What its programs may hold, the usual first.
+        targets: Kinds of targets in its programs, the usual first.
         step: Times are whole multiples of this [s]; 0 for any.
         dense: Whether it has a point on every cycle.
         posture: Whether its poses state the robot's posture: "never", "known" where the robot file says

@@ -1,4 +1,4 @@
-"""What a robot program says, in no maker's words."""
+"""A robot program, in no maker's words."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MM_DECIMALS, DEGREE_DECIMALS = 4, 5
 
 @dataclass(frozen=True)
 class Configuration:
-    """Which of the postures that put the tool in one place is meant.
+    """Choice among the postures that put the tool in one place.
 
     Attributes:
         behind: The wrist's centre is behind axis 1.
@@ -78,7 +78,7 @@ class ProgramMove:
     """One motion of a program, to a target.
 
     Attributes:
-        motion: How the robot comes there.
+        motion: Motion by which the robot comes there.
         pose: Target of the TCP in the program's base frame; None where the target is joint angles.
         joints: Target as angles of the controller's joints [rad]; None where it is a pose.
         duration: Time from the last target [s]; None where a speed is programmed instead.

@@ -215,7 +215,7 @@ class _RapidReader:
         return placement(value[at], where)
 
     def program(self) -> RobotProgram:
-        """Return what was read."""
+        """Return the program that was read."""
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
         used = {

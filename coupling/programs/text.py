@@ -29,7 +29,7 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def numbers(values: Sequence[float] | np.ndarray, decimals: int) -> str:
-    """Return numbers with commas between them."""
+    """Return numbers (n,) with commas between them."""
     return ",".join(fixed(float(value), decimals) for value in values)
 
 

@@ -61,7 +61,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
             f"{_UM * own.moved_m:.0f}",
             f"{_UM * own.exposure_m:.1f}",
             changes(own),
-            f"{own.regularity:.3f}",
+            f"{own.conditioning:.3f}",
             "-" if own.limit_margin_rad is None else f"{np.rad2deg(own.limit_margin_rad):.0f}",
             in_words(own.setting, figures.free)
             + ("" if own.admitted else "; breaks a demand of [place]"),
@@ -71,7 +71,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
         *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
-        *("regularity", "from joint limits [deg]", "what is free"),
+        *("conditioning", "from joint limits [deg]", "what is free"),
     )
     lost = "As it is, the robot cannot follow the path."
     refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)

@@ -14,7 +14,7 @@ class DemandsResult(ResultPart):
     """Demands of [place]."""
 
     joint_margin_rad: float
-    least_regularity: Annotated[float, From("regularity")]
+    least_conditioning: Annotated[float, From("conditioning")]
     clear_share: float
 
 
@@ -30,7 +30,7 @@ class SettingResult(ResultPart):
     moved_m: float
     exposure_m: float
     compliance_m_N: float
-    regularity: float
+    conditioning: float
     limit_margin_rad: float | None
     rate_share: float
     gears: tuple[GearResult, ...]

@@ -28,7 +28,7 @@ class Planner(Protocol):
         ...
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
-        """Return the path of its undeflected tool under a motion of its drives."""
+        """Return the path of its undeflected tool, at times (n,) [s], under a motion of its drives."""
         ...
 
     def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
@@ -42,12 +42,12 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        world_from_base: Where it stands in the world.
+        world_from_base: Frame of its base in the world.
         robot: Its simulation, in its own base frame.
         planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
-        touch_off: What it takes for the world where it was touched off; None: the world.
-        discrepancy: What its tool was measured to do beyond the model, in the world; None: nothing.
+        touch_off: Frame that it takes for the world where it was touched off; None: the world.
+        discrepancy: Measured deviation of its tool beyond the model, in the world; None: nothing.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Member:
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def model_path(self, path: ToolPath) -> ToolPath:
-        """Return where the tool of its model has to be, in its base, for the tool to be on a path."""
+        """Return the path of its model's tool, in its base, for the tool to be on a path."""
         own = path if self.discrepancy is None else self.discrepancy.model(path)
         return own.transformed(self.world_from_base.inverse())
 

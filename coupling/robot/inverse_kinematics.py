@@ -37,7 +37,7 @@ class InverseKinematics:
     Args:
         robot: Its description.
         home: Joint angles near which the path is started [rad], (n,).
-        watch: Function that is told how far the planning is.
+        watch: Function called with the progress of the planning.
 
     Raises:
         PlanningError: If `home` has the wrong length or breaks a limit.
@@ -117,7 +117,7 @@ class InverseKinematics:
             size = float(np.linalg.norm(error))
             jacobian = self._jacobian(q)
             if size < _REACHED:
-                self._require_regularity(jacobian, where)
+                self._require_regular(jacobian, where)
                 return q
             best = min(best, float(np.linalg.norm(error[:3])))
             damping = _DAMPING * size * size
@@ -127,7 +127,7 @@ class InverseKinematics:
             q += step * min(1.0, _LARGEST_STEP / largest)
         # At the border of what it reaches an arm is stretched, and so singular as well.
         if best < _AWAY:
-            self._require_regularity(jacobian, where)
+            self._require_regular(jacobian, where)
         farthest = int(np.argmax(np.abs(q - guess))) + 1
         raise PlanningError(
             f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
@@ -143,7 +143,7 @@ class InverseKinematics:
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
         return tcp_jacobian(self._chain, self._data, self._chain.theta(q))[:, self._chain.drive]
 
-    def _require_regularity(self, jacobian: np.ndarray, where: str) -> None:
+    def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
         scaled = jacobian.copy()
         scaled[:3] /= self._reach
         _, values, rows = np.linalg.svd(scaled)

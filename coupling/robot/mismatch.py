@@ -1,4 +1,4 @@
-"""How the robot that really moves differs from the model that a command is computed for."""
+"""Differences of the robot that really moves from the model that a command is computed for."""
 
 from __future__ import annotations
 

@@ -13,12 +13,12 @@ from elastic_robot.description import Robot
 
 @dataclass(frozen=True)
 class Mounting:
-    """What a case changes in the description of a robot.
+    """Changes of a robot's description by its case.
 
     Attributes:
         base: world_from_base, of which the robot file knows nothing: its gravity is that of a base that
             is not turned.
-        tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3,).
+        tcp_shift: Shift of the TCP on the tool, tool axes [m], (3,).
 
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot

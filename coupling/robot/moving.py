@@ -43,10 +43,10 @@ class Inverter:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
 
         Args:
-            wanted: What the robot is to do.
-            controller: What takes the command.
+            wanted: Desired motion of the robot.
+            controller: Controller that takes the command.
             goal: Deviation of the simulated tool that needs no further improvement [m].
-            watch: Function that is told how far the work is.
+            watch: Function called with the progress of the work.
 
         Raises:
             PlanningError: If the path asks for more than the drives can do.

@@ -1,4 +1,4 @@
-"""What the desk asks of robots, whether it is one or a cell of several."""
+"""Contracts of robots, one or a cell of several."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class LimitWarning:
     Attributes:
         name: Name of the limit: "rate", "payload", "gear-torque-peak", "gear-torque-emergency" or
             "sampling".
-        value: What is asked, where it is worst [rad/s], [N] or [N m]; of samples what they cost [m].
-        limit: What the robot can do, or the tolerance, in the same unit.
+        value: Largest demand [rad/s], [N] or [N m]; of samples what they cost [m].
+        limit: Limit of the robot, or the tolerance, in the same unit.
         time: Instant at which it is worst [s].
         joint: Number, from 1; None for what is no joint's.
         robot: Name of the robot in a cell of several.
@@ -91,7 +91,7 @@ class InverseCommand:
 
 
 class SimulatedRobot(Protocol):
-    """What the coupling needs of a robot."""
+    """A robot, as the coupling needs it."""
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths that the TCPs take.
@@ -103,7 +103,7 @@ class SimulatedRobot(Protocol):
 
 
 class Robot(SimulatedRobot, Protocol):
-    """What a correction needs of a robot."""
+    """A robot, as a correction needs it."""
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return the joint angles of the undeflected robot along the paths of its tools.
@@ -135,9 +135,9 @@ class Robot(SimulatedRobot, Protocol):
         Args:
             desired: Desired paths of the tools.
             wrench: Wrenches on them, from their start to their end.
-            controller: What takes the commands.
+            controller: Controller that takes the commands.
             goal: Deviation at the tools that needs no further improvement [m].
-            watch: Function that is told how far the work is.
+            watch: Function called with the progress of the work.
 
         Raises:
             PlanningError: If a path asks for more than the drives can do.

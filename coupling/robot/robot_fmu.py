@@ -35,12 +35,12 @@ _WORTH_SHARING = 1000
 
 @dataclass(frozen=True)
 class Signals:
-    """Names of what goes in and out.
+    """Names of inputs and outputs.
 
     Attributes:
-        wrench: Of the wrench and of its rate.
-        spring: Of the contact spring: anchor, its velocity and the stiffness.
-        pose: Of the TCP's pose.
+        wrench: Names of the wrench and of its rate.
+        spring: Names of the contact spring: anchor, its velocity and the stiffness.
+        pose: Names of the TCP's pose.
         deflection: Function that gives those of so many elastic coordinates.
     """
 
@@ -78,7 +78,7 @@ class RobotFmu:
     Args:
         file: The FMU.
         torque_curve: "linear", "backlash" or "spline".
-        watch: Function that is told how far a simulation is.
+        watch: Function called with the progress of a simulation.
 
     Raises:
         SimulationError: If the file is no robot FMU or cannot run here.
@@ -125,7 +125,7 @@ class RobotFmu:
 
         Args:
             command: Motion of the drives, which covers the history's times.
-            wrench: Wrench on the tool; the path is told at its instants.
+            wrench: Wrench on the tool; the path is given at its instants.
             mode: "dynamic" or "quasistatic".
             changed: Values of the FMU's parameters other than the robot's own, by name.
             what: Remark on what is simulated, for who watches.
@@ -224,7 +224,7 @@ class ChangedRobot:
     Attributes:
         robot: The FMU.
         changed: Values of parameters by their names in the FMU.
-        what: What is other in it, in words.
+        what: Difference of it, in words.
     """
 
     robot: RobotFmu

@@ -18,18 +18,18 @@ from elastic_robot.errors import EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of
 from elastic_robot.parameters import Parameters
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # A command that brings the sagging tool to a real point is found to this [m], in so many passes.
 _FOUND, _PASSES = 1e-12, 30
-# What is left of that after all passes may be so large [m]: no touch tells less.
+# Largest residual of that after all passes [m]: below the accuracy of any touch.
 _ENOUGH = 1e-7
 
 
 @dataclass(frozen=True)
 class TouchOff:
-    """What a robot takes for the world, because it was touched off where it stood with its sag.
+    """Frame that a robot takes for the world, as it was touched off where it stood with its sag.
 
     Attributes:
         real_from_shown: World that its controller shows, in the real one: where the tool at rest was.
@@ -51,8 +51,8 @@ class TouchOff:
         """Return the displacement that fits touched points best, from one point a shift alone.
 
         Args:
-            commanded: Where the controller shows the TCP, world axes [m], (n, 3).
-            real: Where it is, (n, 3).
+            commanded: Positions of the TCP that the controller shows, world axes [m], (n, 3).
+            real: Real positions, world axes [m], (n, 3).
         """
         found = Frame.fitted(commanded, real)
         off = real - found.points(commanded)
@@ -70,8 +70,8 @@ class RestingRobot:
     Attributes:
         robot: Its description, gravity in the axes of its base.
         torque_curve: Name of its gears' torque curve.
-        home: Joint angles near which the points are reached [rad].
-        world_from_base: Where it stands in the world.
+        home: Joint angles near which the points are reached [rad], (joints,).
+        world_from_base: Frame of its base in the world.
     """
 
     robot: Robot
@@ -80,10 +80,10 @@ class RestingRobot:
     world_from_base: Frame
 
     def tool_at(self, commanded: np.ndarray, rotation: Rotation) -> np.ndarray:
-        """Return where the tool rests under commands to points, world axes [m], (n, 3).
+        """Return the tool's positions at rest under commands to points, world axes [m], (n, 3).
 
         Args:
-            commanded: Where the controller shows the TCP, (n, 3).
+            commanded: Positions of the TCP that the controller shows [m], (n, 3).
             rotation: world_from_tool that is commanded, the same at all points.
 
         Raises:
@@ -97,7 +97,7 @@ class RestingRobot:
             path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
-                x = equilibrium(dynamics, curve, near, Acting())
+                x = equilibrium(dynamics, curve, near, ToolLoad())
             except (PlanningError, EquilibriumError) as cause:
                 raise PlanningError(
                     f"point {k}, at {np.round(point, 4).tolist()} m: {cause}: give points that the robot"
@@ -107,7 +107,7 @@ class RestingRobot:
         return self.world_from_base.points(np.array(found))
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:
-        """Return the commands under which the tool rests at real points; as `tool_at`.
+        """Return the commands under which the tool rests at real points [m], (n, 3); as `tool_at`.
 
         Raises:
             PlanningError: As `tool_at`, or if a gear that hangs in its backlash lets it rest beside a

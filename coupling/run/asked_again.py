@@ -11,7 +11,7 @@ from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse, ProcessTable
-from coupling.process.base import Around
+from coupling.process.base import ProcessWrapper
 from coupling.process.repeatability import Repeatability
 from coupling.run.kept_process import checked_process
 from coupling.solve.correction import Correction
@@ -40,7 +40,7 @@ class ProcessRequest:
     seconds: float
 
 
-class RememberedProcess(Around):
+class RememberedProcess(ProcessWrapper):
     """A process that remembers what it was asked last.
 
     Args:

@@ -47,7 +47,7 @@ def _unknowns(
 
 
 class BoxForces(NamedTuple):
-    """What elements and contact do in a box.
+    """Forces and stiffness of elements and contact in a box.
 
     Attributes:
         unknowns: Numbers of the elements' unknowns in the box, -1 for what is held, (e, 27).
@@ -55,7 +55,7 @@ class BoxForces(NamedTuple):
         stiffness: Derivatives of those [N/m], (e, 27, 27); overwritten as well.
         residual: Unbalanced forces at the box's control points [N], (3 n,), zero where held.
         tangent: Derivative of the residual [N/m], (3 n, 3 n).
-        wrenches: As of `Assembled`.
+        wrenches: Wrench on each sphere about its centre [N, N m], (spheres, 6).
     """
 
     unknowns: np.ndarray
@@ -67,11 +67,11 @@ class BoxForces(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """What acts on a sheet.
+    """Residual and stiffness of a sheet.
 
     Attributes:
         residual: Unbalanced forces [N] at the control points of the box, (3 n,), zero where held, and
-            at the m unknowns of its rim, if the state has surroundings.
+            at the m unknowns of its interface, if the state has a far field.
         stiffness: Derivative of the residual by both [N/m], (3 n + m, 3 n + m).
         wrenches: Force on each sphere [N] and moment about its centre [N m], (spheres, 6).
     """
@@ -82,12 +82,12 @@ class Assembled(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """What holds a sphere on a sheet: tangents of the contact, as if one spring of 3 x 3.
+    """Tangents of a sphere's contact with a sheet.
 
     Attributes:
         own: Derivative of the force on the sphere by the sheet under it, moved as a whole [N/m], (3, 3).
-        by_sheet: Derivative of that force by the control points of a box, (3 n, 3), transposed.
-        on_sheet: Derivative of the residual there by the sphere's centre, negative, (3 n, 3).
+        by_sheet: Derivative of that force by the control points of a box, transposed [N/m], (3 n, 3).
+        on_sheet: Derivative of the residual there by the sphere's centre, negative [N/m], (3 n, 3).
     """
 
     own: np.ndarray
@@ -125,20 +125,20 @@ class Assembler:
         return Box(0, self._elements[0] + 2, 0, self._elements[1] + 2)
 
     def no_slip(self, sphere: Sphere) -> np.ndarray:
-        """Return the elastic slip of a tool that has not touched the sheet."""
+        """Return the elastic slip of an untouched sheet [m], (nx, ny, contact points, 3)."""
         count = len(self._surface.basis.area) if sphere.friction > 0.0 else 0
         return np.zeros((*self._elements, count, 3))
 
     def __call__(
         self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
     ) -> Assembled:
-        """Return what acts on a sheet that has moved; arguments as of `inside`."""
+        """Return residual and stiffness of a sheet that has moved; arguments as of `inside`."""
         return self.joined(self.inside(box, before, spheres, after), after)
 
     def inside(
         self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
     ) -> BoxForces:
-        """Return what elements and contact do in a box that has moved.
+        """Return forces and stiffness in a box that has moved.
 
         Args:
             box: Control points that may move.
@@ -171,43 +171,45 @@ class Assembler:
         return BoxForces(index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
 
     def joined(self, inside: BoxForces, state: SheetState) -> Assembled:
-        """Return what acts on a box and, if the state has surroundings, on its rim."""
+        """Return residual and stiffness of a box and, if the state has a far field, its interface."""
         unknowns = len(inside.residual)
-        if state.around is None:
+        if state.far_field is None:
             matrix = Bordered(inside.tangent, np.zeros((unknowns, 0)), np.zeros((0, 0)))
             return Assembled(inside.residual, matrix, inside.wrenches)
-        at_rim, across, among = self._rim(state, inside)
-        residual = np.concatenate([inside.residual, at_rim])
+        at_interface, across, among = self._interface(state, inside)
+        residual = np.concatenate([inside.residual, at_interface])
         return Assembled(residual, Bordered(inside.tangent, across, among), inside.wrenches)
 
-    def rim(self, box: Box) -> Interface | None:
-        """Return the rim of a box; None for the box of all control points."""
+    def interface(self, box: Box) -> Interface | None:
+        """Return the interface of a box; None for the box of all control points."""
         return None if box == self.everywhere else Interface.of(self._splines, box, self.free)
 
     def linear(
-        self, rim: Interface, before: SheetState, after: SheetState, limit: float
+        self, interface: Interface, before: SheetState, after: SheetState, limit: float
     ) -> CondensedFarField:
-        """Return what is outside of a box, made linear where a state has it.
+        """Return the far field of a box, linearised at a state.
 
-        What the state's own surroundings know, and what has hardly bent since, is taken from them.
+        What the state's own far field knows, and what has hardly bent since, is taken from them.
 
         Args:
-            rim: Rim of the box.
+            interface: Rim of the box.
             before: The last equilibrium.
             after: State with the new control points; the history of the elements is written.
             limit: Bending up to which a cell counts as linear [m].
         """
         factor = self._splines.factor
         outside = np.ones(self._elements, dtype=bool)
-        near = rim.box.elements(self.free.shape)
+        near = interface.box.elements(self.free.shape)
         outside[near[:, 0], near[:, 1]] = False
         nx, ny = self._splines.elements
         whole = outside.reshape(nx, factor, ny, factor).all(axis=(1, 3))
         cells = MacroElements.none(nx * ny)
-        if after.around is not None:
-            known = after.around.cells_at(after.at_rim)
+        if after.far_field is not None:
+            known = after.far_field.cells_at(after.at_interface)
             # About another box other elements of a cell lie outside of it.
-            same = after.around.rim.box == rim.box or (whole.ravel() & after.around.whole)
+            same = after.far_field.interface.box == interface.box or (
+                whole.ravel() & after.far_field.whole
+            )
             keep = same & (known.bent() <= limit)
             cells = known.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
@@ -219,24 +221,27 @@ class Assembler:
             fill_cells(*given, places[share], *moved, after.plastic, after.stretch)
 
         in_threads(act, len(places))
-        return CondensedFarField.of(rim, after.points.copy(), cells, whole.ravel())
+        return CondensedFarField.of(interface, after.points.copy(), cells, whole.ravel())
 
-    def _rim(
+    def _interface(
         self, state: SheetState, inside: BoxForces
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the residual at the rim and its border of the stiffness."""
-        around = state.around
-        assert around is not None
-        at_rim = around.force + around.stiffness @ state.at_rim
-        across, among = np.zeros((len(inside.residual), len(at_rim))), around.stiffness.copy()
+        """Return the residual at the interface and its border of the stiffness."""
+        far_field = state.far_field
+        assert far_field is not None
+        at_interface = far_field.force + far_field.stiffness @ state.at_interface
+        across, among = (
+            np.zeros((len(inside.residual), len(at_interface))),
+            far_field.stiffness.copy(),
+        )
         acting = inside.unknowns, inside.force, inside.stiffness
-        add_edge(around.rim.edge_elements, *acting, at_rim, across, among)
-        return at_rim, across, among
+        add_edge(far_field.interface.edge_elements, *acting, at_interface, across, among)
+        return at_interface, across, among
 
     def grip(
         self, box: Box, sphere: Sphere, before: SheetState, after: SheetState, tool: int
     ) -> Grip | None:
-        """Return what holds a sphere on the sheet; None where it is far from it.
+        """Return the tangents of a sphere's contact; None where it is far from the sheet.
 
         The contact depends on the place of the sheet relative to the sphere.  The splines sum to one:
         so the contact's element matrices, summed over one of their sides, are its derivatives by the

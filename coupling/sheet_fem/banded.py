@@ -25,7 +25,7 @@ class Cholesky:
     lower: np.ndarray
 
     def forward(self, right: np.ndarray) -> np.ndarray:
-        """Return L^-1 right, (n, k)."""
+        """Return L^-1 right, any unit, (n, k)."""
         solution = np.array(right, order="C")
 
         def solve(share: slice) -> None:
@@ -35,13 +35,13 @@ class Cholesky:
         return solution
 
     def backward(self, half: np.ndarray) -> np.ndarray:
-        """Return L^-T half, (n, k): with `forward` the solution."""
+        """Return L^-T half, any unit, (n, k): with `forward` the solution."""
         solution = np.array(half, order="C")
         _backward(self.lower, solution)
         return solution
 
     def adjoint(self, across: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """Return the H for which H^T forward(b) is across^T A^-1 b; `half` is forward(across)."""
+        """Return the matrix H, (n, k), with H^T forward(b) = across^T A^-1 b, from forward(across)."""
         return half
 
 
@@ -57,7 +57,7 @@ class SymmetricBanded:
 
     @classmethod
     def of(cls, index: np.ndarray, stiffness: np.ndarray, size: int, width: int) -> SymmetricBanded:
-        """Sum element matrices; arguments as of `GeneralBanded.of`."""
+        """Sum element matrices, (n, n); arguments as of `GeneralBanded.of`."""
         lower = np.zeros((size, 1 + width))
         _place_lower(index, stiffness, lower)
         _hold(index, lower, 0)
@@ -76,7 +76,7 @@ class SymmetricBanded:
         return Cholesky(factor.T)
 
     def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, (n,)."""
+        """Return the product with a vector, any unit, (n,)."""
         result: np.ndarray = self.lower[:, 0] * vector
         for d in range(1, self.lower.shape[1]):
             result[d:] += self.lower[:-d, d] * vector[:-d]
@@ -86,7 +86,12 @@ class SymmetricBanded:
 
 @dataclass(frozen=True)
 class Pivoted:
-    """Factors of a general band matrix A, as LAPACK has them; same use as `Cholesky`."""
+    """Factors of a general band matrix A, (n, n), as LAPACK has them; same use as `Cholesky`.
+
+    Attributes:
+        factor: Band of L and U, any unit, (diagonals, n).
+        pivots: Row numbers, (n,).
+    """
 
     factor: np.ndarray
     pivots: np.ndarray
@@ -98,11 +103,11 @@ class Pivoted:
         return solution
 
     def backward(self, half: np.ndarray) -> np.ndarray:
-        """Return what `forward` returned."""
+        """Return `half`, any unit, (n, k): `forward` has solved already."""
         return half
 
     def adjoint(self, across: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """Return the H for which H^T forward(b) is across^T A^-1 b."""
+        """Return the matrix H, (n, k), with H^T forward(b) = across^T A^-1 b."""
         return across
 
 
@@ -121,7 +126,7 @@ class GeneralBanded:
         """Sum element matrices.
 
         Args:
-            index: Unknowns of the elements, -1 for what is held, (elements, 27).
+            index: Numbers of the elements' unknowns, -1 for what is held, (elements, 27).
             stiffness: Matrices of the elements, (elements, 27, 27).
             size: Number of unknowns, n.
             width: Bandwidth, of each side.
@@ -140,7 +145,7 @@ class GeneralBanded:
         return Pivoted(*dgbtrf(self.columns.T, self._width, self._width)[:2])
 
     def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, (n,)."""
+        """Return the product with a vector, any unit, (n,)."""
         n, middle = len(vector), 2 * self._width
         result: np.ndarray = self.columns[:, middle] * vector
         for d in range(1, min(self._width + 1, n)):

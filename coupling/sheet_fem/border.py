@@ -1,4 +1,4 @@
-"""A band matrix with a dense border: the unknowns of a box and those of its rim."""
+"""A band matrix with a dense border: the unknowns of a box and those of its interface."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Bordered:
 
     Attributes:
         inner: Band matrix, (n, n).
-        across: (n, m).
-        outer: (m, m).
+        across: Matrix of inner rows and outer columns, (n, m).
+        outer: Matrix of outer rows and columns, (m, m).
     """
 
     inner: SymmetricBanded | GeneralBanded
@@ -30,7 +30,7 @@ class Bordered:
         return sum(self.across.shape)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution for one right-hand side, (n + m,), or several, (n + m, k)."""
+        """Return the solution for a right-hand side, any unit, (n + m,), or k of them, (n + m, k)."""
         n, m = self.across.shape
         columns = right.reshape(n + m, -1)
         factor = self.inner.factor()
@@ -42,7 +42,7 @@ class Bordered:
         return np.vstack([inner, outer]).reshape(right.shape)
 
     def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, (n + m,)."""
+        """Return the product with a vector, any unit, (n + m,)."""
         inner, outer = vector[: len(self.across)], vector[len(self.across) :]
         above = self.inner.times(inner) + self.across @ outer
         return np.concatenate([above, self.across.T @ inner + self.outer @ outer])
@@ -60,12 +60,12 @@ def add_border(
     """Add elements' matrices to a border.
 
     Args:
-        inner: Inner unknowns of the elements' columns, -1 for none, (elements, 27).
-        outer: Outer unknowns of their rows, -1 for none, (elements, 27).
+        inner: Numbers of the elements' columns among inner unknowns, -1 for none, (elements, 27).
+        outer: Numbers of their rows among outer unknowns, -1 for none, (elements, 27).
         across: Matrices of outer rows and inner columns, (elements, 27, 27).
         among: Matrices of outer rows and columns, (elements, 27, 27).
-        to_across: Added to, (n, m).
-        to_outer: Added to, (m, m).
+        to_across: Matrix of inner rows and outer columns, added to, (n, m).
+        to_outer: Matrix of outer rows and columns, added to, (m, m).
     """
     for e in range(len(inner)):
         for r in range(27):

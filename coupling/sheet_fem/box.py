@@ -37,7 +37,7 @@ class Box(NamedTuple):
 
     @property
     def ranges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of its control points in x and y."""
+        """Numbers of its control points in x and y, (width,) each."""
         return np.arange(self.first_x, self.last_x), np.arange(self.first_y, self.last_y)
 
     def inside(self, shape: tuple[int, ...]) -> np.ndarray:

@@ -23,7 +23,7 @@ class CoarseSplines:
     Attributes:
         factor: Fine elements in a coarse one, in each direction.
         along_x: Weights of the fine splines in the coarse ones, (nx + 2, coarse nx + 2).
-        along_y: The same in y, (ny + 2, coarse ny + 2).
+        along_y: Such weights in y, (ny + 2, coarse ny + 2).
         blend: Weights of an element's nine fine splines in the nine coarse ones there, by the
             element's place in its coarse element, (factor, factor, 9, 9).
     """
@@ -62,7 +62,7 @@ class CoarseSplines:
         return x * (ny + 2) + y
 
     def touching(self, fine: np.ndarray) -> np.ndarray:
-        """Return which coarse splines have a part in any of some fine ones.
+        """Return the mask of coarse splines that have a part in any of some fine ones.
 
         Args:
             fine: Mask, (nx + 2, ny + 2) or (nx + 2, ny + 2, 3).
@@ -73,7 +73,7 @@ class CoarseSplines:
         return touched
 
     def fine(self, coarse: np.ndarray) -> np.ndarray:
-        """Return the moves of fine control points, (nx + 2, ny + 2, 3), for those of coarse ones."""
+        """Return the moves of fine control points [m], (nx + 2, ny + 2, 3), for those of coarse ones."""
         along = self.along_x @ coarse.reshape(len(coarse), -1)
         moved: np.ndarray = self.along_y @ along.reshape(len(along), -1, 3)
         return moved

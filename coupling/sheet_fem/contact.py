@@ -35,7 +35,7 @@ class Sphere(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """Where contact is integrated.
+    """Contact points of the sheet and its backing plate.
 
     Attributes:
         basis: Splines at the contact points of an element.
@@ -79,7 +79,7 @@ def give(
     force: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add the force against a contact point, and its derivative by the point, to an element."""
+    """Add thrust (3,) [N] and tangent (3, 3) [N/m] of a point to an element, by weights N, (9,)."""
     for k in range(3):
         for A in range(9):
             force[3 * A + k] += N[A] * thrust[k]
@@ -109,7 +109,7 @@ def press(
     penetration d does some on the thinning, too, and the sheet's forces lessen by p h: it is the stress
     across the sheet, -p at the touched face and none at the other, in the mean over the thickness.
 
-    `on_tool` gets the force of each element on the sphere and its moment about the centre, (e, 6).
+    `on_tool` gets each element's force on the sphere [N] and moment about the centre [N m], (e, 6).
     Friction acts on the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left
     out.
     """

@@ -1,4 +1,4 @@
-"""The elements of a box that see control points outside of it: what they do to the rim's unknowns."""
+"""The elements of a box that see control points outside of it: their forces at the interface."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from coupling.sheet_fem.on_stack import on_stack
 
 
 class EdgeElements(NamedTuple):
-    """Which elements these are, and how coarse splines move them.
+    """Elements at a box's edge, and their motion by coarse splines.
 
     Attributes:
         numbers: Their numbers among the box's elements, (e,).
-        weights: What the nine coarse splines there move their nine control points, as far as those are
-            outside of the box, (e, 9, 9).
-        unknowns: Numbers of the rim's unknowns that move those splines, -1 for none, (e, 27).
+        weights: Weights of the nine coarse splines there in their nine control points, as far as those
+            are outside of the box, (e, 9, 9).
+        unknowns: Numbers of the interface's unknowns that move those splines, -1 for none, (e, 27).
     """
 
     numbers: np.ndarray
@@ -31,20 +31,20 @@ def add_edge(
     inner: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
-    at_rim: np.ndarray,
+    at_interface: np.ndarray,
     across: np.ndarray,
     among: np.ndarray,
 ) -> None:
-    """Add what the elements at a box's edge do to the rim.
+    """Add forces and stiffness of the elements at a box's edge to the interface.
 
     Args:
         edge: These elements; at the edge the stiffness is symmetric.
         inner: Numbers of the unknowns of all elements of the box, -1 for what is held, (n, 27).
         force: Nodal forces of all [N], (n, 27).
-        stiffness: Their derivative, (n, 27, 27).
-        at_rim: Added to: forces at the rim's unknowns, (m,).
-        across: Added to: derivative of these forces by the box's unknowns, transposed, (unknowns, m).
-        among: Added to: their derivative by the rim's unknowns, (m, m).
+        stiffness: Their derivative [N/m], (n, 27, 27).
+        at_interface: Forces at the interface's unknowns, added to [N], (m,).
+        across: Derivative of these by the box's unknowns, transposed, added to [N/m], (unknowns, m).
+        among: Derivative of these by the interface's unknowns, added to [N/m], (m, m).
     """
     # Of one coarse spline along one direction: what the 27 nodal moves do to it.
     by_nodes = on_stack((27,))
@@ -61,7 +61,7 @@ def add_edge(
                 for A in range(9):
                     weight = edge.weights[e, A, C]
                     if weight != 0.0:
-                        at_rim[row] += weight * force[own, 3 * A + k]
+                        at_interface[row] += weight * force[own, 3 * A + k]
                         for r in range(27):
                             by_nodes[r] += weight * K[3 * A + k, r]
                 for r in range(27):

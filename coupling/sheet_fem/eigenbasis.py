@@ -54,7 +54,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     Args:
         x1: First eigenvalue, > 0.
         x2: Second eigenvalue, > 0.
-        table: Written, (5, 5).
+        table: Written: the differences [1], (5, 5).
 
     Example:
         >>> table = np.zeros((5, 5))
@@ -94,8 +94,8 @@ def eigenbasis(
     the axes in which the metric is diagonal, transposed, turns the others out of them.
 
     Args:
-        a: First fundamental form, (3,).
-        F: Written: divided differences of ln/2 of the eigenvalues, (5, 5).
+        a: First fundamental form [1], (3,).
+        F: Written: divided differences of ln/2 of the eigenvalues [1], (5, 5).
         into: Written: matrix that turns tensors from material axes into the eigenbasis, (3, 3).
         out: Written: matrix that turns strains from the eigenbasis into material axes, (3, 3).
     """

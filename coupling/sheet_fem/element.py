@@ -28,13 +28,13 @@ def fill_elements(
     Args:
         shell: Data that all elements share.
         surface: Contact points and plate.
-        places: Elements, (e, 2).
+        places: Numbers of the elements in x and y, (e, 2).
         points: Control points [m], (nx + 2, ny + 2, 3).
-        plastic: Plastic strains before, (nx, ny, points, layers, 4).
+        plastic: Plastic strains before [1], (nx, ny, points, layers, 4).
         force: Written: nodal forces [N], (e, 27).
         stiffness: Written: their derivative [N/m], (e, 27, 27).
-        new_plastic: Written, as `plastic`.
-        new_stretch: Written: stretch of the thickness, (nx, ny, points).
+        new_plastic: Written, plastic strains after, shape of `plastic` [1].
+        new_stretch: Written: stretch of the thickness [1], (nx, ny, points).
     """
     count, plate = shell.basis.area.shape[0], np.isfinite(surface.plane)
     functions, answers = np.empty((5 * count, 9)), np.empty((5 * count, 6, 9))

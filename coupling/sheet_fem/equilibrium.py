@@ -26,7 +26,7 @@ class Equilibrium:
         before: State before the move.
         spheres: Tools where they have gone.
         box: Control points that could move.
-        tangent: Derivative of the residual by them and by the rim's unknowns [N/m].
+        tangent: Derivative of the residual by them and by the interface's unknowns [N/m].
     """
 
     state: SheetState
@@ -41,7 +41,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class NewtonSettings:
-    """When Newton's method ends.
+    """Settings of Newton's method.
 
     Attributes:
         tolerance: Largest unbalanced force at a control point that may move [N].
@@ -89,7 +89,7 @@ def find_equilibrium(
         spheres: Tools at their new places.
         box: Control points about the tools.
         settings: Limits of Newton's method.
-        guess: How the control points may be expected to move [m], (nx + 2, ny + 2, 3); without one the
+        guess: Expected moves of the control points [m], (nx + 2, ny + 2, 3); without one the
             sheet is where it was.
     """
     after = SheetState(
@@ -97,18 +97,18 @@ def find_equilibrium(
         state.plastic.copy(),
         state.stretch.copy(),
         tuple(assemble.no_slip(sphere) for sphere in spheres),
-        state.around,
-        state.at_rim.copy(),
+        state.far_field,
+        state.at_interface.copy(),
     )
-    rim = assemble.rim(box)
-    if rim is None:
-        after = replace(after, around=None, at_rim=np.zeros(0))
-    elif after.around is None or after.around.rim.box != box:
-        after = _made_linear(assemble, rim, state, after, settings.linear)
+    interface = assemble.interface(box)
+    if interface is None:
+        after = replace(after, far_field=None, at_interface=np.zeros(0))
+    elif after.far_field is None or after.far_field.interface.box != box:
+        after = _made_linear(assemble, interface, state, after, settings.linear)
     free = 3 * box.size
     step = np.zeros(0)
     last, halvings = np.inf, 0
-    near = rim is None
+    near = interface is None
     first = spheres
     if guess is None:
         first = tuple(tool._replace(stiffness=_SOFT * tool.stiffness) for tool in spheres)
@@ -122,13 +122,13 @@ def find_equilibrium(
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
         if iteration == 0 and guess is None:
             unbalanced = np.inf  # against the tools as they are it is not known yet
-        if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
+        if unbalanced <= 1.0 and near and (interface is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
             _carried(after)
             return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
-        if rim is not None and unbalanced <= (1.0 if near else _NEAR):
+        if interface is not None and unbalanced <= (1.0 if near else _NEAR):
             _carried(after)
-            after = _made_linear(assemble, rim, state, after, settings.kept)
+            after = _made_linear(assemble, interface, state, after, settings.kept)
             # That moves no control point that the box's elements see.
             near, last = True, np.inf
             continue
@@ -148,39 +148,39 @@ def find_equilibrium(
 
 
 def _made_linear(
-    assemble: Assembler, rim: Interface, before: SheetState, state: SheetState, limit: float
+    assemble: Assembler, interface: Interface, before: SheetState, state: SheetState, limit: float
 ) -> SheetState:
     """Return a state with what is outside of the box made linear there."""
-    around = assemble.linear(rim, before, state, limit)
-    return replace(state, around=around, at_rim=np.zeros(rim.size))
+    far_field = assemble.linear(interface, before, state, limit)
+    return replace(state, far_field=far_field, at_interface=np.zeros(interface.size))
 
 
 def _is_linear(state: SheetState, limit: float) -> bool:
     """Return whether what is outside of the box is near where it was made linear."""
-    assert state.around is not None
-    return bool(np.max(state.around.bent_at(state.at_rim)) <= limit)
+    assert state.far_field is not None
+    return bool(np.max(state.far_field.bent_at(state.at_interface)) <= limit)
 
 
 def _carried(state: SheetState) -> None:
     """Move all control points outside of the box, of which iterations move the edge."""
-    if state.around is not None:
-        state.around.carry(state.at_rim, state.points)
+    if state.far_field is not None:
+        state.far_field.carry(state.at_interface, state.points)
 
 
 def _move_as_expected(state: SheetState, box: Box, guess: np.ndarray) -> None:
-    """Move the control points of a box, and its rim, as is expected of them."""
-    rim = None if state.around is None else state.around.rim
-    at_rim = np.zeros(0) if rim is None else rim.fitted(guess[rim.edge])
-    _move(state, box, guess[box.first_x : box.last_x, box.first_y : box.last_y], at_rim)
+    """Move the control points of a box, and its interface, as is expected of them."""
+    interface = None if state.far_field is None else state.far_field.interface
+    at_interface = np.zeros(0) if interface is None else interface.fitted(guess[interface.edge])
+    _move(state, box, guess[box.first_x : box.last_x, box.first_y : box.last_y], at_interface)
 
 
-def _move(state: SheetState, box: Box, inside: np.ndarray, at_rim: np.ndarray) -> None:
-    """Move the control points of a box, and with its rim's unknowns the others."""
+def _move(state: SheetState, box: Box, inside: np.ndarray, at_interface: np.ndarray) -> None:
+    """Move the control points of a box, and with its interface's unknowns the others."""
     moved = state.points[box.first_x : box.last_x, box.first_y : box.last_y]
     moved += inside.reshape(moved.shape)
-    if state.around is not None:
-        state.at_rim[:] += at_rim
-        state.around.carry_edge(state.at_rim, state.points)
+    if state.far_field is not None:
+        state.at_interface[:] += at_interface
+        state.far_field.carry_edge(state.at_interface, state.points)
 
 
 # An iteration that raises the unbalanced forces is taken back by halves at most so many times.

@@ -1,4 +1,4 @@
-"""What small elements would do: the force in the limit, from elements of one size."""
+"""Force in the limit of small elements, from elements of one size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def limit_of_force(element: float, radius: float, thickness: float) -> float:
 
     Args:
         element: Side of an element [m].
-        radius: Of the tool's sphere [m].
+        radius: Radius of the tool's sphere [m].
         thickness: First thickness of the sheet [m].
 
     Example:

@@ -48,7 +48,7 @@ _MAX_CUTS = 6
 
 @dataclass(frozen=True)
 class SheetSettings:
-    """How finely a sheet is computed.
+    """Fineness of a sheet's computation.
 
     Attributes:
         layers: Gauss points over the thickness.
@@ -72,7 +72,7 @@ class SheetModel:
         mesh: Grid of the sheet.
         material: Sheet metal.
         settings: Fineness and support.
-        free: Control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
+        free: Mask of control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
     """
 
     def __init__(
@@ -221,11 +221,11 @@ class SheetModel:
                 return replace(found, state=replace(state, travel=Increment.of(tools, moved)))
 
     def reaction(self, found: Equilibrium) -> np.ndarray:
-        """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""
+        """Return the stiffness of the spheres in an equilibrium [N/m], (3 spheres, 3 spheres)."""
         return tool_stiffness(self.assemble, found)
 
     def _guess(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
-        """Return how the control points may be expected to move [m], (nx + 2, ny + 2, 3)."""
+        """Return the expected moves of the control points [m], (nx + 2, ny + 2, 3)."""
         if state.travel is None:
             return None
         seen = box.grown(2, state.points.shape)  # with what the box's elements see
@@ -238,7 +238,7 @@ class SheetModel:
         return np.inf if opening is None else opening + self.settings.edge_radius
 
     def _supported(self, value: np.ndarray) -> np.ndarray:
-        """Return which contact points lie on the backing plate, (nx, ny, points)."""
+        """Return the mask of contact points on the backing plate, (nx, ny, points)."""
         nx, ny = self.mesh.elements
         if np.isinf(self._plane):
             return np.zeros((nx, ny, len(value)), dtype=bool)
@@ -274,8 +274,8 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
     if not grips:
         return stiffness.reshape(3 * count, 3 * count)
     pushed = np.hstack([grip.on_sheet for grip in grips.values()])
-    at_rim = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
-    follows = found.tangent.solve(np.vstack([pushed, at_rim]))[: len(pushed)]
+    at_interface = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
+    follows = found.tangent.solve(np.vstack([pushed, at_interface]))[: len(pushed)]
     for column, j in enumerate(grips):
         for i, grip in grips.items():
             stiffness[i, :, j] = -grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]

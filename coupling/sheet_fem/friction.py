@@ -28,7 +28,7 @@ def elastic_slip(
         distance: Distance between both [m].
         length: Largest elastic slip [m].
         slip: Written: elastic slip after [m], (3,).
-        tangent: Written: its derivative by the place of the point, (3, 3).
+        tangent: Written: its derivative by the place of the point [1], (3, 3).
     """
     along = drift[0] * normal[0] + drift[1] * normal[1] + drift[2] * normal[2]
     for k in range(3):

@@ -1,4 +1,4 @@
-"""The rim of a box: the coarse unknowns outside of it that its elements see."""
+"""The interface of a box: the coarse unknowns outside of it that its elements see."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.edge_elements import EdgeElements
 
-# Singular values of the splines' weights in the edge, over the largest, that tell nothing of them.
+# Singular values of the splines' weights in the edge, over the largest, below which these are free.
 _HARDLY_SEEN = 1e-3
 
 
 @dataclass(frozen=True)
 class Interface:
-    """Which coarse unknowns there are outside of a box, and how its elements see them.
+    """Coarse unknowns outside of a box, and how its elements see them.
 
     Attributes:
         splines: The coarse splines.
         box: Control points of the box.
         outside: Mask of the fine control points that are not in the box, (nx + 2, ny + 2).
-        outer: Numbers of the rim's unknowns, -1 for others, (coarse nx + 2, coarse ny + 2, 3).
-        inner: The same of those that follow.
+        outer: Numbers of the interface's unknowns, -1 for others, (coarse nx + 2, coarse ny + 2, 3).
+        inner: Numbers of those that follow, likewise, (coarse nx + 2, coarse ny + 2, 3).
     """
 
     splines: CoarseSplines
@@ -35,12 +35,12 @@ class Interface:
 
     @classmethod
     def of(cls, splines: CoarseSplines, box: Box, free: np.ndarray) -> Interface:
-        """Return the rim of a box.
+        """Return the interface of a box.
 
         Args:
             splines: Coarse splines; one that reaches a control point that is held is held itself.
             box: Control points of the box.
-            free: Which fine control points may move, (nx + 2, ny + 2, 3).
+            free: Mask of fine control points that may move, (nx + 2, ny + 2, 3).
         """
         inside = box.inside(free.shape)
         seen = box.grown(2, free.shape).inside(free.shape)
@@ -52,12 +52,12 @@ class Interface:
 
     @cached_property
     def size(self) -> int:
-        """Number of the rim's unknowns."""
+        """Number of the interface's unknowns."""
         return int(self.outer.max()) + 1
 
     @cached_property
     def edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the control points outside of the box that its elements see, (p,) each."""
+        """Numbers in x and y of the control points outside that the box's elements see, (p,) each."""
         x, y = np.nonzero(
             self.box.grown(2, self.outside.shape).inside(self.outside.shape) & self.outside
         )
@@ -65,31 +65,31 @@ class Interface:
 
     @cached_property
     def _edge_weights(self) -> np.ndarray:
-        """Weights of the rim's splines in those, (p, splines)."""
+        """Weights of the interface's splines in those, (p, splines)."""
         (x, y), (columns, rows) = self.edge, self._splines
         weights: np.ndarray = self.splines.along_x[x][:, columns] * self.splines.along_y[y][:, rows]
         return weights
 
     @cached_property
     def _splines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the splines that the rim's unknowns move, (splines,) each."""
+        """Places of the splines that the interface's unknowns move, (splines,) each."""
         x, y = np.nonzero((self.outer >= 0).any(axis=-1))
         return x, y
 
-    def at_edge(self, at_rim: np.ndarray) -> np.ndarray:
-        """Return the moves of the edge's control points for the rim's unknowns [m], (p, 3)."""
+    def at_edge(self, at_interface: np.ndarray) -> np.ndarray:
+        """Return the moves of the edge's control points for the interface's unknowns [m], (p, 3)."""
         numbers = self.outer[self._splines]
-        coarse = np.where(numbers >= 0, at_rim[numbers], 0.0)
+        coarse = np.where(numbers >= 0, at_interface[numbers], 0.0)
         moves: np.ndarray = self._edge_weights @ coarse
         return moves
 
     def fitted(self, moves: np.ndarray) -> np.ndarray:
-        """Return the rim's unknowns [m], (m,), for which its edge moves nearly so [m], (p, 3)."""
+        """Return the interface's unknowns [m], (m,), for which its edge moves nearly so [m], (p, 3)."""
         numbers = self.outer[self._splines]
         coarse = np.linalg.lstsq(self._edge_weights, moves, rcond=_HARDLY_SEEN)[0]
-        at_rim = np.zeros(self.size)
-        at_rim[numbers[numbers >= 0]] = coarse[numbers >= 0]
-        return at_rim
+        at_interface = np.zeros(self.size)
+        at_interface[numbers[numbers >= 0]] = coarse[numbers >= 0]
+        return at_interface
 
     def of_cells(self, numbers: np.ndarray) -> np.ndarray:
         """Return the numbers of the unknowns of all coarse elements, (cells, 27)."""

@@ -14,7 +14,7 @@ from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
 
 
 class MacroElements(NamedTuple):
-    """What elements do, coarse element by coarse element; for each from a state of its own.
+    """Forces and stiffness of elements by coarse element, each from a state of its own.
 
     Attributes:
         force: Forces on the nine coarse splines [N], (cells, 27).
@@ -32,7 +32,7 @@ class MacroElements(NamedTuple):
         return cls(np.zeros((count, 27)), np.zeros((count, 27, 27)), np.zeros((count, 9, 3)))
 
     def only(self, kept: np.ndarray) -> MacroElements:
-        """Return them with the others empty."""
+        """Return them with all but those of a mask (cells,) empty."""
         some = self.none(len(kept))
         for new, old in zip(some, self, strict=True):
             new[kept] = old[kept]
@@ -44,7 +44,7 @@ class MacroElements(NamedTuple):
         return MacroElements(force, self.stiffness, self.since + moves)
 
     def bent(self) -> np.ndarray:
-        """Return how far the splines of a cell have moved apart since its evaluation [m], (cells,)."""
+        """Return the bending of each cell since its evaluation [m], (cells,)."""
         apart = np.empty(len(self.since))
         _spread(self.since, apart)
         return apart
@@ -80,15 +80,15 @@ def fill_cells(
     Args:
         shell: Data that all elements share.
         surface: Contact points and plate.
-        blend: Weights of an element's splines in the coarse ones, see `CoarseSplines`.
+        blend: Weights of `CoarseSplines`, (factor, factor, 9, 9).
         outside: Mask of the elements that count, (nx, ny).
-        places: Cells, (e, 2).
+        places: Numbers of the cells in x and y, (e, 2).
         points: Control points [m], (nx + 2, ny + 2, 3).
-        plastic: Plastic strains before, (nx, ny, points, layers, 4).
-        force: Written: forces of all cells, as of `MacroElements`.
-        stiffness: Written: the same of their stiffness.
-        new_plastic: Written, as `plastic`.
-        new_stretch: Written: stretch of the thickness, (nx, ny, points).
+        plastic: Plastic strains before [1], (nx, ny, points, layers, 4).
+        force: Written: forces of all cells, as of `MacroElements` [N], (cells, 27).
+        stiffness: Written: their derivative [N/m], (cells, 27, 27).
+        new_plastic: Written: plastic strains after, shape of `plastic` [1].
+        new_stretch: Written: stretch of the thickness [1], (nx, ny, points).
     """
     factor, count = blend.shape[0], shell.basis.area.shape[0]
     columns = outside.shape[1] // factor

@@ -9,7 +9,7 @@ import numpy as np
 from coupling.sheet_fem.compiled import compiled
 
 
-class Swift(Protocol):
+class SwiftHardening(Protocol):
     """Any metal with Swift hardening."""
 
     @property
@@ -73,7 +73,7 @@ def tensile_strength(material: Material) -> float:
 
 
 @compiled
-def yield_stress(material: Swift, plastic_strain: float) -> tuple[float, float]:
+def yield_stress(material: SwiftHardening, plastic_strain: float) -> tuple[float, float]:
     """Return the yield stress [Pa] and its slope over the equivalent plastic strain [Pa]."""
     total = material.prestrain + plastic_strain
     stress = material.strength * total**material.exponent

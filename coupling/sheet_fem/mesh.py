@@ -19,7 +19,7 @@ class Basis(NamedTuple):
     Spline 3 i + j belongs to the control point (i, j) of the element's patch.
 
     Attributes:
-        value: (points, 9).
+        value: Weights of the control points, (points, 9).
         d1, d2: Slopes along x and y [1/m], (points, 9).
         d11, d22, d12: Second derivatives [1/m2], (points, 9).
         area: Area that a point stands for [m2], (points,).
@@ -38,7 +38,7 @@ def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Bas
     """Return the splines at the points of a product rule.
 
     Args:
-        rule: Points 0..1 and weights of one direction; the same in both.
+        rule: Points 0..1 and weights of one direction, (points,) each; the same in both.
         size: Sides of an element in x and y [m].
 
     Example:
@@ -67,13 +67,13 @@ def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Bas
 
 
 def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return Gauss points on 0..1 and their weights."""
+    """Return Gauss points on 0..1 and their weights, (count,) each."""
     points, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (points + 1.0), 0.5 * weights
 
 
 def midpoints(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middles of equal parts of 0..1 and their weights."""
+    """Return the middles of equal parts of 0..1 and their weights, (count,) each."""
     return (np.arange(count) + 0.5) / count, np.full(count, 1.0 / count)
 
 
@@ -108,7 +108,7 @@ class SheetMesh:
         return np.concatenate([place, np.zeros((*place.shape[:2], 1))], axis=-1)
 
     def place(self, number: np.ndarray) -> np.ndarray:
-        """Return where control points of given numbers lie in the flat sheet [m], (..., 2)."""
+        """Return the positions of control points of given numbers in the flat sheet [m], (..., 2)."""
         place: np.ndarray = (number - 0.5) * self.element_size - 0.5 * np.array(self.size)
         return place
 
@@ -118,7 +118,7 @@ class SheetMesh:
         return number
 
     def clamped(self) -> np.ndarray:
-        """Return which control points may move with all four edges clamped, (nx + 2, ny + 2, 3)."""
+        """Return the mask of free control points, all four edges clamped, (nx + 2, ny + 2, 3)."""
         free = np.zeros((self.elements[0] + 2, self.elements[1] + 2, 3), dtype=bool)
         free[2:-2, 2:-2] = True
         return free

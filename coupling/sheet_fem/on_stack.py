@@ -14,7 +14,7 @@ import numba.np.arrayobj
 import numpy as np
 from numba.core import types
 
-# What numba's own arrays are made with; it tells no types of it.
+# What numba's own arrays are made with; it has no type hints.
 _cgutils: Any = numba.core.cgutils
 _arrayobj: Any = numba.np.arrayobj
 

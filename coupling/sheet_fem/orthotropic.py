@@ -31,7 +31,7 @@ class Yld91(NamedTuple):
         prestrain: Strain that the metal brings along, eps_0.
         exponent: Hardening exponent, n.
         anisotropy: Coefficients c1 to c6, > 0; all 1 for an isotropic metal.
-        terms: Polynomial of the yield exponent, `effective_terms`.
+        terms: Polynomial's numbers for the yield exponent, as `effective_terms`, (terms,).
     """
 
     youngs_modulus: float
@@ -96,7 +96,7 @@ def compliance(metal: Yld91, axes: OrthotropicAxes) -> Symmetric:
 
 @compiled
 def into_axes(axes: OrthotropicAxes, stress: np.ndarray) -> Triple:
-    """Return z of a stress (11, 22, 12)."""
+    """Return z of a stress 11, 22, 12 [Pa], (3,)."""
     return Triple(
         axes.px * stress[0] + axes.py * stress[1],
         axes.dx * stress[0] + axes.dy * stress[1],
@@ -106,7 +106,7 @@ def into_axes(axes: OrthotropicAxes, stress: np.ndarray) -> Triple:
 
 @compiled
 def fill_stress(axes: OrthotropicAxes, z: Triple, stress: np.ndarray) -> None:
-    """Fill the stress whose z is given."""
+    """Fill the stress 11, 22, 12 [Pa], (3,), whose z is given."""
     stress[0] = axes.xp * z.p + axes.xd * z.d
     stress[1] = axes.yp * z.p + axes.yd * z.d
     stress[2] = z.t / axes.shear
@@ -114,7 +114,7 @@ def fill_stress(axes: OrthotropicAxes, z: Triple, stress: np.ndarray) -> None:
 
 @compiled
 def add_strain(axes: OrthotropicAxes, factor: float, strain: Triple, total: np.ndarray) -> None:
-    """Add a strain, given as the conjugate of z, times a factor to one with engineering shear."""
+    """Add a strain, conjugate to z, times a factor to the strain 11, 22, 2*12 [1], (3,)."""
     total[0] += factor * (axes.px * strain.p + axes.dx * strain.d)
     total[1] += factor * (axes.py * strain.p + axes.dy * strain.d)
     total[2] += factor * axes.shear * strain.t
@@ -122,7 +122,7 @@ def add_strain(axes: OrthotropicAxes, factor: float, strain: Triple, total: np.n
 
 @compiled
 def fill_modulus(axes: OrthotropicAxes, E: float, m: Symmetric, modulus: np.ndarray) -> None:
-    """Fill the modulus of stress over strain, E m in z."""
+    """Fill the modulus of stress over strain [Pa], (3, 3), E m in z."""
     xp, xd, yp, yd = axes.xp, axes.xd, axes.yp, axes.yd
     shear = E / axes.shear
     modulus[0, 0] = E * (xp * xp * m.pp + 2.0 * xp * xd * m.pd + xd * xd * m.dd)

@@ -26,7 +26,7 @@ def bear(
     Args:
         surface: Contact points and plate.
         i: Place of the element in x.
-        j: The same in y.
+        j: Number in y.
         points: Control points of the sheet [m], (nx + 2, ny + 2, 3).
         force: Added to: forces of the element [N], (27,).
         stiffness: Added to: their derivative [N/m], (27, 27).

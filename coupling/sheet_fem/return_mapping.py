@@ -32,11 +32,11 @@ def plane_stress(
 
     Args:
         material: Sheet metal.
-        strain: Logarithmic strain, (3,).
-        plastic: Plastic strain and equivalent plastic strain before, (4,).
+        strain: Logarithmic strain [1], (3,).
+        plastic: Plastic strain and equivalent plastic strain before [1], (4,).
         stress: Written [Pa], (3,).
         tangent: Written, d stress / d strain [Pa], (3, 3).
-        new_plastic: Written, `plastic` after, (4,).
+        new_plastic: Written: `plastic` after [1], (4,).
     """
     RETURN_MAPPINGS[type(material)](material, strain, plastic, stress, tangent, new_plastic)
 

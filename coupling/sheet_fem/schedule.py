@@ -1,4 +1,4 @@
-"""Where along a tool path the sheet's equilibrium is found."""
+"""Positions along a tool path at which the sheet's equilibrium is found."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Schedule:
     arc: np.ndarray
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
-        """Return values given at the positions, (m, k), at all samples, (n, k)."""
+        """Return values (m, k) at the positions, interpolated at all samples, (n, k), in their unit."""
         at = self.arc[self.positions]
         return np.column_stack([np.interp(self.arc, at, column) for column in values.T])
 

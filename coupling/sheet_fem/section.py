@@ -30,7 +30,7 @@ _BY_STRAIN = np.array([2.0, 2.0, 1.0, 1.0, 1.0, 0.5])
 
 
 class CrossSection(NamedTuple):
-    """What the sheet is made of.
+    """Material and layers of the sheet.
 
     Attributes:
         material: Sheet metal.
@@ -56,11 +56,11 @@ def layer_resultants(
 
     Args:
         cross: Metal, thickness and layers.
-        strain: e and kappa, (6,).
-        plastic: Plastic strains of every layer before, (layers, 4).
+        strain: Membrane strain e [1] and bending kappa [1/m], (6,).
+        plastic: Plastic strains of every layer before [1], (layers, 4).
         resultant: Written: conjugates of e and kappa [N/m, N], (6,).
-        tangent: Written: its derivative, (6, 6).
-        new_plastic: Written, (layers, 4).
+        tangent: Written: its derivative [N/m, N, N m], (6, 6).
+        new_plastic: Written: plastic strains after [1], (layers, 4).
     """
     at = on_stack((3,))
     stress = on_stack((3,))
@@ -234,12 +234,12 @@ def section(
 
     Args:
         cross: Metal, thickness and layers.
-        a: First fundamental form a11, a22, a12, (3,).
+        a: First fundamental form a11, a22, a12 [1], (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
-        plastic: Plastic strains of every layer before, (layers, 4).
+        plastic: Plastic strains of every layer before [1], (layers, 4).
         resultant: Written: energy's derivative by (a/2, b) as vectors of six [N/m, N], (6,).
-        tangent: Written: its derivative, symmetric, (6, 6).
-        new_plastic: Written, (layers, 4).
+        tangent: Written: its derivative, a symmetric matrix, (6, 6).
+        new_plastic: Written: plastic strains after [1], (layers, 4).
     """
     F, into, out = on_stack((5, 5)), on_stack((3, 3)), on_stack((3, 3))
     x1, x2 = eigenbasis(a, F, into, out)

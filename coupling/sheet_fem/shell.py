@@ -13,7 +13,7 @@ from coupling.sheet_fem.section import CrossSection, section
 
 
 class Shell(NamedTuple):
-    """What all elements share.
+    """Section, basis and mesh that all elements share.
 
     Attributes:
         cross: Metal, thickness and layers.
@@ -28,13 +28,13 @@ class Point(NamedTuple):
     """Midsurface and section at a point of integration.
 
     Attributes:
-        first: Tangents x,1 and x,2, (2, 3).
-        up: Their dual vectors a^1 and a^2, (2, 3).
+        first: Tangents x,1 and x,2 [1], (2, 3).
+        up: Their dual vectors a^1 and a^2 [1], (2, 3).
         normal: Unit normal, (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
-        functions: N,1 N,2 h_11 h_22 2 h_12 of the control points, see `answer`, (5, 9).
-        resultant: Forces and moments, times the point's area, (6,).
-        tangent: Their derivative, (6, 6).
+        functions: N,1 N,2 [1/m], h_11 h_22 2 h_12 [1/m2] of the control points, see `answer`, (5, 9).
+        resultant: Membrane forces [N m] and moments [N m2], both times the point's area, (6,).
+        tangent: Their derivative by membrane strains [1] and bending [1/m], (6, 6).
     """
 
     first: np.ndarray
@@ -62,9 +62,9 @@ def integrate(
         shell: Data that all elements share.
         g: Number of the point.
         points: Control points of the element [m], (9, 3).
-        plastic: Plastic strains before, (points, layers, 4).
-        new_plastic: Written, (points, layers, 4).
-        stretch: Written: stretch of the thickness, (points,).
+        plastic: Plastic strains before [1], (points, layers, 4).
+        new_plastic: Written: plastic strains after [1], (points, layers, 4).
+        stretch: Written: stretch of the thickness [1], (points,).
         point: Written.
     """
     basis = shell.basis
@@ -140,8 +140,8 @@ def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.n
 
     Args:
         point: Midsurface and section there.
-        functions: The five of nine splines, (5, 9).
-        force: Added to, (27,).
+        functions: The five of nine splines [1/m, 1/m2], (5, 9).
+        force: Nodal forces, added to [N], (27,).
         answers: Written, for each function and the pairs k <= m of directions: what displacements along
             m of the nine do along k, (5, 6, 9).
     """

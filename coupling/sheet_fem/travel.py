@@ -1,4 +1,4 @@
-"""Where a sheet will be when its tools go on as they came: its last move, carried along with them."""
+"""Prediction of a sheet whose tools go on as they came: its last move, carried along with them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PLUNGE = 0.1
 
 
 class Increment(NamedTuple):
-    """How a sheet and the tools on it came from one equilibrium to the next.
+    """Moves of a sheet and the tools on it from one equilibrium to the next.
 
     Attributes:
         begin: Centres of the tools before [m], (tools, 3).
@@ -37,12 +37,12 @@ class Increment(NamedTuple):
 
     @classmethod
     def of(cls, tools: tuple[Sphere, ...], moved: np.ndarray) -> Increment:
-        """Return how tools came where they are with a sheet whose control points moved [m]."""
+        """Return the increment of a sheet whose control points moved [m], (nx + 2, ny + 2, 3)."""
         end = _centers(tools)
         return cls(end - np.array([tool.moved for tool in tools]).reshape(-1, 3), end, moved)
 
     def carried(self, mesh: SheetMesh, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
-        """Return how control points would move next; None if the tools do not go on as they came.
+        """Return the next moves of the control points; None if the tools do not go on as they came.
 
         What the tools did to the sheet they do again, farther on and turned with their path.
 

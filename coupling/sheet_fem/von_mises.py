@@ -27,7 +27,7 @@ def von_mises(
 ) -> None:
     """Return mapping of one layer, projected to plane stress [SimoTaylor1986].
 
-    As `return_mapping.plane_stress`.
+    Arguments as of `return_mapping.plane_stress`, strain (3,) [1].
     """
     E, nu = material.youngs_modulus, material.poisson_ratio
     G = 0.5 * E / (1.0 + nu)

@@ -50,7 +50,7 @@ class Effective(NamedTuple):
 
 @compiled
 def effective(terms: np.ndarray, p: float, d: float, t: float) -> Effective:
-    """Return the effective stress; not a number where there is no stress.
+    """Return the effective stress [Pa] of p, d, t, terms as (k + 1,); NaN where there is no stress.
 
     It is sqrt(X) F(q), X the larger one of x and y, q <= 1 the smaller one over it and
     F(q) = f(q)^(1/m) with the polynomial f: nothing overflows.

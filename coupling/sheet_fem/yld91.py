@@ -45,7 +45,7 @@ _NEAR = 1e-3
 
 
 class _Trial(NamedTuple):
-    """What a layer has to return from.
+    """Trial state that a layer has to return from.
 
     Attributes:
         z: Trial stress [Pa].
@@ -181,7 +181,7 @@ def yld91(
     tangent: np.ndarray,
     new_plastic: np.ndarray,
 ) -> None:
-    """Return mapping of one layer, as `return_mapping.plane_stress`.
+    """Return mapping of one layer; arguments as of `return_mapping.plane_stress`, strain (3,) [1].
 
     Where it does not converge the stress is not a number, and the load step is cut.
     """

@@ -1,4 +1,4 @@
-"""What a correction leads to, and the one that corrects nothing: the weak coupling alone."""
+"""Result of a correction, and the one that corrects nothing: the weak coupling alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import BacklashReversal, Robot
-from coupling.solve.fixed_point import Evaluation, Loop, couple, told_at, unloaded_path
+from coupling.solve.fixed_point import Evaluation, Loop, couple, sampled_at, unloaded_path
 from coupling.solve.outcome import Outcome
 
 
@@ -41,7 +41,7 @@ class CorrectionIteration(Event):
         number: 0 for the uncorrected command.
         deviation: Deviation from the desired path of the path that the iteration leads to.
         coupling: Evaluations of the process in this iteration.
-        correction: What the iteration has added to the desired path, where it did so sample by sample.
+        correction: Displacement added to the desired path, where the iteration did so sample by sample.
     """
 
     number: int
@@ -71,7 +71,7 @@ HOW: dict[How, str] = {
 
 @dataclass(frozen=True)
 class UncorrectedRun:
-    """What the robots do where the desired paths are commanded.
+    """Motion of the robots where the desired paths are commanded.
 
     Attributes:
         path: Paths of the TCPs.
@@ -100,14 +100,14 @@ class Correction:
         reason: Reason in plain words; if not converged, what was seen and what to try.
         desired: Desired paths of the TCPs.
         unloaded: Paths of the TCPs under gravity alone, command = desired paths.
-        before: What the robots do with command = desired paths.
+        before: Coupling of the robots with command = desired paths.
         joints: Motion of the drives, in the rows to send to the robots.
         command: Paths of the undeflected TCPs at the rows of `joints`.
-        correction: Paths of the undeflected TCPs under `joints` minus `desired`, (tools, n, 6).
+        correction: Paths of the undeflected TCPs under `joints` minus `desired` [m, rad], (tools, n, 6).
         achieved: Paths of the TCPs under `joints` and `answer`.
         answer: The process's answer to the paths that the tools really take.
         consistency: Largest distance between the path that the process saw and `achieved` [m].
-        iterations: The way there.
+        iterations: Iterations of the correction, in order.
         evaluations: Number of evaluations of the process, in all.
         backlash_reversals: Passages of gears through their backlash; None where the method does not know
             them.
@@ -135,7 +135,7 @@ class Correction:
 
 
 class Method(Protocol):
-    """What makes a command of a desired path."""
+    """A method that makes a command of a desired path."""
 
     def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, with what it leads to.
@@ -162,7 +162,7 @@ class Uncorrected:
 
     def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
-        times = told_at(desired, loop.mode)
+        times = sampled_at(desired, loop.mode)
         path = times.path
         joints = on_cycle(loop.robot.plan(path), loop.controller)
         loop.watch(RefinedTimes(path))

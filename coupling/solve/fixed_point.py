@@ -24,7 +24,7 @@ RobotT_co = TypeVar("RobotT_co", bound=SimulatedRobot, covariant=True)
 
 @dataclass(frozen=True)
 class Tolerance:
-    """When an iteration has converged: all three at once.
+    """Tolerances of a converged iteration, all three at once.
 
     Attributes:
         path: Largest change of a TCP position between process input and robot output [m].
@@ -48,8 +48,8 @@ class Loop(Generic[RobotT_co]):
         scheme: Relaxation; every coupling resets it first.
         tolerance: Limits at which a coupling ends.
         max_evaluations: Evaluations of the process at most, in each coupling.
-        controller: What the robot's controller takes: a command is rows on its cycle.
-        watch: Function that is told of every evaluation.
+        controller: The robot's controller: a command is rows on its cycle.
+        watch: Function called with every evaluation.
     """
 
     robot: RobotT_co
@@ -72,7 +72,7 @@ class Evaluation:
         path_change_rms: Root mean square of it [m].
         force_change: Largest change of force since the last evaluation, relative to the peak; infinite
             in the first.
-        peak_force: [N].
+        peak_force: Largest force [N].
         worst_time: Instant at which the path changes most [s].
         carried: Largest force that springs, and what is beyond them, add to the process's at the robot's
             answer, relative to the peak; 0 without.
@@ -104,7 +104,7 @@ class Evaluation:
             found: The robots' answer.
             wrench: The process's answer.
             last: Its answer before.
-            carried: What springs carry at the robots' answer, relative to the peak force.
+            carried: Force of springs at the robots' answer, over the peak force.
         """
         distance = found.distance_to(seen)
         return cls(
@@ -162,7 +162,7 @@ _PATIENCE = 12
 # A stagnating path change that stays within this ratio is a limit cycle.
 _CYCLE = 4.0
 _ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
-# Longest step at which the paths of moving robots are told [s]: springs and forces go straight in
+# Longest step at which the paths of moving robots are sampled [s]: springs and forces go straight in
 # between, 0.1 um off on a circle of 60 mm at 50 mm/s.
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
@@ -172,7 +172,7 @@ _SLOWEST = 0.9
 _CARRIED = 20.0
 
 
-def told_at(path: SampledPath, mode: Mode) -> SampledPath:
+def sampled_at(path: SampledPath, mode: Mode) -> SampledPath:
     """Return paths at the times at which the robots are simulated.
 
     Args:
@@ -196,7 +196,7 @@ def couple(
         command: Motion of the drives.
         start: First path, whose times are those of all paths and wrenches; the robot's path without
             load at the command's rows unless given.
-        rows: Rows of the process's samples in them, (n,); all of them unless given.
+        rows: Row numbers of the process's samples in them, (n,); all of them unless given.
 
     Returns:
         The result, converged or not.
@@ -225,11 +225,11 @@ def couple(
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, told = moved.path, moved.loads.on(moved.path), seen.loads
+        g, loads, acting = moved.path, moved.loads.on(moved.path), seen.loads
         found = g, replace(answer, wrench=loads)
-        carried = loads.change_from(told)
-        evaluations.append(Evaluation.of(number, x, g, told, last, carried))
-        last = told
+        carried = loads.change_from(acting)
+        evaluations.append(Evaluation.of(number, x, g, acting, last, carried))
+        last = acting
         loop.watch(Evaluated(evaluations[-1], g))
         seen_at = x.deviation_from(origin)
         update = loop.scheme.update(seen_at, g.deviation_from(origin))
@@ -281,7 +281,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
 
 
 def _left_over_change(evaluations: list[Evaluation]) -> float:
-    """Return how far a path is from the fixed point, over its last change, where springs slow it down.
+    """Return a path's distance from the fixed point over its last change, where springs slow it down.
 
     Both are root mean squares: single samples creep, where gears that hang are held.
 
@@ -295,7 +295,7 @@ def _left_over_change(evaluations: list[Evaluation]) -> float:
 
 
 def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[Outcome, str] | None:
-    """Return how and why it is no use to go on, if so."""
+    """Return outcome and reason where it is no use to go on."""
     changes = [evaluation.path_change for evaluation in evaluations]
     if len(changes) >= 3 and changes[-1] > _DIVERGED * changes[0]:
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))

@@ -57,7 +57,7 @@ class _Iteration:
 
 
 class InverseCorrection(Schema):
-    """The moving robot inverted along the whole path; docs/inverse.md tells how.
+    """The moving robot inverted along the whole path, as docs/inverse.md explains.
 
     If the tool reaches its path, the wrench is that on the desired path: the process is evaluated once
     there, the robots are inverted under that wrench, and what they then do is validated with the
@@ -67,7 +67,7 @@ class InverseCorrection(Schema):
         tolerance_m: Largest deviation from the desired path, in the validation.
         max_rounds: Rounds of inverse and validation at most; from the second on the wrench is that of
             the path really taken.
-        before: How the path under the uncorrected command is found: "one-way", under the wrench on the
+        before: Way to find the path under the uncorrected command: "one-way", under the wrench on the
             desired path, which costs no evaluation, or "coupled".
     """
 
@@ -125,7 +125,7 @@ class InverseCorrection(Schema):
         times: SampledPath,
         answer: ProcessResponse,
     ) -> tuple[UncorrectedRun, int]:
-        """Return what the uncorrected command leads to, and the evaluations that it took."""
+        """Return the result of the uncorrected command, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
@@ -167,7 +167,7 @@ class InverseCorrection(Schema):
         return _Iteration(inverse, achieved, checked, last.path_change, report)
 
     def _verdict(self, rounds: list[_Iteration], mode: Mode) -> tuple[Outcome, str] | None:
-        """Return how and why the rounds end, if they do."""
+        """Return outcome and reason of the rounds, if they end."""
         failure = rounds[-1].failure
         if failure is not None:
             process = isinstance(failure, ProcessError)

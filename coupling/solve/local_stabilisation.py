@@ -25,17 +25,17 @@ _SLOWER, _DARES = 0.25, 2.0
 
 @dataclass(frozen=True)
 class LocalStabilisation:
-    """How tools settle along their paths, and what helps them.
+    """Stiffnesses that hold tools along their paths until they settle.
 
     A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
     taken a little too small; and what one sample answers depends on its neighbours' jumps.  So a tool
     that does not settle is held there.  What is held creeps: it is carried on by several of its own
-    moves at a time, as their secant tells (Irons and Tuck 1969, by sample; docs/references.md).
+    moves at a time, by their secant (Irons and Tuck 1969, by sample; docs/references.md).
 
     Attributes:
         hold: Stiffness that holds them in all directions [N/m], (tools, n).
-        factor: How many times its own move a tool goes on by, (tools, n).
-        most: The most of that, (tools, n).
+        factor: Multiple of its own move that a tool goes on by [1], (tools, n).
+        most: Largest such multiple [1], (tools, n).
         move: The last moves, from where the process saw a tool to where the robot put it [m],
             (tools, n, 3).
         evaluations: Number of evaluations.

@@ -22,7 +22,7 @@ from coupling.solve.correction import (
     SampledCorrection,
     Uncorrected,
 )
-from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
+from coupling.solve.fixed_point import Coupling, Loop, couple, sampled_at
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Iterate
 
@@ -75,7 +75,7 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        times = told_at(desired, loop.mode)
+        times = sampled_at(desired, loop.mode)
         rows, path = times.asked, times.path
         first = Uncorrected().correct(loop, desired)
         iterations = list(first.iterations)
@@ -142,7 +142,7 @@ class Mirror(Schema):
     def _verdict(
         self, iterations: list[CorrectionIteration], coupling: Coupling
     ) -> tuple[Outcome, str] | None:
-        """Return how and why the iteration ends, if it does."""
+        """Return outcome and reason of the iteration, if it ends."""
         if not coupling.converged:
             reason = f"in iteration {iterations[-1].number} the coupling {coupling.reason}"
             return coupling.outcome, reason
@@ -164,7 +164,7 @@ class Mirror(Schema):
         return None
 
     def _held_back(self, last: CorrectionIteration) -> str:
-        """Return what kept the correction from being complete."""
+        """Return the reasons for which the correction is not complete."""
         if self.cutoff_Hz is not None:
             return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
         limited = last.correction.limited_samples if last.correction is not None else 0
@@ -229,9 +229,9 @@ def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.
     jump becomes a ramp centred on it.
 
     Args:
-        time: Rising [s], (n,).
+        time: Rising times [s], (n,).
         correction: Positions [m] and rotations [rad], (n, 6); both are limited to `max_rate`.
-        max_rate: [m/s] and [rad/s].
+        max_rate: Largest rate [m/s] and [rad/s].
 
     Example:
         >>> time = np.linspace(0.0, 4.0, 5)

@@ -1,4 +1,4 @@
-"""How an iteration ended."""
+"""Outcomes of an iteration."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _AGREED, _STILL, _MOST = 0.01, 1e-7, 25
 # Displacement along its force that a tool may make in the first update [m].  The stiffness that this
 # asks for should rather be too large, which is slow, than too small, which loses contact.
 _FIRST_MOVE = 2e-4
-# A tool that moved less between two evaluations tells nothing of the stiffness [m].
+# A tool that moved less between two evaluations says nothing of the stiffness [m].
 _LEAST_MOVE = 1e-8
 # A force that changes at a right angle to the motion, by this cosine, is no reaction to it.
 _LEAST_COSINE = 1e-3
@@ -38,7 +38,7 @@ class Robin(ConstantRelaxation):
 
     At the fixed point nothing is added to F, so that K changes no answer; on the way there it holds a
     gear that a given force would leave without a place in its backlash, and with the right K the
-    iteration is Newton's.  K is that of the process's answer where it tells, else estimated from
+    iteration is Newton's.  K is that of the process's response where stated, else estimated from
     evaluation to evaluation (docs/robin.md).
 
     What a tool feels of its own displacement acts as a spring within each robot.  What springs cannot
@@ -58,7 +58,7 @@ class Robin(ConstantRelaxation):
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
     ) -> RobotAnswer:
-        """Return how robots move against a process that goes on as it has answered.
+        """Return the robots' motion against a process that goes on as it has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated under the process's answer and the springs.
@@ -165,13 +165,13 @@ class LinearProcess:
         return interpolated(path.time, self.seen.answer.wrench.instants, tools, axis=1)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
-        """Return what of this change springs to x_k do not give [N], (tools, k, 3)."""
+        """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""
         return self.change(path) - spring.force(path.position)
 
 
 @dataclass(frozen=True)
 class ProcessStiffness:
-    """What evaluations of a process have told of its stiffness along the path of all tools.
+    """Stiffness of a process along the path of all tools, as its evaluations show it.
 
     Attributes:
         position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
@@ -185,7 +185,7 @@ class ProcessStiffness:
 
     @classmethod
     def first(cls, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
-        """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
+        """Return a guess along the force [N] at positions [m], (tools, n, 3), of one size everywhere."""
         size = np.linalg.norm(force, axis=-1, keepdims=True)
         direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
         tools, count = force.shape[:2]
@@ -203,7 +203,7 @@ class ProcessStiffness:
     def then(
         self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
     ) -> ProcessStiffness:
-        """Return what is known after one more evaluation, which may state the stiffness.
+        """Return the stiffness after one more evaluation, stated [N/m], (n, 3 tools, 3 tools), or not.
 
         Otherwise that of a sample is the symmetric one of rank one that explains the change of the
         forces on all tools, df df^T / (-df . dx): of all that are not negative the smallest.  It stays

@@ -1,4 +1,4 @@
-"""What a scheme of the coupling is."""
+"""Contract of a scheme of the coupling."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from elastic_robot.fmi.interface import Mode
 
 @dataclass(frozen=True)
 class Iterate:
-    """What a process saw, and its answer.
+    """A process's evaluation: the paths, and its response.
 
     Attributes:
         path: Paths of the tools, at as many times as the robots are simulated.
-        rows: Rows of the process's samples in them.
-        answer: Its answer.
+        rows: Row numbers of the process's samples in them, (n,).
+        answer: Its response.
     """
 
     path: ToolPath
@@ -41,10 +41,10 @@ class Iterate:
 
 @dataclass(frozen=True)
 class RobotAnswer:
-    """How robots have answered to a process.
+    """Answer of robots to a process.
 
     Attributes:
-        loads: What acted on them.
+        loads: Loads on them.
         path: Paths of their tools.
     """
 
@@ -53,12 +53,12 @@ class RobotAnswer:
 
 
 class Scheme(ABC):
-    """How robots answer to a process, and the next path follows from the last ones."""
+    """A scheme: the robots' answer to a process, and the next path from the last ones."""
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
     ) -> RobotAnswer:
-        """Return how robots move after the process has answered.
+        """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
@@ -68,7 +68,7 @@ class Scheme(ABC):
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """Return the next iterate from x and g = G(x), all of one shape."""
+        """Return the next iterate from x and g = G(x) [m], all of one shape."""
 
     @abstractmethod
     def reset(self) -> None:
@@ -76,7 +76,7 @@ class Scheme(ABC):
 
 
 class SchemeBuilder(Protocol):
-    """What makes a new scheme."""
+    """Function that makes a new scheme."""
 
     def __call__(self, first: float = 1.0) -> Scheme:
         """Return the scheme whose first factor is `first`."""

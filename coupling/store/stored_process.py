@@ -11,7 +11,7 @@ from typing import Literal
 from coupling.errors import StoreError
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Around, Process, ProcessResponse
+from coupling.process.base import Process, ProcessResponse, ProcessWrapper
 from coupling.store.entry import EntryInfo, answer_key, plain, size_of
 from coupling.store.store import Store
 
@@ -37,7 +37,7 @@ _CHANGED = (
 )
 
 
-class StoredProcess(Around):
+class StoredProcess(ProcessWrapper):
     """A process that answers from a store where it can, and whose answers are kept before they are used.
 
     Room for an answer is taken before it is computed, so that a full disk is found first.  An answer

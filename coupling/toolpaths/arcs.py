@@ -30,7 +30,7 @@ class Plane:
     def vectors(
         self, first: np.ndarray, second: np.ndarray, normal: np.ndarray | float
     ) -> np.ndarray:
-        """Return vectors of components in its axes, (..., 3)."""
+        """Return vectors, any unit, (..., 3), of components (...) in its axes."""
         found = np.empty((*np.shape(first), 3))
         found[..., self.first], found[..., self.second], found[..., self.normal] = (
             first,
@@ -49,8 +49,8 @@ class Arc:
 
     Attributes:
         plane: The plane.
-        centre: In the plane [m], (2,).
-        start, end: [m], (3,).
+        centre: Centre in the plane [m], (2,).
+        start, end: First and last point [m], (3,).
         angle: From the first axis to the start [rad].
         sweep: Angle that it turns by, positive counter-clockwise [rad].
     """
@@ -91,7 +91,7 @@ class Arc:
     def of_radius(
         cls, plane: Plane, start: np.ndarray, end: np.ndarray, radius: float, clockwise: bool
     ) -> Arc:
-        """Return the shorter arc of a radius [m], or with a negative one the longer.
+        """Return the shorter arc between points (3,) of a radius [m], with a negative one the longer.
 
         Raises:
             ValueError: If the ends are farther apart than the circle is wide, or one.

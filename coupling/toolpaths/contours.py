@@ -39,7 +39,7 @@ class _Contours(SegmentedPath):
 
     @model_validator(mode="after")
     def _tool_comes_from_above(self) -> _Contours:
-        least = self.upright_lean_deg - 90.0
+        least = self.untilted_lean_deg - 90.0
         if self.lean_deg <= least:
             raise ValueError(
                 f"lean_deg: expected more than {least:g} from the wall's normal, as the tool comes from"
@@ -48,12 +48,12 @@ class _Contours(SegmentedPath):
         return self
 
     @property
-    def upright_lean_deg(self) -> float:
+    def untilted_lean_deg(self) -> float:
         """The wall's angle where leans are measured from its normal: the wall is right of the feed."""
         return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
-        """Return what is to be made: a wall of this angle in steps."""
+        """Return the task: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
         return replace(super().task(part, corners), wall_angle=angle, step_down=self.step_down_m)
 

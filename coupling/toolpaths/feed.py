@@ -1,4 +1,4 @@
-"""Where the feed of a path points across the tool that takes it."""
+"""Direction of a path's feed across the tool that takes it."""
 
 from __future__ import annotations
 

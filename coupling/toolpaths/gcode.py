@@ -41,7 +41,7 @@ class GcodePath(ToolPathTable):
         return read_program(self.file)
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
-        """Return what is to be made, which words change nothing, and how much the acceleration jumps."""
+        """Return the task, with remarks on words without effect and the jump of the acceleration."""
         ignored = self._program.ignored
         words = ", ".join(
             f"{word} ({count})" if count > 1 else word for word, count in ignored.items()

@@ -55,7 +55,7 @@ class Dwell:
 
 @dataclass(frozen=True)
 class GcodeProgram:
-    """What a program does.
+    """Moves of a program.
 
     Attributes:
         steps: Its moves and waits.
@@ -83,14 +83,14 @@ def read_program(file: Path) -> GcodeProgram:
             break
     if not any(isinstance(step, GcodeMove) for step in steps):
         unknown = machine.unknown
-        never = f": {', '.join(unknown)} never told" if 0 < len(unknown) < len(_AXES) else ""
+        never = f": {', '.join(unknown)} never given" if 0 < len(unknown) < len(_AXES) else ""
         raise CaseError(f"{file}: expected moves from one point to another, got none{never}")
     return GcodeProgram(tuple(steps), dict(machine.ignored))
 
 
 @dataclass
 class _Machine:
-    """Modes and place of the tool while a program is read; a coordinate not yet told is NaN."""
+    """Modes and place of the tool while a program is read; a coordinate not yet given is NaN."""
 
     unit: float | None = None
     absolute: bool = True
@@ -103,7 +103,7 @@ class _Machine:
 
     @property
     def unknown(self) -> list[str]:
-        """Letters of the coordinates that are not yet told."""
+        """Letters of the coordinates that are not yet given."""
         return [letter for letter, value in zip(_AXES, self.place, strict=True) if np.isnan(value)]
 
     def steps(self, block: Block) -> Iterator[GcodeMove | Dwell]:

@@ -1,4 +1,4 @@
-"""When a process is asked along a path, and the shorter steps in which the path is told."""
+"""Times at which a process is evaluated along a path, and the shorter steps of the path."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath, divided
 
-# Longest step in which a path is told [s]: a quintic spline through rows 4 ms apart stays within 1 nm of
+# Longest step of a path [s]: a quintic spline through rows 4 ms apart stays within 1 nm of
 # a motion that reaches 0.25 m/s in 0.2 s, where one through rows 20 ms apart leaves 0.4 um.
 LONGEST = 0.004
 # Instants are one if they are closer than this part of the sampling period, or of LONGEST where that is
 # the shorter one: splines through rows of very different steps ring.
 _NEAR, _NEAR_LONGEST = 0.1, 1.0 / 3.0
 
-# Times at which a process is to be asked beside the usual ones [s].
+# Times at which a process is to be evaluated beside the usual ones [s].
 Corners = np.ndarray
 NONE: Corners = np.zeros(0)
 
@@ -26,8 +26,8 @@ class PathTimes:
     """Times of a path.
 
     Attributes:
-        time: Times at which it is told, rising from 0 [s], (n,).
-        asked: Rows of those at which a process is asked, (k,).
+        time: Times of the path, rising from 0 [s], (n,).
+        asked: Row numbers at which a process is evaluated, (k,).
     """
 
     time: np.ndarray
@@ -37,12 +37,12 @@ class PathTimes:
     def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> PathTimes:
         """Return the times of a motion.
 
-        Between rests and corners, which are instants themselves, the process is asked in equal steps.
+        Between rests and corners, which are instants themselves, the steps are equal.
 
         Args:
-            rests: Times at which the motion comes to rest, rising, the last one its end [s].
-            period: Longest time between two questions [s].
-            corners: Times at which the process is to be asked as well; those next to a rest or to each
+            rests: Times at which the motion comes to rest, rising, the last one its end [s], (r,).
+            period: Longest time between two samples [s].
+            corners: Further times at which the process is evaluated; those next to a rest or to each
                 other are one with it [s].
 
         Example:
@@ -66,10 +66,10 @@ def _apart(kept: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
 
 
 def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
-    """Return a path of one tool with rows at corners, and the rows at which a process is asked: all.
+    """Return a path with rows at corners, and the numbers of rows to evaluate a process at, (n,): all.
 
     Args:
-        path: A path whose rows are its user's.
+        path: A path of one tool whose rows are its user's.
         corners: Times [s]; those next to a row are one with it.
     """
     steps = np.diff(path.time)

@@ -57,7 +57,7 @@ def straight(start: np.ndarray, end: np.ndarray) -> Segment:
 
 
 def link(start: np.ndarray, end: np.ndarray) -> Segment:
-    """Return the straight segment on which the tool moves from one cut to the next."""
+    """Return the straight segment between two points [m], (3,)."""
     return replace(straight(start, end), heading=None)
 
 
@@ -67,7 +67,7 @@ def polyline(points: Iterable[np.ndarray]) -> list[Segment]:
 
 
 def circle(center: np.ndarray, radius: float) -> Segment:
-    """Return a full horizontal circle about the z axis through `center`, starting at +x [m]."""
+    """Return a full horizontal circle about the z axis through `center` [m], (3,), from +x on."""
 
     def point(s: np.ndarray) -> np.ndarray:
         angle = s / radius
@@ -103,8 +103,8 @@ class SegmentedPath(ToolPathTable):
         instants = PathTimes.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         path = tool_path(part, instants.time, moved[:, :3])
-        upright = UntiltedPath(part, path, instants.asked)
-        return upright.headed(moved[:, 3]) if follows else upright
+        untilted = UntiltedPath(part, path, instants.asked)
+        return untilted.headed(moved[:, 3]) if follows else untilted
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
@@ -129,7 +129,7 @@ class Leg:
     """A motion from rest to rest.
 
     Attributes:
-        duration: [s], > 0.
+        duration: Duration [s], > 0.
         at: Function from times since its start (k,) to rows of what moves (k, columns).
     """
 
@@ -159,7 +159,7 @@ class Motion:
         return np.cumsum([leg.duration for leg in self.legs])
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return what moves at times from 0 to the end, rising [s], (k,); at rests as they begin."""
+        """Return all that moves, (k, columns), at rising times from 0 to the end [s], (k,)."""
         ends = self.ends
         first = np.searchsorted(time, np.append(0.0, ends[:-1]), side="right")
         first[0], last = 0, np.append(first[1:], len(time))

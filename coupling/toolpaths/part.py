@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 
-# Axes of an upright tool in the part frame: x = -z (approach), y = y, z = x.
+# Axes of an untilted tool in the part frame: x = -z (approach), y = y, z = x.
 PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 # Axes of a tool at the sheet's back: x = z (approach), y = -y, z = x.

@@ -68,7 +68,7 @@ class ProgramPath(ToolPathTable):
         return self._of_file(part, path, instants.asked)
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:
-        """Return what is driven without a rest: at one speed, without a corner."""
+        """Return the stretches driven without a rest: at one speed, without a corner."""
         smooth, found = np.cos(np.deg2rad(self.corner_deg)), [[points[0], points[1]]]
         for point in points[2:]:
             (a, b), c = found[-1][-2:], point

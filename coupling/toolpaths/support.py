@@ -16,7 +16,7 @@ from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 
 @dataclass(frozen=True)
 class SupportingTool:
-    """What the supporting tool is to do.
+    """Desired path of the supporting tool.
 
     Attributes:
         forming: Desired path of the forming tool.
@@ -46,7 +46,7 @@ class SupportingTool:
         return np.sum(drift * own.direction, axis=1)
 
     def at_rows(self, rows: np.ndarray) -> SupportingTool:
-        """Return the same at some of its times, by their row numbers."""
+        """Return the same at the times of these row numbers, (k,)."""
         forming, desired = self.forming.at_rows(rows), self.desired.at_rows(rows)
         return replace(self, forming=forming, desired=desired, direction=self.direction[rows])
 
@@ -79,7 +79,7 @@ class Pinch:
 
 
 def following(points: np.ndarray, depth: np.ndarray, pinch: Pinch) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points opposite the forming tool across the wall, and the directions across it.
+    """Return points [m] opposite the forming tool, and directions across the wall, (n, 3), part frame.
 
     Both spheres touch the sheet along its normal, which tilts from the vertical to the wall's as the
     wall grows; until then the supporting tool stays below the flat sheet.
@@ -98,7 +98,7 @@ def following(points: np.ndarray, depth: np.ndarray, pinch: Pinch) -> tuple[np.n
 def fixed_height(
     points: np.ndarray, depth: np.ndarray, pinch: Pinch
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points below the rim of the wall: the same turn about the z axis, no descent."""
+    """Return points and directions as `following`, (n, 3): the same turn about z, no descent."""
     tips = points + (depth / np.tan(pinch.wall_angle))[:, None] * _outward(points)
     tips[:, 2] = -pinch.gap
     return tips, np.tile([0.0, 0.0, -1.0], (len(points), 1))
@@ -114,13 +114,13 @@ STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed
 def support_along(
     strategy: str, part: Frame, forming: ToolPath, height: float, pinch: Pinch
 ) -> SupportingTool:
-    """Return what a supporting tool is to do along a forming path.
+    """Return the desired path of a supporting tool along a forming path.
 
     Args:
         strategy: A name in STRATEGIES.
         part: base_from_part.
         forming: Desired path of the forming tool.
-        height: How far its TCP is above the lowest point of its sphere, along the part's z axis [m].
+        height: Height of its TCP above the lowest point of its sphere, along the part's z axis [m].
         pinch: The tools.
     """
     points = part.coordinates(forming.position[0]) - [0.0, 0.0, height]

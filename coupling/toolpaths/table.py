@@ -1,4 +1,4 @@
-"""What every tool path of the case file has in common."""
+"""Keys that every tool path of the case file has."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ToolPathTable(Schema, ABC):
     """Base of the case file's tool paths; a table answers `untilted(part)`, and all else follows.
 
     Keys: lead_deg and lean_deg tilt the tool, rotation_deg turns it about its own axis before.
-    tilt_frame tells what the tilt is measured from: "part", the part's axes, lead about y and lean
+    tilt_frame says what the tilt is measured from: "part", the part's axes, lead about y and lean
     about x, or "path", feed and normal of the path, lead forward and lean to the right.
     """
 
@@ -43,26 +43,26 @@ class ToolPathTable(Schema, ABC):
 
         Args:
             part: base_from_part.
-            corners: Times at which the process is to be asked as well [s].
+            corners: Times at which the process is to be evaluated as well [s].
 
         Raises:
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
     def _of_file(self, part: Frame, path: ToolPath, asked: np.ndarray) -> UntiltedPath:
-        """Return a path as a file tells it, with its feed where the tilt is measured from it."""
-        upright = UntiltedPath(part, path, asked)
-        return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
+        """Return a path as a file gives it, with its feed where the tilt is measured from it."""
+        untilted = UntiltedPath(part, path, asked)
+        return untilted if self.tilt_frame == "part" else untilted.headed(headings_along(path))
 
     @property
-    def upright_lean_deg(self) -> float:
-        """The lean of a tool without lead that stands upright; other than 0 along an inclined wall."""
+    def untilted_lean_deg(self) -> float:
+        """Lean of the untilted tool [deg]; other than 0 along an inclined wall."""
         return 0.0
 
     @property
     def tilt(self) -> ToolTilt:
-        """How the tool is turned."""
-        lean = self.lean_deg - self.upright_lean_deg
+        """Tilt of the tool."""
+        lean = self.lean_deg - self.untilted_lean_deg
         return ToolTilt(*np.deg2rad([self.lead_deg, lean, self.rotation_deg]).tolist())
 
     def path(self, part: Frame) -> ToolPath:
@@ -73,21 +73,21 @@ class ToolPathTable(Schema, ABC):
         """
         return self._tilted(self.untilted(part))
 
-    def _tilted(self, upright: UntiltedPath) -> ToolPath:
-        path = upright.tilted(self.tilt)
+    def _tilted(self, untilted: UntiltedPath) -> ToolPath:
+        path = untilted.tilted(self.tilt)
         if self.tilt_frame == "path":
             _require_slow_turns(path)
         return path
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
-        """Return what is to be made along the path, its TCP being the tool's tip.
+        """Return the task along the path, its TCP being the tool's tip.
 
         Args:
             part: base_from_part.
-            corners: Times at which the process is to be asked as well [s].
+            corners: Times at which the process is to be evaluated as well [s].
         """
-        upright = self.untilted(part, corners)
-        return Task(part, self._tilted(upright), asked=upright.asked)
+        untilted = self.untilted(part, corners)
+        return Task(part, self._tilted(untilted), asked=untilted.asked)
 
 
 def _require_slow_turns(path: ToolPath) -> None:

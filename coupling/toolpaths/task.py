@@ -1,4 +1,4 @@
-"""What is to be made: the desired path of the tools and what a process may know of it."""
+"""Task of a process: the desired path of the tools and what the process may know of it."""
 
 from __future__ import annotations
 
@@ -23,23 +23,22 @@ def _temporary_folder() -> Path:
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be made.
+    """Tool path, part and process task.
 
     Attributes:
         part: base_from_part.
         forming: Desired path of the tool; in a cell, of the forming tool.
-        asked: Rows of it at which a process is asked, (k,); all of them unless given.
+        asked: Row numbers of it at which a process is evaluated, (k,); all of them unless given.
         wall_angle: Angle of the wall from the sheet's plane [rad], or None where the path has none.
         step_down: Distance between two contours [m], or None.
         support: Task of the supporting tool of a cell, or None.
-        contact: Where the TCP is on the sphere that the forming tool ends in, seen from its centre, in
-            units of its radius and in the tool's axes, (3,).  The TCP is the sphere's lowest point, so
-            this is the tool's approach where it stands upright; zero where the TCP is the centre,
-            because the tool turns along its path.
-        height: How far the TCP is above that lowest point, along the part's z axis [m].
+        contact: Position of the TCP from the centre of the sphere that the forming tool ends in, tool
+            axes, over its radius [1], (3,).  The TCP is the sphere's lowest point, so this is the
+            untilted tool's approach; zero where the TCP is the centre, as the tool turns along its path.
+        height: Height of the TCP above that lowest point, along the part's z axis [m].
         workspace: Folder for files that a process leaves; a new temporary one unless given.
-        watch: Function that is told what happens in an evaluation.
-        remarks: What the user should know of the tool path, sentences.
+        watch: Function called with what happens in an evaluation.
+        remarks: Remarks on the tool path for the user, sentences.
     """
 
     part: Frame
@@ -60,7 +59,7 @@ class Task:
 
     @property
     def sampled(self) -> Task:
-        """What a process knows of it: the same where the process is asked, alone."""
+        """The task at the times at which the process is evaluated."""
         return replace(
             self,
             forming=self.forming.at_rows(self.asked),
@@ -70,7 +69,7 @@ class Task:
 
     @property
     def motion(self) -> SampledPath:
-        """Desired paths of all tools, with the rows at which a process is asked."""
+        """Desired paths of all tools, with the rows at which a process is evaluated."""
         return SampledPath(self.desired, self.asked)
 
     @property

@@ -1,4 +1,4 @@
-"""A tool that does not stand upright on its part."""
+"""Tilt of a tool on its part."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ APPROACH = np.array([1.0, 0.0, 0.0])
 
 @dataclass(frozen=True)
 class ToolTilt:
-    """How a tool is turned from the orientation that its path gives it, the same all along the path.
+    """Rotation of a tool from the orientation that its path gives it, the same all along the path.
 
     R = A Rx(lean) Ry(lead) A^-1 R_path Rx(rotation), A the axes that lead and lean are measured in,
     those of the part or of the feed: lead about y first, then lean about x, the rotation about the
@@ -21,7 +21,7 @@ class ToolTilt:
     lead lets the tool lean forward, a positive lean to the right, as in five-axis milling.
 
     Attributes:
-        lead, lean, rotation: [rad].
+        lead, lean, rotation: Angles [rad].
 
     Example:
         >>> down = ToolTilt(lead=np.pi / 2).part_from_tool(Rotation.from_euler("y", np.pi / 2))
@@ -34,7 +34,7 @@ class ToolTilt:
     rotation: float = 0.0
 
     @property
-    def upright(self) -> bool:
+    def keeps_axis(self) -> bool:
         """Whether the tool's axis stays where the path has it."""
         return self.lead == 0.0 and self.lean == 0.0
 

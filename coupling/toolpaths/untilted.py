@@ -24,7 +24,7 @@ class UntiltedPath:
     Attributes:
         part: base_from_part.
         path: Path of the tool's tip, in the world.
-        asked: Rows of it at which a process is asked, (k,).
+        asked: Row numbers at which a process is evaluated, (k,).
         axes: Axes that lead and lean are measured in at its times, in the part, (n,); None: the part's.
     """
 
@@ -63,7 +63,7 @@ class UntiltedPath:
 
     @property
     def sampled(self) -> UntiltedPath:
-        """The path where a process is asked, alone."""
+        """The path where a process is evaluated, alone."""
         rows = self.asked
         axes = None if self.axes is None else self.axes[rows]
         return UntiltedPath(self.part, self.path.at_rows(rows), np.arange(len(rows)), axes)
@@ -82,10 +82,10 @@ class UntiltedPath:
 
         Args:
             task: Task along this path, its TCP being the tip.
-            tilt: How the tool is turned.
-            radius: Of the sphere [m].
+            tilt: Tilt of the tool.
+            radius: Radius of the sphere [m].
         """
-        if tilt.upright:
+        if tilt.keeps_axis:
             return task
         held = tilt.part_from_tool(self.along_path, self.axes)
         contact = held.inv().apply(self.along_path.apply(APPROACH))

@@ -47,7 +47,7 @@ PLAY = 1e-4
 # Settings that the speed is measured with.
 MANY = 100_000
 
-COMMON = {"optimise": "flanks", "cases": 1, "settings": 16_384}
+COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
 
 
 @cache

@@ -47,7 +47,7 @@ def _task(angle: float, points: list[list[float]], folder: Path) -> Placing:
         robot={"description": str(file), "home_deg": np.rad2deg(seat.home).tolist()},
         part={"position_m": seat.position.tolist()},
         tool_path={"points_m": points},
-        place={"optimise": "flanks", "base_roll_deg": [-6.0, 6.0]},
+        place={"optimise": "backlash", "base_roll_deg": [-6.0, 6.0]},
     )
     return placing(case, case.process)
 
@@ -61,7 +61,7 @@ def _torques(task: Placing) -> np.ndarray:
     for rotation in np.linspace(-np.pi, np.pi, ROTATIONS, endpoint=False):
         tried[:, NAMES.index("rotation")] = rotation
         batch = screen.batch(tried)
-        well = batch.regularity > task.goal.demands.regularity
+        well = batch.conditioning > task.goal.demands.conditioning
         found.append(np.where(well[:, None], batch.torque, np.nan))
     return np.stack(found, axis=-1)
 

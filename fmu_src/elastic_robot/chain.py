@@ -26,11 +26,11 @@ class Chain:
     Attributes:
         model: Pinocchio model, one revolute joint per angle.
         tcp: Frame number of the TCP in `model`.
-        axes: Axis of each rotation, (angles, 3).
+        axes: Direction of each rotation's axis, (angles, 3).
         drive: Index in theta of each joint's own rotation, (n,).
         elastic: Index in theta of each elastic coordinate, (m,).
         elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
-        elastic_tilt: 0 for the torsion about the joint's axis, 1 or 2 for its tilts, (m,).
+        elastic_tilt: Number of its tilt, 1 or 2, or 0 for the torsion about the joint's axis, (m,).
     """
 
     model: pin.Model
@@ -43,7 +43,7 @@ class Chain:
 
     @cached_property
     def selection(self) -> np.ndarray:
-        """S^T with theta = S x + drives: 1 where an elastic coordinate adds to an angle, (m, angles)."""
+        """Selection matrix S^T with theta = S x + drives, (m, angles)."""
         selection = np.zeros((self.elastic_count, self.model.nv))
         selection[np.arange(self.elastic_count), self.elastic] = 1.0
         return selection
@@ -56,7 +56,7 @@ class Chain:
 
     @cached_property
     def torsions(self) -> np.ndarray:
-        """The elastic coordinates that may have backlash: all but the tilts."""
+        """Mask of the elastic coordinates that may have backlash, all but the tilts, (m,)."""
         return np.flatnonzero(self.elastic_tilt == 0)
 
     @property
@@ -73,8 +73,8 @@ class Chain:
         """Return all angles of the chain [rad].
 
         Args:
-            q: Drive angles, (n,) or (samples, n).
-            x: Elastic coordinates, (m,) or (samples, m); None for the rigid robot.
+            q: Drive angles [rad], (n,) or (samples, n).
+            x: Elastic coordinates [rad], (m,) or (samples, m); None for the rigid robot.
         """
         theta = np.zeros((*np.shape(q)[:-1], self.model.nv))
         theta[..., self.drive] = q

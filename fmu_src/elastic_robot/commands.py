@@ -25,7 +25,7 @@ import numpy as np
 
 from elastic_robot.settings import SETTINGS
 
-# A step that is not longer is not taken [s]: it tells nothing of how the drives go on.
+# A step that is not longer is not taken [s]: it says nothing of how the drives go on.
 _NO_STEP = SETTINGS.shortest_step * SETTINGS.longest_step
 # Coefficients of 1 to u^4 of (1 - u)^3 (a + (3 a + b) u) by a and b.
 _OFFSET = np.array([[1.0, 0.0], [0.0, 1.0], [-6.0, -3.0], [8.0, 3.0], [-3.0, -1.0]])
@@ -34,11 +34,11 @@ _EXPONENTS = np.arange(5.0)[:, None]
 
 @dataclass(frozen=True)
 class Command:
-    """What drives are commanded at a step's start.
+    """Command of the drives at a step's start.
 
     Attributes:
         q, qd, qdd: Angle, rate and acceleration [rad, rad/s, rad/s^2], (n,).
-        jerk: Rate of qdd over the step [rad/s^3], (n,); nan where it is not told.
+        jerk: Rate of qdd over the step [rad/s^3], (n,); nan where it is not given.
     """
 
     q: np.ndarray
@@ -48,12 +48,12 @@ class Command:
 
 
 @dataclass(frozen=True)
-class Past:
-    """What the last step leaves to the next one.
+class LastStep:
+    """The last step, as the next one needs it.
 
     Attributes:
         length: Its length [s].
-        end: q, q', q'' of the drives at its end, (3, n).
+        end: q, q', q'' of the drives at its end [rad, rad/s, rad/s^2], (3, n).
         rate, acceleration: Command at its start [rad/s, rad/s^2], (n,).
     """
 
@@ -68,9 +68,9 @@ class CommandedMotion:
     """Drives over one step.
 
     Attributes:
-        command: What is commanded at its start.
+        command: Command at its start.
         start: Time of its start [s].
-        powers: Coefficients of 1 to s^4 of the angles, s seconds after the start, (5, n).
+        powers: Coefficients of 1 to s^4 in the angles [rad], s from the step's start [s], (5, n).
     """
 
     command: Command
@@ -79,19 +79,19 @@ class CommandedMotion:
 
     @classmethod
     def after(
-        cls, past: Past | None, command: Command, start: float, length: float
+        cls, past: LastStep | None, command: Command, start: float, length: float
     ) -> CommandedMotion:
         """Return the motion over a step.
 
         Args:
-            past: Of the step before; None where there was none: the command is followed as it is.
-            command: What is commanded at its start.
+            past: The step before; None where there was none: the command is followed as it is.
+            command: Command at its start.
             start: Time of its start [s].
             length: Its length [s].
 
         Example:
             >>> rising = Command(*np.array([[0.0], [0.0], [2.0], [np.nan]]))
-            >>> past = Past(0.1, np.array([[0.0], [0.0], [1.0]]), np.array([-0.15]), np.ones(1))
+            >>> past = LastStep(0.1, np.array([[0.0], [0.0], [1.0]]), np.array([-0.15]), np.ones(1))
             >>> motion = CommandedMotion.after(past, rising, 0.0, 0.1)
             >>> float(motion.at(np.array([0.1]))[2, 0, 0].round(9))  # q'' grows by 1 rad/s^2 a step
             3.0
@@ -116,7 +116,7 @@ class CommandedMotion:
         return columns.reshape(5, -1)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return q, q', q'' at times (k,), (3, k, n)."""
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
         values: np.ndarray = (times - self.start)[:, None] ** _EXPONENTS[:, 0] @ self._columns
         return values.reshape(len(times), 3, -1).swapaxes(0, 1)
 
@@ -125,16 +125,16 @@ class CommandedMotion:
         del time, jump
         return inf
 
-    def past(self, end: float, before: Past | None) -> Past | None:
-        """Return what the step leaves to the next one; if too short to be taken, what was before it."""
+    def past(self, end: float, before: LastStep | None) -> LastStep | None:
+        """Return the step as the next one's last; if too short to be taken, the one before it."""
         length = end - self.start
         if length <= _NO_STEP:
             return before
         drives = self.at(np.array([end]))[:, 0]
-        return Past(length, drives, self.command.qd, self.command.qdd)
+        return LastStep(length, drives, self.command.qd, self.command.qdd)
 
 
-def _explained(past: Past, command: Command, length: float) -> np.ndarray:
+def _explained(past: LastStep, command: Command, length: float) -> np.ndarray:
     """Return what q'' would gain over one more step like the last one, and what was missed, (3, n).
 
     In angle and rate, as far as the accelerations explain it.

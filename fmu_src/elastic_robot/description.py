@@ -85,7 +85,7 @@ class Body:
 
     @classmethod
     def from_matrix(cls, mass: float, com: np.ndarray, matrix: np.ndarray) -> Body:
-        """Return the body of an inertia tensor about the centre of mass, (3, 3)."""
+        """Return the body of a centre of mass [m], (3,), and inertia about it [kg m^2], (3, 3)."""
         six = matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         return cls(float(mass), tuple(com.tolist()), tuple(six.tolist()))
 

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from elastic_robot.chain import Chain
 from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian, tcp_velocity_gradient
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,13 @@ class Dynamics:
         theta: np.ndarray,
         rate: np.ndarray,
         acceleration: np.ndarray,
-        acting: Acting | None,
+        acting: ToolLoad | None,
     ) -> np.ndarray:
         """Return M theta'' + h - J^T w in the rows of x [N m], (k, m), for k states at once.
 
         Args:
-            theta, rate, acceleration: Angles of the chain and their derivatives, (k, angles).
-            acting: What acts on the tool in all states, or in each of them; None for nothing.
+            theta, rate, acceleration: Motion of the chain [rad, rad/s, rad/s^2], (k, angles).
+            acting: Loads on the tool in all states, or in each of them; None for nothing.
         """
         model, data, rnea = self.chain.model, self.data, pin.rnea
         torque = np.empty_like(theta)
@@ -96,9 +96,9 @@ class Dynamics:
         return torque.take(self.chain.elastic, axis=1)
 
     def load_derivatives(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, acting: Acting
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, acting: ToolLoad
     ) -> LoadDerivatives:
-        """Return the derivatives of `loads`; the arguments are the same.
+        """Return the derivatives of `loads`; arguments in the same units, (k, angles).
 
         Those of M theta'' + h are Pinocchio's (Carpentier and Mansard 2018, docs/references.md);
         those of J^T w are `tcp_force_gradient`, and -J^T K J of the spring; that by gravity is
@@ -151,7 +151,7 @@ class Dynamics:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""
         return pin.crba(self.chain.model, self.data, theta)[self._rows]
 
-    def support(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+    def support(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return J^T K J of spring and contact at rest, as x feels it [N m/rad], (m, m)."""
         lever = tcp_jacobian(self.chain, self.data, theta)[:3, self.chain.elastic]
         place = self.data.oMf[self.chain.tcp].translation
@@ -159,7 +159,7 @@ class Dynamics:
         return matrix
 
     def contact_state(
-        self, theta: np.ndarray, rate: np.ndarray, acting: Acting
+        self, theta: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the contact's depth [m] and approach [m/s], (k,), and its wrench at the TCP, (k, 6)."""
         jacobian, position = self._tool(theta)
@@ -168,13 +168,13 @@ class Dynamics:
         wrench = self._contact_wrench(jacobian, position, rate, acting)
         return acting.contact.depth(gap), acting.contact.approach(velocity), wrench
 
-    def static_torque(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+    def static_torque(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return the torque J^T w - g that the elastic coordinates must carry at rest [N m], (m,)."""
         gravity = pin.computeGeneralizedGravity(self.chain.model, self.data, theta)
         jacobian = tcp_jacobian(self.chain, self.data, theta)
         return (self._wrench(acting) @ jacobian - gravity)[self.chain.elastic]
 
-    def static_torque_gradient(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+    def static_torque_gradient(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
         of_gravity = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
         if not (acting.is_sprung or acting.wrench.any()):
@@ -192,15 +192,15 @@ class Dynamics:
         return jacobian, position
 
     def _contact_wrench(
-        self, jacobian: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: Acting
+        self, jacobian: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> np.ndarray:
-        """Return what the contact exerts at the TCP [N, N m], (k, 6)."""
+        """Return the contact's wrench at the TCP [N, N m], (k, 6)."""
         offset = acting.contact.offset
         gap, velocity = _relative(_point_jacobian(jacobian, offset), position, rate, acting)
         force = acting.contact.force(gap, velocity)
         return np.concatenate([force, force @ pin.skew(offset).T], axis=1)
 
-    def _wrench(self, acting: Acting) -> np.ndarray:
+    def _wrench(self, acting: ToolLoad) -> np.ndarray:
         """Return the wrench with the forces at rest at the angles of the last Jacobian, (6,)."""
         if not acting.is_sprung:
             return acting.wrench
@@ -214,7 +214,7 @@ def _point_jacobian(jacobian: np.ndarray, offset: np.ndarray) -> np.ndarray:
 
 
 def _relative(
-    point: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: Acting
+    point: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: ToolLoad
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the way from the TCP to the anchor and the lowest point's velocity over the plane."""
     return acting.anchor - position, (point @ rate[..., None])[..., 0] - acting.velocity

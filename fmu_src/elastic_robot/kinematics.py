@@ -11,13 +11,13 @@ from elastic_robot.chain import Chain
 
 
 def base_from_tool(chain: Chain, data: pin.Data, theta: np.ndarray) -> pin.SE3:
-    """Return the TCP's placement at the angles theta; it is overwritten by the next call."""
+    """Return the TCP's placement [m] at theta [rad], (angles,); the next call overwrites it."""
     pin.forwardKinematics(chain.model, data, theta)
     return pin.updateFramePlacement(chain.model, data, chain.tcp)
 
 
 def tcp_jacobian(chain: Chain, data: pin.Data, theta: np.ndarray) -> np.ndarray:
-    """Return d(TCP velocity, angular velocity)/d(theta'), base axes, (6, angles)."""
+    """Return d(TCP velocity, angular velocity)/d(theta'), base axes [m/rad, 1], (6, angles)."""
     jacobian = pin.computeFrameJacobian(
         chain.model, data, theta, chain.tcp, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     )
@@ -32,8 +32,8 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     dJ_v,i/dtheta_j = z_i x J_v,j (Bruyninckx and De Schutter 1996, docs/references.md).
 
     Args:
-        jacobian: Jacobian of one state or of k, as `tcp_jacobian` returns it, (..., 6, angles).
-        wrench: One for all states, (6,), or one for each, (..., 6).
+        jacobian: Jacobian of one state or of k, as `tcp_jacobian` [m/rad, 1], (..., 6, angles).
+        wrench: Wrench [N, N m] of all states, (6,), or of each, (..., 6).
 
     Returns:
         Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (..., angles, angles).
@@ -62,7 +62,7 @@ def tcp_velocity_gradient(jacobian: np.ndarray, rate: np.ndarray) -> np.ndarray:
     getFrameVelocityDerivatives turns the axes of its answer with the tool.)
 
     Args:
-        jacobian: Jacobian, as `tcp_jacobian` returns it, (6, angles).
+        jacobian: Jacobian, as `tcp_jacobian` [m/rad, 1], (6, angles).
         rate: theta' [rad/s], (angles,).
 
     Returns:

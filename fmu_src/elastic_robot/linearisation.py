@@ -29,7 +29,7 @@ class Modes:
 
     Attributes:
         eigenvalue: Eigenvalues [1/s], complex, (k,).
-        shape: Elastic coordinates, scaled so that the largest is 1 rad, complex, (m, k).
+        shape: Elastic coordinates [rad], the largest scaled to 1, complex, (m, k).
         tcp: Displacement [m] and small rotation [rad] of the TCP in that motion, complex, (6, k).
     """
 
@@ -45,7 +45,7 @@ class Modes:
 
     @property
     def damping_ratio(self) -> np.ndarray:
-        """-Re(lambda) / |lambda|, (k,): 1 for a motion that does not swing; nan where lambda is 0."""
+        """Damping ratio -Re(lambda) / |lambda| [1], (k,); nan where lambda is 0."""
         size = np.abs(self.eigenvalue)
         ratio = np.full(size.shape, np.nan)
         return np.divide(-self.eigenvalue.real, size, out=ratio, where=size > 0.0)
@@ -61,9 +61,9 @@ class Linearisation:
     Attributes:
         elastic: Names of the elastic coordinates, m of them.
         mass, damping, stiffness: M [kg m^2], D [N m s/rad], K [N m/rad], (m, m).
-        forcing: F, columns as `inputs`, (m, 6 + 3 n).
-        output: C, rows as `outputs`, (12, 2 m).
-        feedthrough: D of the state space, (12, 6 + 3 n).
+        forcing: Matrix F, columns as `inputs`, (m, 6 + 3 n).
+        output: Matrix C, rows as `outputs`, (12, 2 m).
+        feedthrough: Matrix D of the state space, (12, 6 + 3 n).
     """
 
     elastic: tuple[str, ...]
@@ -102,7 +102,7 @@ class Linearisation:
 
     @cached_property
     def state_space(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """A, B, C, D of z' = A z + B u, y = C z + D u; `scipy.signal.StateSpace(*...)` takes them."""
+        """Matrices A (2 m, 2 m), B, C, D of z' = A z + B u, y = C z + D u, as for `scipy.signal`."""
         m = len(self.mass)
         solved = np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping, self.forcing]))
         a = np.vstack([np.eye(m, 2 * m, k=m), -solved[:, : 2 * m]])

@@ -24,13 +24,13 @@ from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TorqueCurve
 
-# Part of the local error allowed that DOP853 is told to keep, for it is to judge other integrators; the
+# Part of the local error allowed that DOP853 has to keep, for it is to judge other integrators; the
 # least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
 _ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
 # First step [s], which costs less to fail than to be found; and the most steps that are taken before a
 # motion is given up: these, and those for each second in it.
 _FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
-# On which side of an edge a state is, it is asked so much later [s]: on an edge rounding would tell.
+# On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
 _Edge = Callable[[float, np.ndarray], float]
@@ -40,7 +40,7 @@ class Drives(Protocol):
     """Motion of the drives over time."""
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return q, q', q'' at times (k,), (3, k, n)."""
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
         ...
 
     def next_kink(self, time: float, jump: float) -> float:
@@ -88,7 +88,7 @@ class DrivenMotion:
             state: State at the start.
             end: Time to end at [s].
             drives: Motion of the drives.
-            load: What acts on the tool from the start on.
+            load: Loads on the tool from the start on.
 
         Raises:
             ParameterError: If the time is too far away.
@@ -156,14 +156,14 @@ class DrivenMotion:
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
     ) -> _Edge | None:
-        """Return what falls through zero at an edge of backlash or a contact's plane; None without."""
+        """Return the event function of edges of backlash and of a contact's plane; None without."""
         width = self._curve.half_width
         gears = np.flatnonzero(np.isfinite(width))
         if not (len(gears) or load.contact.holds):
             return None
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
-            """Return how far gears are out of backlash [rad] and the contact below its plane [m]."""
+            """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
             x, v = y.reshape(2, -1)
             ways = np.abs(x[gears]) - width[gears]
             if load.contact.holds:

@@ -28,7 +28,7 @@ _NUMBERS = ("f4", "f8", *(f"{kind}{size}" for kind in "iu" for size in (1, 2, 4,
 
 @dataclass(frozen=True)
 class _Array:
-    """An array as its header tells it.
+    """An array as its header describes it.
 
     Attributes:
         item: Kind of an entry and its size, as `f8`.
@@ -183,5 +183,5 @@ def _require_size(name: str, array: _Array, item: int) -> None:
         count *= length
     if count * item != len(array.content):
         raise ValueError(
-            f"the array '{name}' has {len(array.content)} bytes, not those its header tells of"
+            f"the array '{name}' has {len(array.content)} bytes, not those of its header"
         )

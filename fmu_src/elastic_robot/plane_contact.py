@@ -34,7 +34,7 @@ class PlaneContact:
         friction: Coefficient mu, >= 0.
         slip_speed: v [m/s], > 0 where there is friction, which is mu N / sqrt(2) where
             the slip has this speed.
-        normal: Out of the plane to the robot's side, of any length, base axes, (3,).
+        normal: Direction out of the plane to the robot's side, any length, base axes, (3,).
 
     Raises:
         ParameterError: If one of the numbers is out of its range.
@@ -83,7 +83,7 @@ class PlaneContact:
 
     @cached_property
     def unit(self) -> np.ndarray:
-        """Normal n of length 1, (3,)."""
+        """Unit vector n of the normal, base axes, (3,)."""
         unit: np.ndarray = self.normal / np.linalg.norm(self.normal)
         return unit
 
@@ -107,7 +107,7 @@ class PlaneContact:
 
         Args:
             gap: From the TCP to the anchor [m], (..., 3).
-            velocity: Of the lowest point, relative to the plane [m/s], (..., 3).
+            velocity: Velocity of the lowest point relative to the plane [m/s], (..., 3).
         """
         slip, size, depth, resisting = self._state(gap, velocity)
         pressure = np.where(depth > 0.0, self.stiffness * depth * resisting, 0.0)

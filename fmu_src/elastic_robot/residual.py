@@ -4,7 +4,7 @@
 
 with the force K (a - p) of a spring at the TCP in the wrench w.
 
-`docs/derivatives.md` tells the formulas and where they come from.
+`docs/derivatives.md` has the formulas and where they come from.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ import numpy as np
 from elastic_robot.chain import Chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.parameter_names import ByParameter, parameter_names
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import Branch, TorqueCurve
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where the equation of motion is evaluated: one state, or k states at once.
+    """One state, or k states at once, at which the equation of motion is evaluated.
 
     Attributes:
         drives: q, q', q'' [rad, rad/s, rad/s^2], (3, n) or (3, k, n).
         motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
-        acting: What acts on the tool, in the one state, in all or in each of them.
-        region: Branch of the torque curve of each coordinate, as `TorqueCurve.region` says, (m,).
+        acting: Loads on the tool, in the one state, in all or in each of them.
+        region: Number of each coordinate's branch of the torque curve, `TorqueCurve.region`, (m,).
     """
 
     drives: np.ndarray
     motion: np.ndarray
-    acting: Acting
+    acting: ToolLoad
     region: np.ndarray
 
 
@@ -43,7 +43,7 @@ class ResidualDerivatives:
 
     Attributes:
         x, rate, acceleration: Derivatives by x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
-        drive, drive_rate, drive_acceleration: Derivatives by q, q', q'', units as for x, (m, n) each.
+        drive, drive_rate, drive_acceleration: By q, q', q'' [N m/rad, N m s/rad, kg m^2], (m, n) each.
         wrench: Derivative by the wrench [m, 1], (m, 6).
         anchor: Derivative by the anchor of the spring at the TCP [N], (m, 3).
         spring: Derivative by its stiffness, entries xx xy xz yy yz zz [m^2], (m, 6).
@@ -83,7 +83,7 @@ def residual(
 def residual_derivatives(
     dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint
 ) -> ResidualDerivatives:
-    """Return the derivatives of `residual`; the arguments are the same.
+    """Return the derivatives of `residual` [N m per unit], (m, ..); the arguments are the same.
 
     A state on the edge of a backlash has the derivatives of the branch that `point.region` names.
     """
@@ -124,7 +124,7 @@ def by_parameter(
         chain: The robot's chain.
         curve: Torque curve, or a branch of it.
         x, rate: Elastic coordinates and their rates [rad, rad/s], (..., m).
-        of_gravity: The columns of gravity, (..., m, 3).
+        of_gravity: Columns of gravity [kg m], (..., m, 3).
     """
     names, m, torsions = parameter_names(chain), chain.elastic_count, chain.torsions
     values, rows = np.zeros((*x.shape, len(names))), np.arange(m)

@@ -22,7 +22,7 @@ from elastic_robot.residual import (
     residual_derivatives,
 )
 from elastic_robot.settings import SETTINGS
-from elastic_robot.snapshot import Held, Snapshot
+from elastic_robot.snapshot import HeldInputs, Snapshot
 from elastic_robot.static_sensitivity import (
     StaticSensitivities,
     static_sensitivities,
@@ -115,14 +115,14 @@ class ElasticRobot:
         Args:
             time: Time [s].
             drives: Motion of the drives.
-            load: What acts on the tool; of a moving anchor, where it is then.
+            load: Loads on the tool; of a moving anchor, its position then.
             undeflected: Start with x = 0 instead of the equilibrium under gravity and load.
 
         Raises:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = Held.at(time, drives, load.at(0.0))
+        held = HeldInputs.at(time, drives, load.at(0.0))
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
@@ -139,7 +139,7 @@ class ElasticRobot:
                 before.
         """
         state = self._now()
-        held = Held.at(end, drives, load.at(end - state.time))
+        held = HeldInputs.at(end, drives, load.at(end - state.time))
         if self._quasistatic or self.chain.elastic_count == 0:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
             self._state = replace(state, time=end, x=x)
@@ -147,7 +147,9 @@ class ElasticRobot:
             self._state = self._advance(state, held, end, drives, load)
         self._held = held
 
-    def _advance(self, state: State, held: Held, end: float, drives: Drives, load: Load) -> State:
+    def _advance(
+        self, state: State, held: HeldInputs, end: float, drives: Drives, load: Load
+    ) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
         damping = self._parameters.damping
         motion = DrivenMotion(self._dynamics, self._curve, damping, self._local_error)
@@ -165,7 +167,7 @@ class ElasticRobot:
             ) from cause
 
     def tcp(self) -> np.ndarray:
-        """Return the pose of the elastic robot's TCP, (7,); qw >= 0 after `reset`, then continuous."""
+        """Return the pose of the elastic TCP [m, 1], (7,); qw >= 0 after `reset`, then continuous."""
         theta = self.chain.theta(self._held.q, self._now().x)
         return self._pose(theta, self._opposite[0])
 
@@ -181,7 +183,7 @@ class ElasticRobot:
         return velocity
 
     def rigid(self) -> np.ndarray:
-        """Return the pose of the TCP with undeflected joints, (7,), as that of the elastic one."""
+        """Return the pose of the TCP with undeflected joints [m, 1], (7,), qw as of the elastic one."""
         return self._pose(self.chain.theta(self._held.q), self._opposite[1])
 
     def deviation(self) -> np.ndarray:
@@ -200,7 +202,7 @@ class ElasticRobot:
         return self._now().v
 
     def deflection_derivative(self) -> np.ndarray:
-        """Return the same, as the derivative of `deflection` by time."""
+        """Return x' [rad/s], (m,), as the derivative of `deflection` by time."""
         return self.deflection_rate()
 
     def rate_derivative(self) -> np.ndarray:
@@ -210,7 +212,7 @@ class ElasticRobot:
         return self._operating_point().motion[2]
 
     def bend(self) -> np.ndarray:
-        """Return how far each gear is from the next bends of its torque curve [rad], (torsions, 2)."""
+        """Return the distances of gears from the next bends of their curves [rad], (torsions, 2)."""
         return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
 
     def gear_torque(self) -> np.ndarray:
@@ -276,7 +278,7 @@ class ElasticRobot:
         )
 
     def static_sensitivities(self) -> StaticSensitivities:
-        """Return how equilibrium and TCP follow load, drives and parameters at the present state."""
+        """Return the derivatives of equilibrium and TCP by load, drives and parameters."""
         x = self._now().x
         return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.acting)
 

@@ -36,7 +36,7 @@ class Settings:
             backlash; a smaller one makes steps shorter, with its sixth root, and allows more of them.
         most_step: Longest communication step that is integrated [s].
         most_deflection: Largest elastic coordinate [rad]: a joint that bends by half a turn has no
-            stiffness that a robot file could tell.
+            stiffness that a robot file could have.
         shift_by_jump: Shift of the elastic coordinates by a jump J of a drive's third derivative
             inside a step of length h, over J h^3; where that is more than the local error allowed in
             a longest step, a step ends at the jump.
@@ -55,7 +55,7 @@ class Settings:
         landing: A step that ends on a boundary may miss it by this part of the slack.
         landing_iteration: Part of that miss that Newton's method may leave.
         most_landings: Tries to end a step on a boundary.
-        neutral_torque: A gear with backlash that carries less rests in the middle of its gap [N m].
+        neutral_torque: A gear with backlash that carries less rests in the middle of its backlash [N m].
             Rounding of the gravity torque of a heavy robot is 1e-12 N m, the smallest load far larger.
         equilibrium_step: Newton's method for an equilibrium ends when no coordinate moves by more
             [rad]; at 3 m reach that is 3e-14 m at the TCP.
@@ -74,8 +74,8 @@ class Settings:
         time_slack_of_time: And by this part of the time itself, the spacing of 4 to 8 doubles there.
         stop_slack: And by this part of an experiment's length behind its stop time: the sums of some
             millions of steps.
-        neighbour_ratio: Ratio of the lengths of two steps up to which commands at the start of both tell
-            how the drives go on; what the shorter one tells counts no farther.
+        neighbour_ratio: Ratio of the lengths of two steps up to which commands at the start of both say
+            how the drives go on; what the shorter one says counts no farther.
     """
 
     tcp_per_local_error: float = 1.0
@@ -119,11 +119,11 @@ class Settings:
     neighbour_ratio: float = 4.0
 
     def time_rounding(self, time: float) -> float:
-        """Return how far the sums of communication steps near a time may be apart [s]."""
+        """Return the largest rounding of sums of communication steps near a time [s]."""
         return self.time_slack_of_time * abs(time)
 
     def slack_at(self, time: float) -> float:
-        """Return how far from a time is still that time [s]."""
+        """Return the slack within which a time counts as another [s]."""
         return self.time_slack + self.time_rounding(time)
 
     def jump(self, local_error: float) -> float:

@@ -10,25 +10,25 @@ import numpy as np
 from elastic_robot.motion import Drives, State
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import PlaneContact
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 
 
 @dataclass(frozen=True)
-class Held:
-    """What acts on the robot at the present time.
+class HeldInputs:
+    """Drives and loads of the robot at the present time.
 
     Attributes:
         q, qd, qdd: Motion of the drives [rad, rad/s, rad/s^2], (n,).
-        acting: What acts on the tool.
+        acting: Loads on the tool.
     """
 
     q: np.ndarray
     qd: np.ndarray
     qdd: np.ndarray
-    acting: Acting
+    acting: ToolLoad
 
     @classmethod
-    def at(cls, time: float, drives: Drives, acting: Acting) -> Held:
+    def at(cls, time: float, drives: Drives, acting: ToolLoad) -> HeldInputs:
         """Return the drives' motion at a time, with what acts on the tool then."""
         q, qd, qdd = drives.at(np.array([time]))[:, 0]
         return cls(q, qd, qdd, acting)
@@ -46,12 +46,12 @@ class Snapshot:
     """
 
     state: State
-    held: Held
+    held: HeldInputs
     parameters: Parameters
     opposite: tuple[bool, bool]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the snapshot as named arrays, from which `from_arrays` restores it exactly.
+        """Return the snapshot as named arrays, any unit and shape, from which `from_arrays` restores it.
 
         The tables of the torque curve belong to the robot.
         """
@@ -72,15 +72,15 @@ class Snapshot:
         """Return the snapshot of `to_arrays`.
 
         Args:
-            arrays: The arrays of `to_arrays`.
+            arrays: The arrays of `to_arrays`, of any unit and shape.
             parameters: Parameters of the same robot; their tables are used.
         """
         state = State(float(arrays["clock"]), arrays["x"], arrays["v"])
         numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
         contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
-        acting = Acting(wrench, anchor, stiffness, contact, velocity)
-        held = Held(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
+        acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
+        held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
         gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
         computed = Parameters(gravity, stiffness, damping, backlash, parameters.tables)
         elastic, rigid = arrays["opposite"].tolist()

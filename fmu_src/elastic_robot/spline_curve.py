@@ -38,7 +38,7 @@ def rounded_backlash(stiffness: float, backlash: float) -> tuple[np.ndarray, np.
 
 
 def akima(angle: np.ndarray, torque: np.ndarray) -> PPoly:
-    """Return Akima's curve through points of rising angle.
+    """Return Akima's curve through points of rising angle [rad] and torque [N m], (p,) each.
 
     Raises:
         ValueError: If the curve falls between two of them; with the angles.
@@ -69,9 +69,9 @@ class SplineCurve:
     Attributes:
         knots: Angles where pieces meet [rad], padded with infinity, (m, pieces - 1).
         origins: Angle from which each piece counts [rad], (m, pieces).
-        cubics: Coefficients 1, t, t^2, t^3 of each piece, (m, pieces, 4).
+        cubics: Coefficients of 1, t, t^2, t^3 [N m], t from a piece's origin [rad], (m, pieces, 4).
         half_width: Half width of the flat middle [rad]; infinite where there is none, (m,).
-        active: False for a coordinate that is held on its flat middle, (m,).
+        active: Mask of coordinates that are not held on their flat middle, (m,).
     """
 
     knots: np.ndarray
@@ -179,7 +179,7 @@ class SplineCurve:
 
     @cached_property
     def bends(self) -> np.ndarray:
-        """Where there are points."""
+        """Mask of coordinates with points, (m,)."""
         return np.isfinite(self.knots).any(axis=1)
 
     @cached_property

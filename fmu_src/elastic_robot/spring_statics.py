@@ -12,7 +12,7 @@ import numpy as np
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.settings import SETTINGS
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
 
 # Passes of Newton's method before there is no equilibrium, and tries to find the floor along a step.
@@ -41,11 +41,11 @@ class SpringStatics:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        acting: What acts on the tool.
+        acting: Loads on the tool.
     """
 
     def __init__(
-        self, dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+        self, dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
     ) -> None:
         self._dynamics = dynamics
         self._curve = curve
@@ -82,14 +82,14 @@ class SpringStatics:
         return x
 
     def _start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to start, and which gears stay in the middle of their backlash.
+        """Return the start, and the mask of gears that stay in the middle of their backlash.
 
         The deflection under the load of the undeflected robot, on the flanks and the spring; neutral
         is a gear that neither force and weight nor the spring can hold anywhere.
         """
         rigid, acting = self._rigid, self._acting
         support = self._dynamics.support(rigid, acting)
-        given = self._dynamics.static_torque(rigid, Acting(acting.wrench))
+        given = self._dynamics.static_torque(rigid, ToolLoad(acting.wrench))
         neutral = self._backlash & (np.abs(given) < SETTINGS.neutral_torque)
         neutral &= support.diagonal() * self._width < SETTINGS.neutral_torque
         flanks = np.diag(self._curve.flank_slope(np.zeros(len(given))))

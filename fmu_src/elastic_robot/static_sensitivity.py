@@ -1,4 +1,4 @@
-"""How the static equilibrium follows the load on the tool, the drives and every parameter.
+"""Derivatives of the static equilibrium by the load on the tool, the drives and every parameter.
 
 The equilibrium satisfies F(x; w, q, p) = S(x; p) + g(theta) - J(theta)^T w = 0.  By the implicit
 function theorem dx/dy = -K^-1 dF/dy with K = dF/dx, for y the wrench w, anchor and stiffness of the
@@ -15,7 +15,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameter_names import ByParameter
 from elastic_robot.residual import by_parameter
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
 
 
@@ -24,11 +24,11 @@ class Sensitivity:
     """Derivatives of one quantity of the equilibrium with r entries.
 
     Attributes:
-        wrench: Per N and per N m, (r, 6).
-        anchor: Per m that the spring's anchor moves, (r, 3).
-        spring: Per N/m of its stiffness, entries xx xy xz yy yz zz, (r, 6).
-        drives: Per rad, (r, n).
-        parameters: Per unit of each parameter, (r, p).
+        wrench: Derivative by the wrench [1/N, 1/(N m)], (r, 6).
+        anchor: Derivative by the position of the spring's anchor [1/m], (r, 3).
+        spring: Derivative by its stiffness, entries xx xy xz yy yz zz [m/N], (r, 6).
+        drives: Derivative by the drives [1/rad], (r, n).
+        parameters: Derivative by each parameter [1 per its unit], (r, p).
     """
 
     wrench: np.ndarray
@@ -54,11 +54,11 @@ class StaticSensitivities:
 
 
 def static_sensitivities(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
 ) -> StaticSensitivities:
     """Return the derivatives of the equilibrium at the present state.
 
-    A gear inside its backlash counts with the stiffness of its flank: the gap is a jump, not a
+    A gear inside its backlash counts with the stiffness of its flank: the backlash is a jump, not a
     compliance.
 
     Args:
@@ -66,7 +66,7 @@ def static_sensitivities(
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
-        acting: What acts on the tool.
+        acting: Loads on the tool.
     """
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
@@ -94,16 +94,16 @@ def static_sensitivities(
 
 
 def tcp_compliance(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
 ) -> np.ndarray:
-    """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone, (6, 6)."""
+    """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone [m/N, ..], (6, 6)."""
     chain = dynamics.chain
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
     return jacobian @ np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), jacobian.T)
 
 
 def _stiffness(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
 ) -> np.ndarray:
     """Return K = dF/dx [N m/rad], (m, m)."""
     stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), acting)

@@ -14,12 +14,12 @@ from elastic_robot.kinematics import base_from_tool
 from elastic_robot.plane_contact import NO_CONTACT
 from elastic_robot.settings import SETTINGS
 from elastic_robot.spring_statics import SpringStatics
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
 
 
 def equilibrium(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
@@ -32,7 +32,7 @@ def equilibrium(
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        acting: What acts on the tool.
+        acting: Loads on the tool.
 
     Returns:
         x [rad], (m,).
@@ -61,7 +61,7 @@ def equilibrium(
 
 
 def _rest(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
 ) -> np.ndarray | None:
     """Return the rest; a contact that is not touched without it changes nothing."""
     apart = replace(acting, contact=NO_CONTACT) if acting.contact.holds else acting
@@ -79,15 +79,15 @@ def _rest(
 
 
 def _free_rest(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
 ) -> np.ndarray | None:
     """Return the rest without a spring at the TCP, (m,); None if Newton's method finds none.
 
     Newton's method on one branch of the curve per coordinate, started at the deflection under the
     load of the undeflected robot.  A gear with backlash rests on the flank that its load pushes it to;
-    loaded by less than `neutral_torque` in the middle of its gap it stays there; where the load
-    changes sign inside the gap it rests at that place if the robot hangs there in its backlash, and on
-    the flank that then carries less torque if it could rest on either.
+    loaded by less than `neutral_torque` in the middle of its backlash it stays there; where the load
+    changes sign inside the backlash it rests at that place if the robot hangs there in it, and on the
+    flank that then carries less torque if it could rest on either.
     """
     chain = dynamics.chain
     rigid = chain.theta(q)
@@ -180,12 +180,12 @@ def _moved_regions(
     inside = region * x < np.where(neutral, -np.inf, guard)
     if not inside.any():
         return region
-    # In the gap only the load acts.  Where it drives the gear away from rest, the gear falls
+    # In the backlash only the load acts.  Where it drives the gear away from rest, the gear falls
     # through to the other flank.
-    into_gap = np.where(softening.diagonal() < 0.0, 0, -region)
-    moved = np.where(inside & (region != 0), into_gap, region)
-    through_gap = inside & (region == 0) & (np.abs(x) > guard)
-    moved = np.where(through_gap, np.sign(x).astype(int), moved)
+    into_backlash = np.where(softening.diagonal() < 0.0, 0, -region)
+    moved = np.where(inside & (region != 0), into_backlash, region)
+    through_backlash = inside & (region == 0) & (np.abs(x) > guard)
+    moved = np.where(through_backlash, np.sign(x).astype(int), moved)
     return region if np.array_equal(moved, region) else moved
 
 

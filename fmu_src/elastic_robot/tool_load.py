@@ -1,4 +1,4 @@
-"""What acts on the tool: a wrench, a spring between the TCP and an anchor, a contact that lifts off."""
+"""Loads on the tool: a wrench, a spring between the TCP and an anchor, a contact that lifts off."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ NO_SPRING = ContactSpring(np.zeros(3), np.zeros(3), np.zeros((3, 3)))
 
 
 @dataclass(frozen=True)
-class Acting:
-    """What acts on the tool at one instant, or at k of them.
+class ToolLoad:
+    """Loads on the tool at one instant, or at k of them.
 
     Attributes:
         wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,) or (k, 6).
@@ -115,7 +115,7 @@ class Acting:
         return self.stiffness is not NO_SPRING.stiffness and bool(self.stiffness.any())
 
     @cached_property
-    def resting(self) -> Acting:
+    def resting(self) -> ToolLoad:
         """The same where the TCP rests on the plane."""
         if not self.contact.holds:
             return self
@@ -157,7 +157,7 @@ class Acting:
 
 @dataclass(frozen=True)
 class Load:
-    """What acts on the tool over a step.
+    """Loads on the tool over a step.
 
     Attributes:
         wrench: Wrench on the robot at the TCP at the step's start, base axes [N, N m], (6,).
@@ -181,15 +181,15 @@ class Load:
         """Whether the wrench stays as it is."""
         return self.rate is NO_RATE or not self.rate.any()
 
-    def at(self, seconds: float | np.ndarray) -> Acting:
-        """Return what acts so many seconds into the step, or at k such times."""
+    def at(self, seconds: float | np.ndarray) -> ToolLoad:
+        """Return the loads at a time from the step's start [s], or at k of them, (k,)."""
         wrench = self.wrench
         if not self.is_even:
             wrench = wrench + np.multiply.outer(seconds, self.rate)
         if self.spring is NO_SPRING and not self.contact.holds:
-            return Acting(wrench)
+            return ToolLoad(wrench)
         spring = self.spring
         way = np.multiply.outer(seconds, spring.velocity)
-        return Acting(
+        return ToolLoad(
             wrench, spring.position + way, spring.stiffness, self.contact, spring.velocity
         )

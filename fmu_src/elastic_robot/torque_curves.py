@@ -19,7 +19,7 @@ from elastic_robot.spline_curve import SplineCurve
 
 
 class Branch(Protocol):
-    """One smooth law; every array has one entry per elastic coordinate in its last axis."""
+    """One smooth law; arrays are (m,) or (k, m), one column per elastic coordinate."""
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Restoring torque S(x) [N m]."""
@@ -39,21 +39,21 @@ class Branch(Protocol):
 
 
 class TorqueCurve(Branch, Protocol):
-    """What a curve does, whichever branch x lies on; odd and rising in x."""
+    """A law with its branches, odd and rising in x; arrays are (m,) or (k, m)."""
 
     @property
     def half_width(self) -> np.ndarray:
-        """Where the law changes: at +-half_width [rad]; infinite for a smooth curve."""
+        """Angle +-half_width at which the law changes [rad]; infinite for a smooth curve."""
         ...
 
     @property
     def bends(self) -> np.ndarray:
-        """Whether the slope changes along a branch, (m,)."""
+        """Mask of coordinates whose slope changes along a branch, (m,)."""
         ...
 
     @property
     def bend_angles(self) -> np.ndarray:
-        """Where slope or curvature jump, rising [rad], padded with infinity, (m, most)."""
+        """Rising angles of jumps of slope or curvature [rad], padded with infinity, (m, most)."""
         ...
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
@@ -65,11 +65,11 @@ class TorqueCurve(Branch, Protocol):
         ...
 
     def region(self, x: np.ndarray) -> np.ndarray:
-        """Which branch x lies on: -1, 0 (inside the backlash) or 1; 1 everywhere if smooth."""
+        """Number of the branch x lies on: -1, 0 (inside the backlash) or 1; 1 everywhere if smooth."""
         ...
 
     def in_region(self, region: np.ndarray) -> Branch:
-        """Return the branch of the law that holds in `region`, continued beyond its ends."""
+        """Return the branch of a number as of `region`, continued beyond its ends."""
         ...
 
 
@@ -86,7 +86,7 @@ class LinearCurve:
     """Torque k x of a spring without backlash.
 
     Attributes:
-        stiffness: k [N m/rad], > 0.
+        stiffness: Stiffness k [N m/rad], > 0, (m,).
 
     Example:
         >>> LinearCurve(np.array([1e4])).torque(np.array([2e-3]))
@@ -151,14 +151,14 @@ class LinearCurve:
 
 @dataclass(frozen=True)
 class BacklashCurve:
-    """Torque of a gear with backlash: zero inside the gap, linear outside it.
+    """Torque of a gear with backlash: zero inside the backlash, linear outside it.
 
     S(x) = k sign(x) max(|x| - B, 0), the piecewise linear variant of Abele et al. 2008 (docs/
     references.md).
 
     Attributes:
-        stiffness: k, slope outside the gap [N m/rad], > 0.
-        backlash: B, half width of the backlash [rad], >= 0; centred on zero.
+        stiffness: Slope k outside the backlash [N m/rad], > 0, (m,).
+        backlash: Half width B of the backlash, centred on zero [rad], >= 0, (m,).
 
     Example:
         >>> BacklashCurve(np.array([1e4]), np.array([1e-3])).torque(np.array([[5e-4], [3e-3]]))
@@ -196,7 +196,7 @@ class BacklashCurve:
         return self.stiffness * np.copysign(beyond, x)
 
     def slope(self, x: np.ndarray) -> np.ndarray:
-        """Return k outside the gap, 0 inside [N m/rad]."""
+        """Return k outside the backlash, 0 inside [N m/rad]."""
         return self.stiffness * ((np.abs(x) > self.backlash) | (self.backlash == 0.0))
 
     def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
@@ -204,35 +204,35 @@ class BacklashCurve:
         return self.in_region(self.region(x)).stiffness_gradient(x)
 
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
-        """dS/dB = -k sign(x) outside the gap, 0 inside [N m/rad]."""
+        """dS/dB = -k sign(x) outside the backlash, 0 inside [N m/rad]."""
         return self.in_region(self.region(x)).backlash_gradient(x)
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """Return k [N m/rad], inside the gap too."""
+        """Return k [N m/rad], inside the backlash too."""
         return np.broadcast_to(self.stiffness, np.shape(x))
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
-        """Return x = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
+        """Return x = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the backlash."""
         return torque / self.stiffness + self.backlash * np.sign(torque)
 
     def region(self, x: np.ndarray) -> np.ndarray:
-        """Return -1 below the gap, 0 inside, 1 above; 1 for a coordinate without backlash."""
+        """Return -1 below the backlash, 0 inside, 1 above; 1 for a coordinate without backlash."""
         side = np.sign(x).astype(int) * (np.abs(x) > self.backlash)
         return np.where(self.backlash > 0.0, side, 1)
 
     def in_region(self, region: np.ndarray) -> BacklashBranch:
-        """Return the straight line of the branch: k (x - B region), or zero inside the gap."""
+        """Return the straight line of the branch: k (x - B region), or zero inside the backlash."""
         return BacklashBranch(self.stiffness, self.backlash, region)
 
 
 @dataclass(frozen=True)
 class BacklashBranch:
-    """One branch of `BacklashCurve`, a straight line: k (x - B region), or zero inside the gap.
+    """One branch of `BacklashCurve`, a straight line: k (x - B region), or zero inside the backlash.
 
     Attributes:
-        stiffness: k [N m/rad], > 0.
-        backlash: B [rad], >= 0.
-        region: Branch of each coordinate, as `BacklashCurve.region` returns it.
+        stiffness: Stiffness k [N m/rad], > 0, (m,).
+        backlash: Half width B of the backlash [rad], >= 0, (m,).
+        region: Number of each coordinate's branch, `BacklashCurve.region`, (m,) or (k, m).
 
     Example:
         >>> flank = BacklashBranch(np.array([1e4]), np.array([1e-3]), np.array([-1]))
@@ -249,11 +249,11 @@ class BacklashBranch:
         return self._slope * x - self._offset
 
     def slope(self, x: np.ndarray) -> np.ndarray:
-        """Return k, or 0 inside the gap [N m/rad]."""
+        """Return k, or 0 inside the backlash [N m/rad]."""
         return np.broadcast_to(self._slope, np.shape(x))
 
     def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
-        """dS/dk = x - B region, or 0 inside the gap [rad]."""
+        """dS/dk = x - B region, or 0 inside the backlash [rad]."""
         return self._engaged * (x - self.backlash * self.region)
 
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
@@ -274,7 +274,7 @@ class BacklashBranch:
 
 
 def ways_to_bends(curve: TorqueCurve, x: np.ndarray) -> np.ndarray:
-    """Return how far each x is from the next bend of its law below and above [rad], (m, 2).
+    """Return the distances of each x from the next bend of its law below and above [rad], (m, 2).
 
     1 where there is none.
 

@@ -31,7 +31,7 @@ class HeldCommand(NamedTuple):
     qdd: np.ndarray
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return q, q', q'' at times (k,), (3, k, n)."""
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
         s = (times - self.start)[:, None]
         motion = np.empty((3, len(times), len(self.q)))
         motion[0] = self.q + (self.qd + 0.5 * self.qdd * s) * s
@@ -88,7 +88,7 @@ class Trajectory:
         self.end = float(time[-1])
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return q, q', q'' at rising times (k,), (3, k, n).
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at rising times (k,) [s], (3, k, n).
 
         Raises:
             TrajectoryError: If a time is outside the samples by more than `Settings.slack_at`.
@@ -149,7 +149,7 @@ class TrajectorySince(NamedTuple):
     start: float
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """As `Trajectory.at`."""
+        """Return the motion as `Trajectory.at`."""
         return self.trajectory._at(times - self.start)
 
     def next_kink(self, time: float, jump: float) -> float:

@@ -1,4 +1,4 @@
-"""Which of the two unit quaternions of its orientation a tool has.
+"""Choice between the two unit quaternions of a tool's orientation.
 
 The product of the turns along the chain, each by the half of its angle, is continuous in the angles: the
 quaternion that is taken after it does not jump to its opposite where the tool has turned by 180 degrees,
@@ -35,7 +35,7 @@ class Turns:
 
         Args:
             theta: Angles of the chain [rad], (angles,).
-            quaternion: x, y, z, w, (4,).
+            quaternion: Unit quaternion x, y, z, w, (4,).
         """
         if not np.abs(theta - self._theta).sum() < _NEARBY:
             self._theta, self._quaternion = theta.copy(), self._product(theta)

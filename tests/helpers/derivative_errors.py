@@ -30,7 +30,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, free_acceleration, residual_derivatives
 from elastic_robot.static_sensitivity import static_sensitivities
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting, symmetric
+from elastic_robot.tool_load import ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 LOADS = ("wrench", "anchor", "spring")
@@ -69,7 +69,7 @@ class Case:
         anchor = evaluate(robot, free).position.real + 3e-3 * rng.normal(size=3)
         spring = random_spring(rng) * (seed % 2)
         self.numbers = changed(free, anchor=anchor, spring=spring)
-        acting = Acting(wrench, anchor, symmetric(spring))
+        acting = ToolLoad(wrench, anchor, symmetric(spring))
         self.point = OperatingPoint(drives, motion, acting, self.curve.region(motion[0]))
         self.directions = {
             name: rng.normal(size=value.shape) for name, value in vars(self.numbers).items()

@@ -178,15 +178,15 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     ),
     "absurd.npz": (
         zipped(columns=npy(COLUMNS), data=npy(DATA, _header(shape="(999999999999, 2)"))),
-        "the array 'data' has 48 bytes, not those its header tells of",
+        "the array 'data' has 48 bytes, not those of its header",
     ),
     "overflowing.npz": (
         zipped(columns=npy(COLUMNS), data=npy(DATA, _header(shape="(1099511627776, 1048577)"))),
-        "the array 'data' has 48 bytes, not those its header tells of",
+        "the array 'data' has 48 bytes, not those of its header",
     ),
     "absurd_names.npz": (
         zipped(columns=npy(COLUMNS, _header("<U9999999", shape="(2,)")), data=npy(DATA)),
-        "the array 'columns' has 32 bytes, not those its header tells of",
+        "the array 'columns' has 32 bytes, not those of its header",
     ),
     "version.npz": (
         zipped(columns=npy(COLUMNS), data=b"\x93NUMPY\7" + npy(DATA)[7:]),

@@ -21,7 +21,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
 from elastic_robot.static_sensitivity import tcp_compliance
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import LinearCurve
 
 FANUC = EXAMPLES / "identify" / "fanuc_r2000ic.csv"
@@ -147,7 +147,7 @@ def rotational_trace(robot: Robot, q: np.ndarray) -> float:
     dynamics = Dynamics(chain, np.zeros(3))
     curve = LinearCurve.build(Parameters.of(robot))
     x = np.zeros(chain.elastic_count)
-    return float(np.trace(tcp_compliance(dynamics, curve, q, x, Acting())[3:, 3:]))
+    return float(np.trace(tcp_compliance(dynamics, curve, q, x, ToolLoad())[3:, 3:]))
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))

@@ -15,7 +15,7 @@ from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 
@@ -96,7 +96,7 @@ def test_static_torques_are_those_of_an_equilibrium(example):
     dynamics = Dynamics(robot.model.chain, robot.model.parameters.gravity)
     for sample in (0, 30, 77, 100):
         theta = robot.model.chain.theta(wanted.rigid.q[0][sample])
-        torque = dynamics.static_torque(theta, Acting(np.zeros(6)))[robot.model.chain.torsions]
+        torque = dynamics.static_torque(theta, ToolLoad(np.zeros(6)))[robot.model.chain.torsions]
         row = int(np.argmin(np.abs(loads.time - wanted.path.time[sample])))
         np.testing.assert_allclose(loads.static[row], torque, rtol=1e-9, atol=1e-6)
         gravity = loads.by_gravity[row] @ robot.model.parameters.gravity

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from elastic_robot.commands import Command, CommandedMotion, Past
+from elastic_robot.commands import Command, CommandedMotion, LastStep
 
 UNKNOWN = np.array([np.nan])
 
@@ -75,7 +75,7 @@ def test_what_the_accelerations_do_not_explain_is_a_jump():
 
 def test_a_step_too_short_to_be_taken_is_not_remembered():
     command = Command(*np.ones((3, 1)), UNKNOWN)
-    before = Past(0.01, np.zeros((3, 1)), np.zeros(1), np.zeros(1))
+    before = LastStep(0.01, np.zeros((3, 1)), np.zeros(1), np.zeros(1))
     motion = CommandedMotion.after(before, command, 1.0, 1e-12)
     assert motion.past(1.0 + 1e-12, before) is before
     np.testing.assert_array_equal(at(motion, 1.0), np.ones(3))

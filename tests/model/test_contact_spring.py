@@ -18,7 +18,7 @@ from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.snapshot import Snapshot
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting, ContactSpring, Load, symmetric
+from elastic_robot.tool_load import ContactSpring, Load, ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
@@ -37,10 +37,10 @@ def push(force: float) -> np.ndarray:
     return np.array([0.0, 0.0, force, 0.0, 0.0, 0.0])
 
 
-def random_load(rng, tcp, spread=3e-3) -> Acting:
+def random_load(rng, tcp, spread=3e-3) -> ToolLoad:
     """Return a wrench, and a spring of rank 1 to 3, 1 to 1e8 N/m, anchored some millimetres off."""
     wrench = rng.normal(size=6) * [500, 500, 500, 50, 50, 50]
-    return Acting(wrench, tcp + spread * rng.normal(size=3), symmetric(random_spring(rng)))
+    return ToolLoad(wrench, tcp + spread * rng.normal(size=3), symmetric(random_spring(rng)))
 
 
 def rigid_tcp(dynamics, q) -> np.ndarray:

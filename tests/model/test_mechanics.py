@@ -22,7 +22,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.static_sensitivity import tcp_compliance
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
 
 SEEDS = st.integers(0, 10**6)
@@ -35,11 +35,11 @@ def test_gradient_of_the_static_torque_is_the_derivative(robot, seed):
     chain, rng = dynamics.chain, np.random.default_rng(seed)
     q, x = rng.uniform(-3, 3, chain.joint_count), 0.1 * rng.normal(size=chain.elastic_count)
     wrench = rng.normal(size=6) * [1000, 1000, 1000, 100, 100, 100]
-    gradient = dynamics.static_torque_gradient(chain.theta(q, x), Acting(wrench))
+    gradient = dynamics.static_torque_gradient(chain.theta(q, x), ToolLoad(wrench))
     for k in range(chain.elastic_count):
         step = 1e-6 * np.eye(chain.elastic_count)[k]
-        above = dynamics.static_torque(chain.theta(q, x + step), Acting(wrench))
-        below = dynamics.static_torque(chain.theta(q, x - step), Acting(wrench))
+        above = dynamics.static_torque(chain.theta(q, x + step), ToolLoad(wrench))
+        below = dynamics.static_torque(chain.theta(q, x - step), ToolLoad(wrench))
         scale = 1.0 + np.abs(gradient).max()
         np.testing.assert_allclose(
             (above - below) / 2e-6, gradient[:, k], rtol=0, atol=1e-7 * scale
@@ -67,7 +67,7 @@ def test_equilibrium_balances_springs_and_loads(robot, seed, curve_name):
     assume(chain.elastic_count > 0)
     curve = TORQUE_CURVES[curve_name].build(parameters)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), rng.normal(size=6) * 300.0
-    x = equilibrium(dynamics, curve, q, Acting(wrench))
+    x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
     model, data = chain.model, chain.model.createData()
     for k in range(chain.elastic_count):
         step = 1e-6 * np.eye(chain.elastic_count)[k]
@@ -141,8 +141,8 @@ def test_hardly_loaded_gears_rest_in_balance(example, kind):
     curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
     for _ in range(400):
         q, wrench = hardly_loaded(rng, 6)
-        x = equilibrium(dynamics, curve, q, Acting(wrench))
-        torque = dynamics.static_torque(dynamics.chain.theta(q, x), Acting(wrench))
+        x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
+        torque = dynamics.static_torque(dynamics.chain.theta(q, x), ToolLoad(wrench))
         np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=1e-6)
 
 
@@ -172,13 +172,13 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
     assume(chain.elastic_count > 0)
     curve = LinearCurve(parameters.stiffness)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), 300.0 * rng.normal(size=6)
-    x = equilibrium(dynamics, curve, q, Acting(wrench))
-    compliance = tcp_compliance(dynamics, curve, q, x, Acting(wrench))[:3]
+    x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
+    compliance = tcp_compliance(dynamics, curve, q, x, ToolLoad(wrench))[:3]
     for k in range(3):
         ends = []
         for sign in (1.0, -1.0):
             load = wrench + sign * 10.0 * np.eye(6)[k]
-            theta = chain.theta(q, equilibrium(dynamics, curve, q, Acting(load)))
+            theta = chain.theta(q, equilibrium(dynamics, curve, q, ToolLoad(load)))
             ends.append(base_from_tool(chain, dynamics.data, theta).translation.copy())
         expected = (ends[0] - ends[1]) / 20.0
         scale = np.abs(compliance).max() + 1e-12

@@ -18,7 +18,7 @@ from elastic_robot.errors import EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
@@ -64,7 +64,7 @@ def test_a_thousand_random_chains_agree_with_pinocchio(plain):
         rate, acceleration = rng.normal(size=(2, LANES, angles))
         wrench = rng.normal(size=6) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2] * bool(seed % 5)
         loaded = wrench if wrench.any() else None
-        expected = dynamics.loads(theta, rate, acceleration, Acting(wrench))
+        expected = dynamics.loads(theta, rate, acceleration, ToolLoad(wrench))
         found = core.loads(reference_angles, theta, rate, acceleration, loaded, m)
         _assert_relative(found, expected, 1e-12)
         found = core.chain(theta[0].copy(), wrench, m)
@@ -72,8 +72,8 @@ def test_a_thousand_random_chains_agree_with_pinocchio(plain):
         np.testing.assert_allclose(found["pose"], pose, rtol=0, atol=1e-12)
         _assert_relative(found["jacobian"], tcp_jacobian(chain, dynamics.data, theta[0]), 1e-12)
         _assert_relative(found["mass"], dynamics.mass_matrix(theta[0]), 1e-12)
-        _assert_relative(found["torque"], dynamics.static_torque(theta[0], Acting(wrench)), 1e-12)
-        gradient = dynamics.static_torque_gradient(theta[0], Acting(wrench))
+        _assert_relative(found["torque"], dynamics.static_torque(theta[0], ToolLoad(wrench)), 1e-12)
+        gradient = dynamics.static_torque_gradient(theta[0], ToolLoad(wrench))
         _assert_relative(found["gradient"], gradient, 1e-11)
 
 

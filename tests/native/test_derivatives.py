@@ -23,7 +23,7 @@ from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.tool_load import Acting
+from elastic_robot.tool_load import ToolLoad
 
 LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
 POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
@@ -43,7 +43,7 @@ def test_tangents_of_the_loads_are_those_of_pinocchio(plain):
         directions = rng.normal(size=(3, LANES, n))
         wrench, push = rng.normal(size=(2, 6)) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2]
         loaded, pushed = bool(seed % 3), bool(seed % 2)
-        by = dynamics.load_derivatives(*motion, Acting(wrench * loaded))
+        by = dynamics.load_derivatives(*motion, ToolLoad(wrench * loaded))
         matrices = zip((by.angle, by.rate, by.acceleration), directions, strict=True)
         terms = [np.einsum("kij,kj->ki", matrix, direction) for matrix, direction in matrices]
         terms.append(by.wrench @ push * pushed)

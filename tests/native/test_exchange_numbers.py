@@ -19,7 +19,7 @@ from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, residual, residual_derivatives
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Acting, Load, symmetric
+from elastic_robot.tool_load import Load, ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
@@ -61,7 +61,7 @@ class Setting:
     def point(self, acceleration: np.ndarray) -> OperatingPoint:
         inputs, m = self.inputs, self.chain.elastic_count
         x, v = self.state[:m], self.state[m:]
-        acting = Acting(inputs["wrench"], inputs["anchor"], symmetric(inputs["anchor_stiffness"]))
+        acting = ToolLoad(inputs["wrench"], inputs["anchor"], symmetric(inputs["anchor_stiffness"]))
         drives = np.stack([inputs["q_cmd"], inputs["qd_cmd"], inputs["qdd_cmd"]])
         region = TORQUE_CURVES[self.curve].build(Parameters.of(self.robot)).region(x)
         return OperatingPoint(drives, np.stack([x, v, acceleration]), acting, region)

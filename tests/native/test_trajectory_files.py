@@ -65,7 +65,7 @@ def test_what_is_refused_is_told_with_file_and_reason(core, tmp_path, name):
 
 
 @pytest.mark.parametrize("name", PLACES)
-def test_what_is_no_file_is_told_at_once(core, tmp_path, name):
+def test_what_is_no_file_is_said_at_once(core, tmp_path, name):
     file, (make, reason) = tmp_path / name, PLACES[name]
     make(file)
     assert _refusals(core, file) == [f"trajectory {file}: {reason}"] * 2

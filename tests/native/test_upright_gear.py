@@ -13,7 +13,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import BacklashCurve
 from elastic_robot.trajectory import HeldCommand
 
@@ -41,7 +41,7 @@ def test_an_upright_gear_rests_with_nothing_left_to_balance(backlash, q):
     chain, parameters = build_chain(robot), Parameters.of(robot)
     x, theta = python.deflection(), chain.theta(q)
     theta[chain.elastic] += x
-    needed = Dynamics(chain, np.array(robot.gravity)).static_torque(theta, Acting(np.zeros(6)))
+    needed = Dynamics(chain, np.array(robot.gravity)).static_torque(theta, ToolLoad(np.zeros(6)))
     carried = BacklashCurve(parameters.stiffness, parameters.backlash).torque(x)
     np.testing.assert_allclose(carried, needed, rtol=0, atol=1e-9)
     assert np.abs(x[-1]) < backlash[-1] * (1.0 + 1e-6)

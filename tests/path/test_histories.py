@@ -177,7 +177,7 @@ def test_springs_told_from_elsewhere_carry_the_same_and_then_nothing():
     np.testing.assert_allclose(found.spring.force(path.position), 0.0)
 
 
-def test_springs_are_told_at_more_rows_and_cut_with_their_wrenches():
+def test_springs_are_given_at_more_rows_and_cut_with_their_wrenches():
     found = _sprung().refined(np.array([0.0, 0.25, 1.0]))
     assert found.spring is not None
     np.testing.assert_allclose(found.spring.anchor[0, :, 2], [0.0, 5e-4, 2e-3])

@@ -96,7 +96,7 @@ def test_where_the_tool_goes_round_a_setting_comes_to_the_same_by_itself():
 def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     """They lie on the edge of the singular postures, and that runs between the places, too."""
     free = {"lean_deg": [20.0, 70.0], "x_m": [1.1, 2.1], "z_m": [0.3, 1.3]}
-    task = task_of("cone", optimise="flanks", **free)
+    task = task_of("cone", optimise="backlash", **free)
     goal, ranges = task.goal, task.ranges
     sight = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
     found = filled(sight, ranges, goal, 256, 1, lambda done, total: None)
@@ -104,7 +104,7 @@ def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))
     assert goal.demands.admits(whole).all()
     np.testing.assert_allclose(goal.cost(whole), found.cost, rtol=1e-6)
-    assert 0.03 <= whole.regularity.min() < 0.0305
+    assert 0.03 <= whole.conditioning.min() < 0.0305
 
 
 def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_path(tmp_path):
@@ -116,7 +116,7 @@ def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_p
     screen, tried = task.screen(every), task.ranges.sampled(48, seed=5)
     batch = screen.batch(tried)
     jumps = np.abs(np.diff(batch.q, axis=0)).max(axis=(0, 1))
-    wound = np.flatnonzero((jumps > np.pi) & (batch.regularity.min(axis=0) > 0.03))
+    wound = np.flatnonzero((jumps > np.pi) & (batch.conditioning.min(axis=0) > 0.03))
     assert len(wound)
     figures = screen.figures(tried[wound])
     for number, k in enumerate(wound):

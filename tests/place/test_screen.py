@@ -67,7 +67,7 @@ def test_joints_that_follow_give_the_tool_the_motion_asked_for(seed):
     q, wanted = rng.normal(size=(6, BATCH)), rng.normal(size=(4, 3, BATCH))
     motion = TipMotion(wanted[0], wanted[1], wanted[2], wanted[3])
     found = following(own, q, np.repeat(shift[:, None], BATCH, axis=1), motion)
-    for k in np.flatnonzero(found.regularity > 0.02):
+    for k in np.flatnonzero(found.conditioning > 0.02):
         theta, rate = chain.theta(q[:, k]), chain.theta(found.rate[:, k])
         jacobian = tcp_jacobian(chain, data, theta)
         np.testing.assert_allclose(jacobian @ rate, [*wanted[0, :, k], *wanted[2, :, k]], atol=1e-6)
@@ -80,7 +80,7 @@ def test_joints_that_follow_give_the_tool_the_motion_asked_for(seed):
         np.testing.assert_allclose(linear.angular, wanted[3, :, k], atol=1e-7 * size)
         scaled = jacobian[:, chain.drive] / np.array([own.reach] * 3 + [1.0] * 3)[:, None]
         least = np.linalg.svd(scaled)[1][-1]
-        assert 0.4 * least <= found.regularity[k] <= least * (1 + 1e-6)
+        assert 0.4 * least <= found.conditioning[k] <= least * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("name", shipped_robots())
@@ -156,7 +156,7 @@ def test_the_places_looked_at_know_the_extremes_of_the_whole_path(cone):
     assert chosen.count <= 24
     fresh = cone.ranges.sampled(24, seed=9)
     few, all_ = (cone.screen(s).figures(fresh) for s in (chosen, every))
-    good = all_.reached & few.reached & (all_.regularity > 0.03)
+    good = all_.reached & few.reached & (all_.conditioning > 0.03)
     assert good.sum() >= 20
     missed = (few.margin[good] - all_.margin[good]) / all_.swing[good]
     assert missed.max() < 1.0 / 12.0

@@ -40,7 +40,7 @@ def boxed(place: dict, objective: str):
     ("objective", "free", "counts"),
     [
         ("stiffness", {"x_m": [0.9, 1.9], "z_m": [0.4, 1.2]}, (41, 33)),
-        ("flanks", {"lean_deg": [-30.0, 30.0], "base_roll_deg": [-8.0, 8.0]}, (61, 41)),
+        ("backlash", {"lean_deg": [-30.0, 30.0], "base_roll_deg": [-8.0, 8.0]}, (61, 41)),
         ("both", {"z_m": [0.4, 1.2], "lead_deg": [-20.0, 20.0], "lean_deg": [-9.0, 9.0]}, (9, 11, 13)),
     ],
 )  # fmt: skip
@@ -72,7 +72,7 @@ def figures(**changed: list) -> ScreenFigures:
     plain = {
         "reached": [True] * 3,
         "limit_margin": [1.0] * 3,
-        "regularity": [0.1] * 3,
+        "conditioning": [0.1] * 3,
         "rate_share": [0.5] * 3,
         "deviation": [1e-4] * 3,
         "compliance": [1e-6] * 3,
@@ -83,7 +83,7 @@ def figures(**changed: list) -> ScreenFigures:
     return ScreenFigures(**{name: np.array(value) for name, value in (plain | changed).items()})
 
 
-DEMANDS = PlaceDemands(joint_margin=0.1, regularity=0.03, clear_share=0.25)
+DEMANDS = PlaceDemands(joint_margin=0.1, conditioning=0.03, clear_share=0.25)
 
 
 def test_a_gear_counts_by_how_near_its_torque_comes_to_zero():
@@ -97,7 +97,7 @@ def test_a_gear_counts_by_how_near_its_torque_comes_to_zero():
     [
         ({"reached": [True, False, True]}, "out of reach"),
         ({"limit_margin": [1.0, 0.05, 0.1]}, "a joint too near to its limit"),
-        ({"regularity": [0.1, 0.02, 0.03]}, "too near to a singular posture"),
+        ({"conditioning": [0.1, 0.02, 0.03]}, "too near to a singular posture"),
         ({"rate_share": [0.5, 1.1, 1.0]}, "a joint too fast"),
     ],
 )
@@ -118,7 +118,7 @@ def test_objectives_are_displacement_exposure_and_their_sum():
     costs = {name: PlaceObjective(name, DEMANDS, forced=True).cost(near)[0] for name in OBJECTIVES}
     assert costs["both"] == pytest.approx(140e-6)
     assert costs["stiffness"] == pytest.approx(100e-6, rel=1e-3)
-    assert costs["flanks"] == pytest.approx(40e-6, rel=1e-2)
+    assert costs["backlash"] == pytest.approx(40e-6, rel=1e-2)
     unforced = PlaceObjective("stiffness", DEMANDS, forced=False)
     assert unforced.moved(near)[0] == pytest.approx(100.0 * 1e-6)
 

@@ -126,12 +126,12 @@ def test_a_plunge_goes_on_without_turning():
     np.testing.assert_allclose(found[1:-1, 1:-1], moved[1:-1, 1:-1], atol=0.02)
 
 
-def test_a_rim_is_found_again_from_the_moves_of_its_edge():
+def test_an_interface_is_found_again_from_the_moves_of_its_edge():
     sheet = SheetModel(grid(24), ALUMINIUM, SheetSettings(window=0.012))
-    rim = sheet.assemble.rim(sheet.window(np.zeros(2)))
-    assert isinstance(rim, Interface)
-    moves = rim.at_edge(np.random.default_rng(4).normal(size=rim.size))
-    np.testing.assert_allclose(rim.at_edge(rim.fitted(moves)), moves, atol=1e-2)
+    interface = sheet.assemble.interface(sheet.window(np.zeros(2)))
+    assert isinstance(interface, Interface)
+    moves = interface.at_edge(np.random.default_rng(4).normal(size=interface.size))
+    np.testing.assert_allclose(interface.at_edge(interface.fitted(moves)), moves, atol=1e-2)
 
 
 def travelled(sheet: SheetModel, keep, friction: float = 0.0):

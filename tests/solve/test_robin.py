@@ -231,7 +231,7 @@ def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
     np.testing.assert_array_equal(grown, before.own)
 
 
-def test_loads_told_at_more_times_keep_their_springs():
+def test_loads_given_at_more_times_keep_their_springs():
     """The place moves straight on, the stiffness acts over the step that ends at its row."""
     time, fine = np.array([0.0, 1.0, 2.0]), np.linspace(0.0, 2.0, 9)
     anchor = np.array([[[0.0, 0, 0], [1.0, 0, 0], [3.0, 0, 0]]])

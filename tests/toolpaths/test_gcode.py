@@ -220,7 +220,7 @@ def test_a_dwell_waits_and_a_rapid_has_its_own_speed(tmp_path):
         (["G21", "M98 P1000"], "line 2: expected one program"),
         (["G21", "G81 X1"], "expected G0 to G4.* got G81"),
         (["G21 G0 X0 Y0 Z0"], "expected moves from one point to another, got none$"),
-        (["G21 G0 X0 Y0", "G1 X10 F600"], "one point to another, got none: Z never told"),
+        (["G21 G0 X0 Y0", "G1 X10 F600"], "one point to another, got none: Z never given"),
         (["G21 G0 X0 Y0", "G2 X10 R9 F9"], "line 2: expected a place to begin .* none for Z"),
         ([""], "expected moves"),
         (["(open comment G0 X1"], "expected words"),

@@ -27,9 +27,9 @@ class Targets:
     """Poses of the TCP, base axes.
 
     Attributes:
-        position: [m], (3, n).
+        position: Positions of the TCP [m], (3, n).
         tool: Columns of base_from_tool.
-        tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3, n).
+        tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
     """
 
     position: np.ndarray
@@ -37,7 +37,7 @@ class Targets:
     tcp_shift: np.ndarray
 
     def chosen(self, rows: np.ndarray) -> Targets:
-        """Return some of them, by their numbers or by a mask."""
+        """Return the targets of these numbers, (k,), or of a mask, (n,)."""
         tool = [column[:, rows] for column in self.tool]
         return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows])
 
@@ -102,19 +102,19 @@ def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class FollowingRobot:
-    """Robot that moves with its tool.
+    """Posture, rates and accelerations of a robot in motion.
 
     Attributes:
         posture: Its posture.
         rate, acceleration: q' [rad/s], q'' [rad/s^2], (joints, n).
-        regularity: 1 / |J^-1|, the Frobenius norm, lengths in units of the reach, (n,): at most the
+        conditioning: 1 / |J^-1| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
             smallest singular value of J, and at least 0.4 of it for six joints.
     """
 
     posture: BatchPosture
     rate: np.ndarray
     acceleration: np.ndarray
-    regularity: np.ndarray
+    conditioning: np.ndarray
 
 
 def following(
@@ -125,7 +125,7 @@ def following(
     Args:
         robot: The robot.
         q: Joint angles [rad], (joints, n).
-        tcp_shift: As in `Targets`.
+        tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
     """
     posture = robot.posture(q, tcp_shift)

@@ -1,4 +1,4 @@
-"""Where a first part can stand before any robot, and the posture that it is reached from."""
+"""Places for a first part before any robot, and the postures that they are reached in."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _BENT = 0.15
 
 @dataclass(frozen=True)
 class Seat:
-    """A place for a part, and the posture in which the tool stands upright on it.
+    """A place for a part, and the posture in which the untilted tool is on it.
 
     Attributes:
         position: Origin of the part in the robot's base, in its x-z plane [m], (3,).
@@ -96,5 +96,5 @@ def _worth(serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndar
     still = np.zeros((3, q.shape[1]))
     at: FollowingRobot = following(serial, q, still, TipMotion(still, still, still, still))
     clear = np.minimum(q - lower[:, None], upper[:, None] - q).min(axis=0)
-    worth: np.ndarray = np.minimum(1.0, np.minimum(at.regularity / _REGULAR, clear / _CLEAR))
+    worth: np.ndarray = np.minimum(1.0, np.minimum(at.conditioning / _REGULAR, clear / _CLEAR))
     return worth - _BENT * np.abs(q).sum(axis=0) / (2.0 * np.pi)

@@ -16,12 +16,12 @@ class BatchPosture:
     """A robot in n states, base axes.
 
     Attributes:
-        axis: Axes of the joints, (joints, 3, n).
+        axis: Directions of the joints' axes, (joints, 3, n).
         origin: Their centres [m], (joints, 3, n).
         body: Columns of the rotations of the bodies behind the joints.
         tip: TCP [m], (3, n).
         tool: Columns of base_from_tool.
-        lever: What a rate of each joint moves the TCP by [m], (joints, 3, n).
+        lever: Velocity of the TCP by the rate of each joint [m/rad], (joints, 3, n).
     """
 
     axis: np.ndarray
@@ -34,11 +34,11 @@ class BatchPosture:
 
 @dataclass(frozen=True)
 class TipMotion:
-    """How the tool moves, base axes, (3, n) each.
+    """Motion of the tool, base axes.
 
     Attributes:
-        velocity, acceleration: Of the TCP [m/s], [m/s^2].
-        spin, spin_rate: Angular velocity and acceleration [rad/s], [rad/s^2].
+        velocity, acceleration: Velocity and acceleration of the TCP [m/s], [m/s^2], (3, n).
+        spin, spin_rate: Angular velocity and acceleration [rad/s], [rad/s^2], (3, n).
     """
 
     velocity: np.ndarray
@@ -78,8 +78,8 @@ class SerialRobot:
         """Return the robot at drive angles.
 
         Args:
-            q: [rad], (joints, n).
-            tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3, n).
+            q: Joint angles [rad], (joints, n).
+            tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         """
         size = q.shape[1]
         columns: Columns = [np.repeat(np.eye(3)[:, [k]], size, axis=1) for k in range(3)]
@@ -117,7 +117,7 @@ class SerialRobot:
         Args:
             posture: The robot.
             rate, acceleration: q' [rad/s] and q'' [rad/s^2], (joints, n).
-            gravity: In base axes [m/s^2], (3, n).
+            gravity: Gravity, base axes [m/s^2], (3, n).
         """
         motions = self._motion(posture, rate, acceleration, -gravity)
         force, moment = np.zeros_like(gravity), np.zeros_like(gravity)  # about the base's origin

@@ -10,13 +10,13 @@ Columns = list[np.ndarray]
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b, (3, n)."""
+    """Return a x b, any unit, (3, n)."""
     product: np.ndarray = np.cross(a, b, axis=0)
     return product
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a . b, (n,)."""
+    """Return a . b, any unit, (n,)."""
     product: np.ndarray = np.einsum("kn,kn->n", a, b)
     return product
 
@@ -41,9 +41,9 @@ def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
     """Return R Rot(axis, angle) by its columns (Rodrigues).
 
     Args:
-        columns: Those of R.
+        columns: Columns of R.
         axis: Unit vector, the same in the whole batch, (3,).
-        angle: [rad], (n,).
+        angle: Angles [rad], (n,).
     """
     sin, cos = np.sin(angle), np.cos(angle)
     along = combined(columns, axis)
@@ -62,10 +62,10 @@ def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
 
 
 def applied(columns: Columns, vector: np.ndarray) -> np.ndarray:
-    """Return R v, (3, n)."""
+    """Return R v, any unit, (3, n)."""
     return columns[0] * vector[0] + columns[1] * vector[1] + columns[2] * vector[2]
 
 
 def seen_from(columns: Columns, vector: np.ndarray) -> np.ndarray:
-    """Return R^T v, (3, n)."""
+    """Return R^T v, any unit, (3, n)."""
     return np.stack([dot(column, vector) for column in columns])

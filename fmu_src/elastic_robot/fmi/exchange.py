@@ -1,4 +1,4 @@
-"""What model exchange asks for beside the outputs."""
+"""Variables of model exchange beside the outputs."""
 
 from __future__ import annotations
 

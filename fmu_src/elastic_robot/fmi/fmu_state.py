@@ -1,6 +1,6 @@
 """State of an FMU instance, and its bytes.
 
-The bytes are a header that tells what they are, a SHA-256 of the rest, and an NPZ archive of plain
+The bytes are a header that says what they are, a SHA-256 of the rest, and an NPZ archive of plain
 arrays.  They belong to FMUs of one fingerprint: the same robot and the same model sources.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.commands import Past
+from elastic_robot.commands import LastStep
 from elastic_robot.errors import StateError
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.parameters import Parameters
@@ -34,14 +34,14 @@ class FmuState:
         start: Start of the experiment [s]; the model's time is that since then.
         time: Start of the next step [s].
         stop: Stop of the experiment [s], infinite if there is none.
-        tolerance: Relative tolerance of the experiment; 0 where it is not told.
-        phase: Where the instance is in its life.
+        tolerance: Relative tolerance of the experiment; 0 where it is not given.
+        phase: State of the instance's life cycle.
         parameters_changed: `values` has parameters that the model takes with the next step.
-        values: Values of all real variables.
-        jerk: Rates of qdd_cmd that the master has told [rad/s^3], (n,); nan where it has not.
+        values: Values of all real variables, any unit, (variables,).
+        jerk: Rates of qdd_cmd that the master has given [rad/s^3], (n,); nan where it has not.
         strings: Values of the string variables.
         model: State of the model; None before the initial state is computed.
-        past: What the last step leaves to drives that follow the inputs; None where it leaves nothing.
+        past: The last step of drives that follow the inputs; None where there is none.
         trajectory: Motion of the drives; None where they follow the inputs, and in a state made
             from bytes, where the instance reads it anew.
         trajectory_digest: Digest of that trajectory; empty: the drives follow the inputs.
@@ -58,7 +58,7 @@ class FmuState:
     jerk: np.ndarray
     strings: tuple[str, ...]
     model: Snapshot | None
-    past: Past | None
+    past: LastStep | None
     trajectory: Trajectory | None
     trajectory_digest: str
 
@@ -146,9 +146,9 @@ class PackedState:
         )
 
 
-def _past(arrays: dict[str, np.ndarray]) -> Past:
+def _past(arrays: dict[str, np.ndarray]) -> LastStep:
     end, rate, acceleration = (arrays[key] for key in ("end", "rate", "acceleration"))
-    return Past(float(arrays["length"]), end, rate, acceleration)
+    return LastStep(float(arrays["length"]), end, rate, acceleration)
 
 
 def _beginning(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

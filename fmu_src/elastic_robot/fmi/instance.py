@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastic_robot.commands import CommandedMotion, Past
+from elastic_robot.commands import CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
@@ -37,7 +37,7 @@ class Instance:
         fingerprint: Hash of robot and model; states of another are refused.
 
     Attributes:
-        phase: Where the instance is in its life.
+        phase: State of the instance's life cycle.
     """
 
     def __init__(self, robot: Robot, resources: Path, fingerprint: str) -> None:
@@ -48,11 +48,11 @@ class Instance:
         self._model: ElasticRobot | None = None
         self._trajectory: Trajectory | None = None
         # What the last step leaves to a moving robot that follows the inputs.
-        self._past: Past | None = None
+        self._past: LastStep | None = None
         # The model's own time is that since the start: late times have few digits for seconds.
         self._start = self._time = 0.0
         self._stop = inf
-        self._told_tolerance = 0.0
+        self._relative_tolerance = 0.0
         self._parameters_changed = False
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
@@ -77,7 +77,7 @@ class Instance:
             )
         self._start = self._time = start
         self._stop = stop
-        self._told_tolerance = tolerance or 0.0
+        self._relative_tolerance = tolerance or 0.0
         self._forget()
 
     def initialised(self) -> ElasticRobot:
@@ -137,7 +137,7 @@ class Instance:
         )
 
     def trajectory_beyond_limits(self) -> str:
-        """Return where the trajectory leads beyond the drives' limits, in words; "" if it does not."""
+        """Return the trajectory's violation of the drives' limits, in words; "" without one."""
         motion = self._trajectory
         return "" if motion is None else self._values.trajectory_beyond_limits(motion)
 
@@ -177,7 +177,7 @@ class Instance:
             start=self._start,
             time=self._time,
             stop=self._stop,
-            tolerance=self._told_tolerance,
+            tolerance=self._relative_tolerance,
             phase=self.phase,
             parameters_changed=self._parameters_changed,
             values=values.reals.values.copy(),
@@ -209,7 +209,7 @@ class Instance:
             model.snapshot = state.model
         self._model, self._trajectory, values.strings.values = model, trajectory, strings
         self._start, self._time, self._stop = state.start, state.time, state.stop
-        self._told_tolerance = state.tolerance
+        self._relative_tolerance = state.tolerance
         self.phase, self._parameters_changed = state.phase, state.parameters_changed
         values.reals.values[:] = state.values
         self._past, values.jerk = state.past, state.jerk.copy()
@@ -242,7 +242,9 @@ class Instance:
             )
 
     def _allowed_error(self) -> float:
-        return allowed_error(float(self._values.reals.block("tolerance")[0]), self._told_tolerance)
+        return allowed_error(
+            float(self._values.reals.block("tolerance")[0]), self._relative_tolerance
+        )
 
     def _require_before_stop(self, end: float) -> None:
         stop = self._stop
@@ -253,10 +255,10 @@ class Instance:
             raise ParameterError(f"time: expected at most the stop time, {stop} s, got {end} s")
 
     def _end(self, model: ElasticRobot, time: float, length: float) -> float:
-        """Return a step's end since the start: in the model's time while the master's cannot tell."""
-        told, own = (time - self._start) + length, model.time + length
+        """Return a step's end since the start, in the model's time where the two differ by rounding."""
+        given, own = (time - self._start) + length, model.time + length
         rounding = SETTINGS.time_rounding(max(abs(self._start), abs(time)))
-        return own if abs(told - own) <= rounding else told
+        return own if abs(given - own) <= rounding else given
 
     def _move(self, model: ElasticRobot, end: float, drives: Drives) -> None:
         load = self._values.load()

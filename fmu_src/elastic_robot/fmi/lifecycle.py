@@ -1,4 +1,4 @@
-"""Which call may be made when: the table of FMI 2.0, section 4.2.4.
+"""Calls that are allowed in each state: the table of FMI 2.0, section 4.2.4.
 
 `native/fmi/lifecycle.c` is the same in C.
 """
@@ -31,7 +31,7 @@ class Call:
     """Calls that have the same rights.
 
     Attributes:
-        phases: In which they may be made.
+        phases: States in which they are allowed.
         refusal: Sentence elsewhere, but for the terminated instance.
     """
 

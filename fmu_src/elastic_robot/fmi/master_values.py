@@ -1,4 +1,4 @@
-"""What a master has set: inputs, parameters and strings, and what they are to the model."""
+"""Inputs, parameters and strings that a master has set, and what they are to the model."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MasterValues:
     Attributes:
         reals: The real variables, outputs among them.
         strings: The string variables.
-        jerk: Rates of qdd_cmd [rad/s^3], (n,); nan where the master has told none.
+        jerk: Rates of qdd_cmd [rad/s^3], (n,); nan where the master has given none.
     """
 
     def __init__(self, robot: Robot, resources: Path) -> None:
@@ -54,7 +54,7 @@ class MasterValues:
         self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
     def command_beyond_limits(self) -> str:
-        """Return which drive is told to go beyond its limits, once until it is back; else ""."""
+        """Return the drive that is commanded beyond its limits, once until it is back; else ""."""
         q = self._commands[0]
         beyond = (q < self._low) | (q > self._high)
         new = np.flatnonzero(beyond & ~self._beyond)
@@ -68,7 +68,7 @@ class MasterValues:
         )
 
     def trajectory_beyond_limits(self, motion: Trajectory) -> str:
-        """Return where a trajectory leads beyond the drives' limits, in words; "" if it does not."""
+        """Return a trajectory's violation of the drives' limits, in words; "" without one."""
         beyond = np.argwhere((motion.q < self._low) | (motion.q > self._high))
         if not len(beyond):
             return ""
@@ -104,7 +104,7 @@ class MasterValues:
         return Command(q, qd, qdd, self.jerk.copy())
 
     def load(self) -> Load:
-        """Return what acts on the tool; without stiffness or contact the anchor is nowhere."""
+        """Return the load on the tool; without stiffness or contact the anchor is nowhere."""
         wrench, rate = self._wrench.copy(), NO_RATE
         if self._wrench_rate.any():
             rate = self._wrench_rate.copy()

@@ -20,7 +20,7 @@ _LISTS_KEPT = 100
 
 @dataclass(frozen=True)
 class Places:
-    """Where the variables of a list are.
+    """Indices of the variables of a list.
 
     Attributes:
         rows: Their index in the array of values; a slice where they follow one another.
@@ -72,11 +72,11 @@ class RealVariables:
         return self._names[reference]
 
     def slice_of(self, key: str) -> slice:
-        """Return where the values of a block are."""
+        """Return the indices of the values of a block."""
         return self._slices[key]
 
     def block(self, key: str) -> np.ndarray:
-        """Return the values of a block, a view."""
+        """Return the values of a block, any unit, (size,): a view."""
         return self.values[self._slices[key]]
 
     def require_unfixed(self, references: Sequence[int]) -> None:
@@ -85,7 +85,7 @@ class RealVariables:
             raise ParameterError(f"{self._names[k]} is fixed; set it before initialisation ends")
 
     def places(self, references: Sequence[int]) -> Places:
-        """Return where variables are; masters ask for the same few lists over and over.
+        """Return the indices of variables; masters ask for the same few lists over and over.
 
         Raises:
             ParameterError: If there is no such variable.

@@ -13,7 +13,7 @@ class StringVariables:
     """The values by name.
 
     Args:
-        variables: In the order of their value references.
+        variables: Variables in the order of their value references.
         first: Value reference of the first.
 
     Attributes:

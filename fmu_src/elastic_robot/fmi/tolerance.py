@@ -3,7 +3,7 @@
 A master's tolerance is relative, to whatever its solver has for states; one of 1e-4 is common.  Here
 it is taken relative to 10 mm, more than the elastic joints give way under the loads that robots bear:
 so the usual one allows 1e-6 m.  Bounded, since a coarser one than MOST saves hardly any steps, and a
-finer one than LEAST is below what any robot file tells.
+finer one than LEAST is below the accuracy of any robot file.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ RELATIVE = 1e-4
 LEAST, MOST = 1e-9, 1e-5
 
 
-def allowed_error(own: float, told: float | None) -> float:
+def allowed_error(own: float, relative: float | None) -> float:
     """Return the error allowed at the TCP over a path [m].
 
     Args:
         own: Value of the parameter [m]; 0: not set.
-        told: Relative tolerance of the experiment; None or 0: not told.
+        relative: Relative tolerance of the experiment; None or 0: not given.
 
     Example:
         >>> allowed_error(0.0, None), allowed_error(0.0, 1e-4), round(allowed_error(0.0, 1e-6), 12)
@@ -30,6 +30,6 @@ def allowed_error(own: float, told: float | None) -> float:
     """
     if own > 0.0:
         return own
-    if not told:
+    if not relative:
         return TOLERANCE
-    return min(max(TOLERANCE * (told / RELATIVE), LEAST), MOST)
+    return min(max(TOLERANCE * (relative / RELATIVE), LEAST), MOST)

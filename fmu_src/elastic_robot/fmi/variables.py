@@ -1,4 +1,4 @@
-"""What the FMU's variables are made of: single ones, arrays, and blocks of one kind."""
+"""Variables of the FMU: single ones, arrays, and blocks of one kind."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Variable:
 
     Attributes:
         name: Structured name.
-        unit: Of a real; empty for strings.
+        unit: Unit of a real; empty for strings.
         text: Description.
         start: Start value of an input or parameter; None for outputs.
         minimum, maximum: Range, where there is one.
@@ -69,17 +69,17 @@ class Block:
     Attributes:
         causality: "input", "output", "parameter" or "local".
         variability: "continuous", "tunable" or "fixed".
-        variables: In the order of their value references.
-        follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
+        variables: Variables in the order of their value references.
+        follows: For outputs, the blocks of inputs that their value at a step's end depends on, in
             one of the modes at least.
-        starts_from: Of outputs and derivatives: the blocks that their initial value depends on.
-        arrays: What they are in FMI 3.0 with arrays; empty where each stands alone there too.
-        exchanged: Of outputs, derivatives and event indicators: the blocks that their value depends on
+        starts_from: For outputs and derivatives, the blocks that their initial value depends on.
+        arrays: Their arrays in FMI 3.0 with arrays; empty where each stands alone there too.
+        exchanged: For outputs, derivatives and event indicators, the blocks that their value depends on
             in model exchange; TIME for what the drives of a trajectory move.
         own: Those of them of which it is the element at the same place only.
         derivative_of: The block of states whose derivatives by time these are.
         is_event_indicator: Whether a change of their sign is an event of model exchange.
-        tuned: Of outputs, derivatives and event indicators: the blocks of tunable parameters that their
+        tuned: For outputs, derivatives and event indicators, the blocks of tunable parameters that their
             value depends on, which are knowns in FMI 3.
     """
 

@@ -152,14 +152,14 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
     return true;
 }
 
-/* Whether the bytes are as many as the header tells, for entries of a size. */
+/* Whether the bytes are as many as the header says, for entries of a size. */
 static bool require_size(const array *a, const char *name, size_t item, er_failure *failure)
 {
     uint64_t left = a->bytes / item, rows = a->header.shape[0];
     uint64_t columns = a->header.axes == 2 ? a->header.shape[1] : 1;
     bool fits = rows == 0 || columns == 0 ? left == 0 : left % rows == 0 && left / rows == columns;
     return (a->bytes % item == 0 && fits) ||
-           er_fail(failure, "the array '%s' has %lu bytes, not those its header tells of", name,
+           er_fail(failure, "the array '%s' has %lu bytes, not those of its header", name,
                    (unsigned long)a->bytes);
 }
 

@@ -1,4 +1,4 @@
-"""The sheet away from the tools: coarse splines, condensed onto the rim of the box about them."""
+"""The sheet away from the tools: coarse splines, condensed onto the interface of the box about them."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_cells_do_what_the_fine_sheet_does_to_moves_of_coarse_splines(plate):
         )
 
 
-def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together():
+def test_a_condensed_far_field_answers_as_all_coarse_and_fine_unknowns_together():
     """A box about the middle of a bent sheet, against the whole stiffness in the same space of moves."""
     sheet = model(0.012)
     assemble, free = sheet.assemble, sheet.mesh.clamped()
@@ -159,7 +159,7 @@ def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together(
     whole = assemble(assemble.everywhere, state, (), state)
     columns = [whole.stiffness.times(unit) for unit in np.eye(len(whole.residual))]
     box = Box(8, 18, 9, 19)
-    rim = Interface.of(CoarseSplines.of((24, 24)), box, free)
+    interface = Interface.of(CoarseSplines.of((24, 24)), box, free)
     inside = box.inside(free.shape)
     # Moves: each control point of the box alone; each coarse spline with a part outside, truncated.
     moves = []
@@ -167,10 +167,10 @@ def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together(
         for k in range(3):
             moves.append(np.zeros(free.shape))
             moves[-1][x, y, k] = 1.0
-    for place in np.argwhere((rim.outer >= 0) | (rim.inner >= 0)):
-        coarse = np.zeros(rim.outer.shape)
+    for place in np.argwhere((interface.outer >= 0) | (interface.inner >= 0)):
+        coarse = np.zeros(interface.outer.shape)
         coarse[tuple(place)] = 1.0
-        moves.append(np.where(inside[..., None], 0.0, rim.splines.fine(coarse)))
+        moves.append(np.where(inside[..., None], 0.0, interface.splines.fine(coarse)))
     space = np.array([move.ravel() for move in moves])
     assert np.linalg.matrix_rank(space) == len(space)
     push = np.zeros(free.shape)
@@ -179,14 +179,18 @@ def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together(
     expected = space.T @ np.linalg.solve(reduced, space @ (push.ravel() - whole.residual))
 
     after = replace(
-        state, around=assemble.linear(rim, state, state, 0.0), at_rim=np.zeros(rim.size)
+        state,
+        far_field=assemble.linear(interface, state, state, 0.0),
+        at_interface=np.zeros(interface.size),
     )
-    after.around.carry(after.at_rim, after.points)
+    after.far_field.carry(after.at_interface, after.points)
     found = assemble(box, state, (), after)
-    at_rim = np.zeros(rim.size)
-    step = found.stiffness.solve(np.concatenate([push[inside].ravel(), at_rim]) - found.residual)
+    at_interface = np.zeros(interface.size)
+    step = found.stiffness.solve(
+        np.concatenate([push[inside].ravel(), at_interface]) - found.residual
+    )
     points = after.points.copy()
-    after.around.carry(step[3 * box.size :], points)
+    after.far_field.carry(step[3 * box.size :], points)
     points[inside] += step[: 3 * box.size].reshape(-1, 3)
     # What is at rest outside moves at once: the box is then seen from another place by so much.
     np.testing.assert_allclose(
@@ -222,14 +226,14 @@ def test_cells_that_did_not_bend_are_not_computed_again_and_would_be_the_same():
     box = sheet.near(None, pressed.center[None])
     state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
     assemble = sheet.assemble
-    known = assemble.linear(assemble.rim(box), state, replace(state, around=None), 0.0)
-    state = replace(state, around=known, at_rim=np.zeros(known.rim.size))
-    rim = assemble.rim(sheet.window(np.array([8e-3, 0.0])))
-    kept = assemble.linear(rim, state, state, 2e-5)
-    anew = assemble.linear(rim, state, replace(state, around=None), 2e-5)
+    known = assemble.linear(assemble.interface(box), state, replace(state, far_field=None), 0.0)
+    state = replace(state, far_field=known, at_interface=np.zeros(known.interface.size))
+    interface = assemble.interface(sheet.window(np.array([8e-3, 0.0])))
+    kept = assemble.linear(interface, state, state, 2e-5)
+    anew = assemble.linear(interface, state, replace(state, far_field=None), 2e-5)
     same = np.all(kept.cells.stiffness == known.cells.stiffness, axis=(1, 2))
     assert 0.1 < same.mean() < 0.9
-    # Of cells in equilibrium little follows the rim's unknowns.
+    # Of cells in equilibrium little follows the interface's unknowns.
     scale = np.abs(anew.stiffness).max()
     np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=1e-4 * scale)
 
@@ -249,22 +253,22 @@ def test_about_the_same_box_cells_that_lie_partly_in_it_are_kept_too(monkeypatch
         fill_cells(shell, surface, blend, outside, places, *rest)
 
     monkeypatch.setattr(assembly, "fill_cells", count)
-    same = assemble.linear(assemble.rim(box), state, state, np.inf)
+    same = assemble.linear(assemble.interface(box), state, state, np.inf)
     assert sum(computed) == 0
-    anew = assemble.linear(assemble.rim(box), state, replace(state, around=None), np.inf)
+    anew = assemble.linear(assemble.interface(box), state, replace(state, far_field=None), np.inf)
     partly = ~anew.whole & np.any(anew.cells.stiffness != 0.0, axis=(1, 2))
     assert np.any(partly)
     scale = np.abs(anew.cells.stiffness).max()
     np.testing.assert_allclose(same.cells.stiffness, anew.cells.stiffness, atol=2e-3 * scale)
     computed.clear()
-    farther = assemble.rim(box._replace(first_x=box.first_x + 1, last_x=box.last_x + 1))
+    farther = assemble.interface(box._replace(first_x=box.first_x + 1, last_x=box.last_x + 1))
     kept = assemble.linear(farther, state, state, np.inf)
     assert sum(computed) > 0
-    fresh = assemble.linear(farther, state, replace(state, around=None), np.inf)
+    fresh = assemble.linear(farther, state, replace(state, far_field=None), np.inf)
     np.testing.assert_allclose(kept.cells.stiffness, fresh.cells.stiffness, atol=2e-3 * scale)
 
 
-def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
+def test_a_box_is_the_same_after_its_far_field_is_made_linear():
     """So that its elements need not be computed again."""
     sheet = model(0.012, 40, 0.1)
     before = sheet.sphere(np.array([0.0, 0.0, REACH]), RADIUS)
@@ -272,33 +276,33 @@ def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
     box = sheet.near(None, pressed.center[None])
     state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
     assemble = sheet.assemble
-    rim = assemble.rim(box)
+    interface = assemble.interface(box)
     after = deepcopy(state)
-    after.at_rim[:] += 1e-6 * np.random.default_rng(3).normal(size=rim.size)
-    after.around.carry(after.at_rim, after.points)
+    after.at_interface[:] += 1e-6 * np.random.default_rng(3).normal(size=interface.size)
+    after.far_field.carry(after.at_interface, after.points)
     seen = assemble.inside(box, state, (pressed,), after)
     residual, tangent = seen.residual.copy(), seen.tangent.lower.copy()
     points = after.points.copy()
-    around = assemble.linear(rim, state, after, 0.0)
-    around.carry(np.zeros(rim.size), after.points)
+    far_field = assemble.linear(interface, state, after, 0.0)
+    far_field.carry(np.zeros(interface.size), after.points)
     assert np.abs(after.points - points).max() > 0.0
     again = assemble.inside(box, state, (pressed,), after)
     for now, then in ((again.residual, residual), (again.tangent.lower, tangent)):
         np.testing.assert_allclose(now, then, rtol=0.0, atol=1e-12 * np.abs(then).max())
 
 
-def test_the_edge_moves_as_the_rest_of_the_surroundings_does():
+def test_the_edge_moves_as_the_rest_of_the_far_field_does():
     """What the elements of a box see of the points outside of it is carried alone in the same way."""
     sheet = model(0.012, 40, 0.1)
     pressed = sheet.sphere(np.array([0.0, 4e-3, REACH - 5e-4]), RADIUS)
     box = sheet.near(None, pressed.center[None])
     state = sheet.flat()
-    rim = sheet.assemble.rim(box)
-    around = sheet.assemble.linear(rim, state, state, 0.0)
-    at_rim = 1e-4 * np.random.default_rng(4).normal(size=rim.size)
+    interface = sheet.assemble.interface(box)
+    far_field = sheet.assemble.linear(interface, state, state, 0.0)
+    at_interface = 1e-4 * np.random.default_rng(4).normal(size=interface.size)
     points, edge = state.points.copy(), state.points.copy()
-    around.carry(at_rim, points)
-    around.carry_edge(at_rim, edge)
+    far_field.carry(at_interface, points)
+    far_field.carry_edge(at_interface, edge)
     seen = box.grown(2, state.points.shape)
     np.testing.assert_allclose(
         edge[seen.first_x : seen.last_x, seen.first_y : seen.last_y],
