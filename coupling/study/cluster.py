@@ -32,6 +32,9 @@ except ImportError as cause:
         "a study needs Dask, which is not installed: pip install 'elastic-robot-fmu[study]'"
     ) from cause
 
+# Above all levels of the log: a client that leaves while it is written to, as one does with an
+# interrupt, is critical to the scheduler.
+_NOTHING = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
 _PATIENCE = 10.0
 # Times that a sample is tried again after the process of its FMU has ended.
@@ -151,7 +154,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
                 processes=True,
                 dashboard_address="127.0.0.1:0",
                 local_directory=str(scratch),
-                silence_logs=logging.CRITICAL,
+                silence_logs=_NOTHING,
                 env={"TMPDIR": str(scratch)},
             ) as cluster,
             Client(cluster) as client,
