@@ -8,11 +8,12 @@ from pathlib import Path
 
 from coupling.case.file import Case, load_case
 from coupling.events import Progress, Watch
-from coupling.report import write_report
+from coupling.report.page import write_pages
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.kept_process import kept_process
 from coupling.run.logged_folder import logged_folder
+from coupling.run.stored_run import StoredRun, read_run
 
 
 @dataclass(frozen=True)
@@ -20,15 +21,13 @@ class FinishedRun:
     """A run that has come to its end.
 
     Attributes:
-        case: Its case.
         run: Its result.
-        from_store: Number of the process's answers that were taken from the store.
-        unkept: Number of answers that could not be kept there.
+        stored: What its folder says of it.
+        unkept: Number of the process's answers that could not be kept in the store.
     """
 
-    case: Case
     run: Run
-    from_store: int
+    stored: StoredRun
     unkept: int
 
 
@@ -63,6 +62,7 @@ def conduct(
         watch(Progress("writing the run folder", 0, 2))
         write_run(place, case, replace(run, keys=log.keys))
         watch(Progress("writing the report", 1, 2))
-        write_report(place)
+        stored = read_run(place)
+        write_pages(stored, place / "report.html")
         log.finish(run.durations)
-    return FinishedRun(case, run, log.answers_from("store"), process.unkept)
+    return FinishedRun(run, stored, process.unkept)

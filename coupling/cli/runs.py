@@ -107,13 +107,11 @@ def tell_run(done: FinishedRun, folder: Path) -> None:
     """Say what a run found and where it is."""
     from coupling.report.page import run_summary
     from coupling.report.terminal import tell
-    from coupling.run.stored_run import read_run
 
-    stored = read_run(folder)
-    tell(console, run_summary(stored))
+    tell(console, run_summary(done.stored))
     seconds = sum(done.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
-    outlook = stored.figures.outlook
+    outlook = done.stored.figures.outlook
     if outlook is not None and not outlook.gains:
         text = "Do not send this command to a robot yet: it may be worse than none, see above."
         console.print(text, style="yellow")

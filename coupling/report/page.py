@@ -42,20 +42,31 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
     Raises:
         ResultError: If the run cannot be read or the report not written.
     """
-    target, run = file or folder / "report.html", read_run(folder)
-    for place, text in _pages(folder, target, run).items():
-        write_whole(place, text, ResultError)
+    target = file or folder / "report.html"
+    write_pages(read_run(folder), target)
     return target
 
 
-def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
-    """Return the pages of a run by their files."""
+def write_pages(run: StoredRun, target: Path) -> None:
+    """Write the report of a run that has been read; of a cell, also those of its robots, in its folder.
+
+    Args:
+        run: The run.
+        target: File to write.
+
+    Raises:
+        ResultError: If a page cannot be written.
+    """
     if run.gap is None:
-        return {target: robot_page(run, run.first)}
-    pages = {
-        folder / name / "report.html": robot_page(run, own) for name, own in run.robots.items()
-    }
-    return {**pages, target: cell_page(run)}
+        pages = {target: robot_page(run, run.first)}
+    else:
+        pages = {
+            run.folder / name / "report.html": robot_page(run, own)
+            for name, own in run.robots.items()
+        }
+        pages[target] = cell_page(run)
+    for place, text in pages.items():
+        write_whole(place, text, ResultError)
 
 
 def run_summary(run: StoredRun) -> list[Section]:

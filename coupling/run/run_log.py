@@ -62,10 +62,6 @@ class RunLog:
         """Keys of the process's answers so far, in their order."""
         return tuple(answer.key for answer in self._content.answers)
 
-    def answers_from(self, origin: str) -> int:
-        """Return how many answers were "computed" or came from the "store"."""
-        return sum(answer.origin == origin for answer in self._content.answers)
-
     def watch(self, event: Event) -> None:
         """Note what happens."""
         content = self._content

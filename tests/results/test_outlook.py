@@ -16,6 +16,7 @@ from coupling.results.outlook import Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
+from coupling.run.stored_run import read_run
 
 
 def deviation(maximum: float, less_constant: float) -> Deviation:
@@ -91,8 +92,9 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
         said = Console(
             record=True, file=StringIO(), width=500, force_terminal=True, highlight=False
         )
-        done = FinishedRun(case, replace(run, robustness=replays), 0, 0)
-        write_run(tmp_path, case, done.run)
+        found = replace(run, robustness=replays)
+        write_run(tmp_path, case, found)
+        done = FinishedRun(found, read_run(tmp_path), 0)
         monkeypatch.setattr(runs, "console", said)
         runs.tell_run(done, tmp_path)
         text = said.export_text(styles=True)

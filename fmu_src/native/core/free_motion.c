@@ -48,13 +48,8 @@ bool er_free_motion_find(er_model *model)
             free->wrench[c] += of_contact[c];
     }
     model->kernel.loads(robot, motion, 1, parameters->gravity, free->wrench, NULL, load);
-    for (int k = 0; k < m; k++) {
-        double x = memory->state.x[k];
-        int region = er_gear_region(&model->gears, k, x);
-        free->slope[k] = er_gear_slope(&model->gears, k, region, x);
-        free->acceleration[k] = -(load[k][0] + er_gear_torque(&model->gears, k, region, x) +
-                                  model->gears.damping[k] * memory->state.v[k]);
-    }
+    for (int k = 0; k < m; k++)
+        free->acceleration[k] = er_model_gear_torque(model, k) - load[k][0];
     er_mass_matrix(robot, &placement, free->mass);
     if (!er_lu_factor(m, free->mass, free->pivot))
         return false;
@@ -75,21 +70,13 @@ static void prepare_tangent(er_model *model)
     free->linked = true;
 }
 
-/* What the parameters themselves change in the equation [N m]. */
-static void add_parameters(const er_model *model, const er_parameters *change, double *torque)
+/* Loads by a change of gravity [N m]. */
+static void find_weights(const er_model *model, const double gravity[3], er_lanes *load)
 {
-    const er_memory *memory = &model->memory;
-    ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
     er_motion still = model->free.motion;
     memset(still.rate, 0, sizeof still.rate);
     memset(still.acceleration, 0, sizeof still.acceleration);
-    model->kernel.loads(&model->robot, &still, 1, change->gravity, NULL, NULL, load);
-    for (int k = 0; k < model->robot.elastics; k++) {
-        double x = memory->state.x[k];
-        torque[k] += load[k][0] + change->damping[k] * memory->state.v[k] +
-                     er_gear_along(&model->gears, k, er_gear_region(&model->gears, k, x), x,
-                                   change->stiffness[k], change->backlash[k]);
-    }
+    model->kernel.loads(&model->robot, &still, 1, gravity, NULL, NULL, load);
 }
 
 /* What the contact changes in the wrench. */
@@ -113,8 +100,8 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     er_free_motion *free = &model->free;
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3], own[ER_MAX_ANGLES] = {0.0};
-    ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
+    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3];
+    ER_ALIGNED er_lanes load[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
     ER_ALIGNED er_vector shift;
     er_direction direction;
     if (!free->linked)
@@ -135,9 +122,8 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     add_contact(model, change, wrench);
     memset(load, 0, sizeof load);
     model->kernel.tangent(robot, &free->links, &direction, wrench, NULL, load);
-    add_parameters(model, &change->parameters, own);
+    find_weights(model, change->parameters.gravity, weight);
     for (int k = 0; k < robot->elastics; k++)
-        acceleration[k] = -(load[k][0] + own[k] + free->slope[k] * change->x[k] +
-                            model->gears.damping[k] * change->v[k]);
+        acceleration[k] = er_gear_torque_along(model, change, k) - load[k][0] - weight[k][0];
     er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
 }

@@ -52,7 +52,6 @@ typedef struct {
     double acceleration[ER_MAX_ANGLES];            /* x'' [rad/s^2] */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];    /* factors of M */
     int pivot[ER_MAX_ANGLES];
-    double slope[ER_MAX_ANGLES];                   /* of the torque curves [N m/rad] */
     double gap[3];                                 /* from the TCP to the anchor [m] */
     er_contact_motion contact;                     /* where there is one */
     double wrench[6];                              /* on the tool, of spring and contact too */
