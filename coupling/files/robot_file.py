@@ -26,7 +26,7 @@ from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.description import Body, Joint, Robot, StopElement, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
 
@@ -201,6 +201,9 @@ def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, wh
             max_rate=rigid.max_rate if keys.max_rate is None else keys.max_rate,
             max_acceleration=keys.max_acceleration,
             torque_table=tuple((a, t) for a, t in keys.torque_table or []) or None,
+            hysteresis=tuple(
+                StopElement(stop.slip_torque, stop.slip_angle) for stop in keys.gear.hysteresis
+            ),
         )
         if elastic.torque_table:
             akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between

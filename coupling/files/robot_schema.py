@@ -49,6 +49,19 @@ class GearTorque(Schema):
         return self
 
 
+class StopElementTable(Schema):
+    """An entry of a gear's `hysteresis`."""
+
+    slip_torque: float
+    slip_angle: float
+
+
+class GearTable(Schema):
+    """[joint.gear]: what a gear has beside stiffness, damping and backlash."""
+
+    hysteresis: list[StopElementTable] = []
+
+
 class JointElasticity(Schema):
     """Elasticity of a joint, and the limits of its drive and its gear."""
 
@@ -61,6 +74,7 @@ class JointElasticity(Schema):
     max_rate: float | None = None
     max_acceleration: float | None = None
     gear_torque_Nm: GearTorque | None = None
+    gear: GearTable = GearTable()
 
     @model_validator(mode="after")
     def _gear_is_elastic(self) -> JointElasticity:

@@ -12,9 +12,10 @@ from elastic_robot.errors import RobotFileError
 from elastic_robot.settings import SETTINGS
 
 VERSION = 2
-# What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
+# What the C core's arrays hold (ER_MAX_JOINTS, ER_MAX_KNOTS and ER_MAX_STOPS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
+MOST_ELEMENTS = 6
 
 
 def robot_text(robot: Robot, guid: str) -> str:
@@ -73,6 +74,12 @@ def _joint_lines(number: int, joint: Joint) -> list[str]:
                 f" native FMU, got {points}"
             )
         lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
+    if len(joint.hysteresis) > MOST_ELEMENTS:
+        raise RobotFileError(
+            f"joint {number}: hysteresis: expected at most {MOST_ELEMENTS} elements for a native FMU,"
+            f" got {len(joint.hysteresis)}"
+        )
+    lines += [_line("stop", [stop.slip_torque, stop.slip_angle]) for stop in joint.hysteresis]
     lines += [_line("tilt", [*t.axis, t.stiffness, t.damping]) for t in joint.tilt]
     return [*lines, _body_line(joint.body)]
 

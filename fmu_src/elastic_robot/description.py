@@ -140,6 +140,39 @@ class Tilt:
 
 
 @dataclass(frozen=True)
+class StopElement:
+    """Element of a gear's hysteresis: a spring in series with dry friction.
+
+    Its torque follows the gear's wind-up e as h = f clip(s / a, +-1): the elongation s takes every
+    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator, Maxwell-slip
+    element; Brokate and Sprekels 1996, docs/references.md).
+
+    Attributes:
+        slip_torque: Torque f at which it slips [N m], > 0.
+        slip_angle: Elongation a at which it slips [rad], > 0.
+
+    Raises:
+        ValueError: If a value is out of its range.
+
+    Example:
+        >>> StopElement(slip_torque=40.0, slip_angle=2e-5).stiffness
+        2000000.0
+    """
+
+    slip_torque: float
+    slip_angle: float
+
+    def __post_init__(self) -> None:
+        _require_number("slip_torque", self.slip_torque, minimum=0.0, open_end=True, unit="N m")
+        _require_number("slip_angle", self.slip_angle, minimum=0.0, open_end=True, unit="rad")
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness while it does not slip [N m/rad]."""
+        return self.slip_torque / self.slip_angle
+
+
+@dataclass(frozen=True)
 class Joint:
     """Revolute joint with the body it carries.
 
@@ -156,6 +189,7 @@ class Joint:
         max_acceleration: Highest drive acceleration [rad/s^2], or None for no limit.
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
+        hysteresis: Elements of the gear's hysteresis, beside its torque curve; none for a rigid joint.
         name: Name for messages.
 
     Raises:
@@ -173,6 +207,7 @@ class Joint:
     max_rate: float | None = None
     max_acceleration: float | None = None
     torque_table: Table | None = None
+    hysteresis: tuple[StopElement, ...] = ()
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -187,6 +222,11 @@ class Joint:
             raise ValueError(
                 f"stiffness: expected a number > 0 [N m/rad] beside {key} = {getattr(self, key)!r}, got"
                 f" none: a rigid joint has no {key}"
+            )
+        elif self.hysteresis:
+            raise ValueError(
+                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint has"
+                " no hysteresis"
             )
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
@@ -282,6 +322,7 @@ class Robot:
                     "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
                     "limits": tuple(joint["limits"]) if joint["limits"] else None,
                     "torque_table": _table(joint["torque_table"]),
+                    "hysteresis": tuple(StopElement(**element) for element in joint["hysteresis"]),
                 }
             )
             for joint in data["joints"]

@@ -18,6 +18,8 @@ class Parameters:
         stiffness: Stiffness [N m/rad], (m,).
         damping: Damping [N m s/rad], (m,).
         backlash: Half width of the backlash [rad], (m,); 0 for tilts.
+        hysteresis: Torque at which all elements of the hysteresis slip [N m], (m,); 0 without any.  The
+            elements keep their slip angles and their shares of it.
         tables: Points of the characteristic curve (angle [rad], torque [N m]) of each coordinate
             that has its own, else None, (m,); used by the curve "spline" alone.
     """
@@ -26,19 +28,20 @@ class Parameters:
     stiffness: np.ndarray
     damping: np.ndarray
     backlash: np.ndarray
+    hysteresis: np.ndarray
     tables: tuple[Table | None, ...]
 
     @classmethod
     def of(cls, robot: Robot) -> Parameters:
         """Return the values of the robot's description."""
-        rows: list[tuple[float, float, float]] = []
+        rows: list[tuple[float, float, float, float]] = []
         tables: list[Table | None] = []
         for joint in robot.joints:
             if joint.stiffness is not None:
-                rows.append((joint.stiffness, joint.damping, joint.backlash))
+                slip = sum(stop.slip_torque for stop in joint.hysteresis)
+                rows.append((joint.stiffness, joint.damping, joint.backlash, slip))
                 tables.append(joint.torque_table)
             tables += [None] * len(joint.tilt)
-            rows += [(tilt.stiffness, tilt.damping, 0.0) for tilt in joint.tilt]
-        stiffness, damping, backlash = np.array(rows, dtype=float).reshape(-1, 3).T
-        gravity = np.array(robot.gravity, dtype=float)
-        return cls(gravity, stiffness, damping, backlash, tuple(tables))
+            rows += [(tilt.stiffness, tilt.damping, 0.0, 0.0) for tilt in joint.tilt]
+        springs = np.array(rows, dtype=float).reshape(-1, 4).T
+        return cls(np.array(robot.gravity, dtype=float), *springs, tuple(tables))

@@ -81,8 +81,8 @@ class Snapshot:
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
         acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
         held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
-        gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
-        computed = Parameters(gravity, stiffness, damping, backlash, parameters.tables)
+        numbers_of = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
+        computed = Parameters(*numbers_of, parameters.tables)
         elastic, rigid = arrays["opposite"].tolist()
         return cls(state, held, computed, (elastic, rigid))
 
@@ -90,4 +90,4 @@ class Snapshot:
 _HELD = ("q", "qd", "qdd")
 _ACTING = ("wrench", "anchor", "stiffness", "velocity")
 _CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
-_PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
+_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis")

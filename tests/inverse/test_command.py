@@ -29,7 +29,9 @@ FREE = DriveLimits(1)
 
 def curve_of(kind: str) -> TorqueCurve:
     one = np.ones(1)
-    parameters = Parameters(np.zeros(3), STIFFNESS * one, DAMPING * one, BACKLASH * one, (None,))
+    parameters = Parameters(
+        np.zeros(3), STIFFNESS * one, DAMPING * one, BACKLASH * one, 0 * one, (None,)
+    )
     return TORQUE_CURVES[kind].build(parameters)
 
 

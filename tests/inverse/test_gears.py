@@ -42,6 +42,7 @@ def curve_of(kind, backlash=B, stiffness=K, gears=1):
         stiffness=np.full(gears, stiffness),
         damping=np.zeros(gears),
         backlash=np.full(gears, backlash),
+        hysteresis=np.zeros(gears),
         tables=(table,) * gears,
     )
     return TORQUE_CURVES["spline" if table else kind].build(parameters)

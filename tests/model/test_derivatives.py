@@ -89,7 +89,7 @@ def test_gradients_of_the_torque_curves_are_those_of_complex_steps(seed, k, b, n
     stiffness, backlash = np.full(8, k), np.full(8, b)
     x = b * rng.uniform(-4.0, 4.0, 8)
     curve = TORQUE_CURVES[name].build(
-        Parameters(np.zeros(3), stiffness, 0 * x, backlash, (None,) * 8)
+        Parameters(np.zeros(3), stiffness, 0 * x, backlash, 0 * x, (None,) * 8)
     )
     numbers = Numbers(
         np.zeros((3, 0)), np.array([x, 0 * x, 0 * x]), *np.zeros((2, 3)), stiffness, 0 * x, backlash
@@ -100,7 +100,9 @@ def test_gradients_of_the_torque_curves_are_those_of_complex_steps(seed, k, b, n
         by_b = derivative(torque(name, along(numbers, backlash=np.ones(8))))
         np.testing.assert_allclose(law.stiffness_gradient(x), by_k, rtol=1e-12, atol=1e-12 * b)
         np.testing.assert_allclose(law.backlash_gradient(x), by_b, rtol=1e-12, atol=1e-12 * k)
-    tight = TORQUE_CURVES[name].build(Parameters(np.zeros(3), stiffness, 0 * x, 0 * x, (None,) * 8))
+    tight = TORQUE_CURVES[name].build(
+        Parameters(np.zeros(3), stiffness, 0 * x, 0 * x, 0 * x, (None,) * 8)
+    )
     opening = 0.0 if name == "linear" else -k * np.sign(x)
     np.testing.assert_allclose(tight.backlash_gradient(x), opening + 0.0 * x, rtol=1e-15)
 
@@ -109,7 +111,7 @@ def test_a_table_takes_the_place_of_stiffness_and_backlash():
     points = tuple((a, 1e6 * a + 1e9 * a**3) for a in np.linspace(-1e-2, 1e-2, 9).tolist())
     x = np.array([3e-3])
     for k, b in ((1e6, 1e-3), (2e6, 2e-3)):
-        parameters = Parameters(np.zeros(3), np.array([k]), 0 * x, np.array([b]), (points,))
+        parameters = Parameters(np.zeros(3), np.array([k]), 0 * x, np.array([b]), 0 * x, (points,))
         curve = TORQUE_CURVES["spline"].build(parameters)
         assert curve.torque(x)[0] == pytest.approx(1e6 * x[0] + 1e9 * x[0] ** 3, rel=1e-2)
         assert curve.stiffness_gradient(x)[0] == 0.0

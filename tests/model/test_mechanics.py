@@ -310,7 +310,7 @@ def test_pose_has_a_unit_quaternion_with_positive_scalar(seed):
 @pytest.mark.parametrize("name", TORQUE_CURVES)
 def test_torque_curves_agree_with_their_verbs(name):
     stiffness, backlash = np.array([1e4, 2e5, 3e6]), np.array([1e-3, 0.0, 2e-4])
-    parameters = Parameters(np.zeros(3), stiffness, np.zeros(3), backlash, (None,) * 3)
+    parameters = Parameters(np.zeros(3), stiffness, np.zeros(3), backlash, np.zeros(3), (None,) * 3)
     curve = TORQUE_CURVES[name].build(parameters)
     x = np.array([-3e-3, 1e-3, 2.7e-4])
     torque = curve.torque(x)

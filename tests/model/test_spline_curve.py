@@ -28,7 +28,9 @@ def test_default_curve_is_a_dead_band_with_rounded_corners(k, b):
     x = np.linspace(-4 * b, 4 * b, 801)
     y = np.abs(x) - b / 2
     shape = np.where(y < 0, 0.0, np.where(y < b, k * y**2 / (2 * b), k * (np.abs(x) - b)))
-    parameters = Parameters(np.zeros(3), np.array([k]), np.zeros(1), np.array([b]), (None,))
+    parameters = Parameters(
+        np.zeros(3), np.array([k]), np.zeros(1), np.array([b]), np.zeros(1), (None,)
+    )
     torque = SplineCurve.build(parameters).torque(x[:, None])[:, 0]
     np.testing.assert_allclose(torque, np.sign(x) * shape, rtol=0, atol=1e-12 * k * b)
     assert np.diff(torque).min() >= -1e-12 * k * b

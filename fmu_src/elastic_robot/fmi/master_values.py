@@ -128,6 +128,7 @@ class MasterValues:
             stiffness=reals.block("stiffness").copy(),
             damping=reals.block("damping").copy(),
             backlash=backlash,
+            hysteresis=own.hysteresis,
             tables=own.tables,
         )
 
