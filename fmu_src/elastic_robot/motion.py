@@ -17,6 +17,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import OptimizeResult
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
@@ -36,7 +37,7 @@ _FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
-_Edge = Callable[[float, np.ndarray], float]
+_Event = Callable[[float, np.ndarray], float]
 
 
 class Drives(Protocol):
@@ -68,6 +69,11 @@ class State:
     x: np.ndarray
     v: np.ndarray
     elongation: np.ndarray
+
+
+def _turn(place: int) -> _Event:
+    """Return the event function of the zeros of one rate, at a place of (x, v)."""
+    return lambda _, y: float(y[place])
 
 
 class DrivenMotion:
@@ -142,6 +148,21 @@ class DrivenMotion:
         def slips(_: float, y: np.ndarray) -> float:
             return float(slipping.ways(*y.reshape(2, -1)).min())
 
+        def solve(
+            piece: tuple[float, float], y: np.ndarray, events: list[_Event]
+        ) -> OptimizeResult:
+            return solve_ivp(
+                rate,
+                piece,
+                y,
+                "DOP853",
+                rtol=accuracy / _USUAL_DEFLECTION,
+                atol=accuracy,
+                first_step=min(piece[1] - piece[0], _FIRST_STEP),
+                events=events,
+            )
+
+        turns = [_turn(len(state.x) + k) for k in self._hysteresis.elements.gears]
         bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
         slips.direction = -1.0  # type: ignore[attr-defined]
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
@@ -151,17 +172,15 @@ class DrivenMotion:
         while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
             piece = (time, min(end, drives.next_kink(time, jump)))
             edge = self._edge(time, y, drives, load, start) if watched else None
-            events = [bends, *([slips] if elements else []), *([] if edge is None else [edge])]
-            solved = solve_ivp(
-                rate,
-                piece,
-                y,
-                "DOP853",
-                rtol=accuracy / _USUAL_DEFLECTION,
-                atol=accuracy,
-                first_step=min(piece[1] - time, _FIRST_STEP),
-                events=events,
-            )
+            events = [
+                bends,
+                *([slips, *turns] if elements else []),
+                *([] if edge is None else [edge]),
+            ]
+            solved = solve(piece, y, events)
+            overshot = self._overshot(solved, slipping)
+            if overshot is not None:
+                solved = solve((time, overshot), y, events)
             time, y = float(solved.t[-1]), solved.y[:, -1]
             if solved.status < 0:
                 raise given_up(time, f"needs steps below {10.0 * np.spacing(time):.1g} s")
@@ -176,9 +195,23 @@ class DrivenMotion:
         x, v = y.reshape(2, -1)
         return State(end, x, v, slipping.end(x))
 
+    def _overshot(self, solved: OptimizeResult, slipping: SlipPiece) -> float | None:
+        """Return when a gear first turns with an element beyond its slip angle; None if none does.
+
+        `solve_ivp` sees only what lasts to a step's end.
+        """
+        turns = range(2, 2 + len(self._hysteresis.elements.gears))
+        times = [
+            float(time)
+            for k in turns
+            for time, y in zip(solved.t_events[k], solved.y_events[k], strict=True)
+            if slipping.ways(*y.reshape(2, -1)).min() < 0.0
+        ]
+        return min(times, default=None)
+
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
-    ) -> _Edge | None:
+    ) -> _Event | None:
         """Return the event function of edges of backlash and of a contact's plane; None without."""
         width = self._curve.half_width
         gears = np.flatnonzero(np.isfinite(width))
