@@ -221,11 +221,3 @@ class Past:
             return np.zeros(len(x))
         sticks = np.abs(self.elongation_at(x)) < self.hysteresis.elements.slip_angle
         return self.hysteresis.slope(sticks)
-
-    def parts(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the parts of a step from x [rad], (m,), at which elements stick or slip, (2 e,)."""
-        of = self.hysteresis.elements
-        slips = np.array([[-1.0], [1.0]]) * of.slip_angle - self.elongation
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = (slips - (x - self.x)[of.coordinate]) / step[of.coordinate]
-        return found.ravel() if self.acts else np.zeros(0)

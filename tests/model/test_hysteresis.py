@@ -252,6 +252,18 @@ def assert_near(found: np.ndarray, expected: np.ndarray) -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-10 + 1e-6 * scale)
 
 
+def test_an_element_at_its_slip_angle_sticks_where_its_gear_goes_back():
+    law = Hysteresis(Elements.of(pendulum(hysteresis=ELEMENTS)), np.array([FORCE.sum()]))
+    for side in (-1.0, 1.0):
+        s, back, on = side * ANGLE, np.array([-side * 0.2]), np.array([side * 0.2])
+        np.testing.assert_array_equal(law.rate(s, back), back.repeat(3))
+        np.testing.assert_array_equal(law.rate(s, on), np.zeros(3))
+        np.testing.assert_array_equal(law.ways(s, back), np.zeros(3))
+        np.testing.assert_array_equal(law.ways(s, on), np.full(3, 1e-3 * 0.2))
+        np.testing.assert_allclose(law.held(s, back).slope, np.sum(FORCE / ANGLE), rtol=1e-15)
+        np.testing.assert_array_equal(law.held(s, on).slope, np.zeros(1))
+
+
 def test_a_state_is_its_arrays():
     model = start("backlash", 300.0)
     load_to(model, -100.0, 50.0)
