@@ -127,25 +127,35 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
     return (const er_lanes *)w->pull;
 }
 
-/* The laws that coordinates obey through a step: slope (x - zero), to which curved flanks are added. */
+/* The laws that coordinates obey through a step: slope (x - zero), to which curved flanks and elements of
+ * hysteresis are added. */
 typedef struct {
     double slope[MOST], zero[MOST]; /* [N m/rad, rad] */
+    double held[MOST], stuck[MOST]; /* held + stuck x, of the elements [N m, N m/rad] */
     int bent, which[MOST], region[MOST]; /* coordinates on a curved flank, and it */
     bool touching;                  /* the contact presses */
 } step_laws;
 
 static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
 {
+    const er_gears *gears = r->system->gears;
     laws->touching = r->system->contacting && state->touching == 1;
     laws->bent = 0;
     for (int k = 0; k < r->m; k++) {
-        er_branch branch = er_gear_branch(r->system->gears, k, state->region[k]);
+        er_branch branch = er_gear_branch(gears, k, state->region[k]);
         laws->slope[k] = branch.slope;
         laws->zero[k] = branch.zero;
         if (!branch.straight) {
             laws->region[laws->bent] = state->region[k];
             laws->which[laws->bent++] = k;
         }
+    }
+    if (r->system->robot->elements > 0) {
+        memset(laws->stuck, 0, sizeof laws->stuck);
+        er_stops_stiffness(r->system->robot, gears->hysteresis, &state->stops, laws->stuck);
+        for (int k = 0; k < r->m; k++)
+            laws->held[k] = er_elements_torque(r->system->robot, k, gears->hysteresis[k], state->stops.elongation) -
+                            laws->stuck[k] * state->x[k];
     }
 }
 
@@ -171,6 +181,9 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
         for (int l = 0; l < states; l++)
             w->residual[k][l] += er_gear_torque(system->gears, k, laws->region[b], w->x[k][l]);
     }
+    for (int k = 0; robot->elements > 0 && k < r->m; k++)
+        for (int l = 0; l < states; l++)
+            w->residual[k][l] += laws->held[k] + laws->stuck[k] * w->x[k][l];
 }
 
 static void place_end(const er_run *r, const er_state *state, er_step *step)

@@ -109,6 +109,7 @@ void er_gears_build(er_gears *gears, int law, const er_robot *robot, const er_pa
         gears->damping[k] = parameters->damping[k];
         gears->backlash[k] = law == LINEAR ? 0.0 : parameters->backlash[k];
         gears->half_width[k] = INFINITY;
+        gears->hysteresis[k] = parameters->hysteresis[k];
         gears->spline[k].points = 0;
         if (law == SPLINE)
             build_spline(gears, k, &robot->table[k]);

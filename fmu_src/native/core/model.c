@@ -136,6 +136,23 @@ static void derive(er_model *model)
     model->derived_parameters = *parameters;
 }
 
+/* The equilibrium that the present state comes to rest in. */
+static bool rest_at(er_model *model, const er_held *held, er_failure *failure)
+{
+    er_state *state = &model->memory.state;
+    const er_robot *robot = &model->robot;
+    er_history history;
+    double x[ER_MAX_ANGLES];
+    memcpy(history.x, state->x, sizeof history.x);
+    memcpy(history.elongation, state->stops.elongation, sizeof history.elongation);
+    if (!er_equilibrium(robot, &model->gears, &history, model->memory.parameters.gravity, held->q, &held->load,
+                        x, failure))
+        return false;
+    memcpy(state->x, x, (size_t)robot->elastics * sizeof *x);
+    er_stops_rest(robot, &history, x, &state->stops);
+    return true;
+}
+
 bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure)
 {
@@ -152,9 +169,11 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
     if (!find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
-    if (!memory->options.undeflected &&
-        !er_equilibrium(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
-                        load, memory->state.x, failure))
+    for (int j = 0; j < model->robot.elements; j++)
+        memory->state.stops.elongation[j] = memory->options.initial == ER_FROM_BELOW   ? INFINITY
+                                            : memory->options.initial == ER_FROM_ABOVE ? -INFINITY
+                                                                                       : 0.0;
+    if (memory->options.initial != ER_UNDEFLECTED && !rest_at(model, &memory->held, failure))
         return false;
     er_state_start(&memory->state, &model->robot, &model->gears, 0.0);
     er_model_orient(model);
@@ -218,18 +237,6 @@ void er_model_held_by_time(er_model *model, er_held *change)
     er_drives drives = own_drives(model);
     memset(change, 0, sizeof *change);
     er_drives_by_time(&drives, model->memory.state.time, change->q, change->qd, change->qdd);
-}
-
-static bool rest_at(er_model *model, double end, const er_held *held, er_failure *failure)
-{
-    er_state *state = &model->memory.state;
-    double x[ER_MAX_ANGLES];
-    if (!er_equilibrium(&model->robot, &model->gears, model->memory.parameters.gravity, held->q,
-                        &held->load, x, failure))
-        return false;
-    memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
-    er_state_start(state, &model->robot, &model->gears, end);
-    return true;
 }
 
 /* Says what acted where a motion was given up: one of these may have grown too large. */
@@ -311,14 +318,16 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     er_drives drives = drives_of(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    memcpy(began, state, sizeof *began); /* a library's copy is faster than an assignment of this size */
+    er_state_copy(&model->robot, began, state);
     if (!find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
-    if (!(still ? rest_at(model, end, &held, failure)
+    if (!(still ? rest_at(model, &held, failure)
                 : move_to(model, state, end, &drives, load, &held, failure))) {
-        *state = *began;
+        er_state_copy(&model->robot, state, began);
         return false;
     }
+    if (still)
+        er_state_start(state, &model->robot, &model->gears, end);
     model->memory.held = held;
     remember(model, end - start, command);
     return true;
@@ -330,10 +339,11 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     const er_past latest = model->memory.past;
     er_drives drives;
     er_held held = model->memory.held;
-    er_state moved = *state;
+    er_state moved;
     bool good;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
+    er_state_copy(&model->robot, &moved, state);
     memset(&moved.linearisation, 0, sizeof moved.linearisation);
     model->memory.past = *past;
     drives = drives_of(model, state->time, end, command);

@@ -18,11 +18,15 @@ typedef struct {
     er_load load; /* on the tool; its anchor is where it is now */
 } er_held;
 
+/* How a simulation starts: in equilibrium, of elements of hysteresis without load before, or with x = 0, or in
+ * equilibrium from smaller or larger x: elements slip upwards or downwards. */
+typedef enum { ER_FROM_UNLOADED, ER_UNDEFLECTED, ER_FROM_BELOW, ER_FROM_ABOVE, ER_INITIALS } er_initial;
+
 /* What is fixed when a simulation starts. */
 typedef struct {
     int curve; /* law of the gears, by its place in TORQUE_CURVES */
     bool quasistatic; /* equilibrium at every step's end instead of the equation of motion */
-    bool undeflected; /* start with x = 0 instead of the equilibrium */
+    er_initial initial; /* how a simulation starts */
     double tolerance; /* error allowed at the TCP over a path [m], in dynamic mode */
     char trajectory[ER_MAX_PATH]; /* file of the joint motion; empty: commands */
 } er_options;

@@ -175,6 +175,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     }
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_gear_slope(system->gears, k, state->region[k], state->x[k]);
+    er_stops_stiffness(system->robot, system->gears->hysteresis, &state->stops, at->slope);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
     memcpy(at->contact, now->stiffness, sizeof at->contact);
     memcpy(at->damper, now->damping, sizeof at->damper);

@@ -153,7 +153,8 @@ double er_model_gear_torque(const er_model *model, int k)
 {
     const er_gears *gears = &model->gears;
     double x = model->memory.state.x[k];
-    return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * rate_of(model, k));
+    return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * rate_of(model, k) +
+             er_elements_torque(&model->robot, k, gears->hysteresis[k], model->memory.state.stops.elongation));
 }
 
 double er_gear_torque_along(const er_model *model, const er_change *change, int k)
@@ -163,7 +164,10 @@ double er_gear_torque_along(const er_model *model, const er_change *change, int 
     double x = model->memory.state.x[k];
     int region = er_gear_region(gears, k, x);
     double along = er_gear_slope(gears, k, region, x) * change->x[k] +
-                   er_gear_along(gears, k, region, x, parameters->stiffness[k], parameters->backlash[k]);
+                   er_gear_along(gears, k, region, x, parameters->stiffness[k], parameters->backlash[k]) +
+                   er_elements_torque(&model->robot, k, gears->hysteresis[k], change->elongation) +
+                   er_elements_torque(&model->robot, k, parameters->hysteresis[k],
+                                      model->memory.state.stops.elongation);
     if (!model->memory.options.quasistatic)
         along += gears->damping[k] * change->v[k] + parameters->damping[k] * rate_of(model, k);
     return -along;
@@ -263,6 +267,6 @@ void er_contact_of_model_along(const er_model *model, const er_change *change, d
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
 {
     const er_memory *memory = &model->memory;
-    return er_compliance(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
-                         memory->state.x, &memory->held.load, compliance, failure);
+    return er_compliance(&model->robot, &model->gears, &memory->state.stops, memory->parameters.gravity,
+                         memory->held.q, memory->state.x, &memory->held.load, compliance, failure);
 }

@@ -104,6 +104,32 @@ static bool read_table(er_robot *robot, er_lines *lines)
     return true;
 }
 
+/* An element of hysteresis; its share is its torque until all of its gear are known. */
+static bool read_stop(er_robot *robot, er_lines *lines)
+{
+    int k = robot->elastics - 1, before = 0;
+    double values[2];
+    if (!is_spring(robot))
+        return er_lines_refuse(lines, "an element of hysteresis behind its spring");
+    for (int j = 0; j < robot->elements; j++)
+        before += robot->element[j].coordinate == k;
+    if (before == ER_MAX_STOPS)
+        return er_lines_refuse(lines, "at most six elements of hysteresis for each joint");
+    if (!er_lines_numbers(lines, 2, values))
+        return false;
+    if (!(values[0] > 0.0 && values[1] > 0.0))
+        return er_lines_refuse(lines, "a torque and an angle above zero");
+    robot->element[robot->elements++] = (er_element){k, values[0], values[1]};
+    robot->parameters.hysteresis[k] += values[0];
+    return true;
+}
+
+static void find_shares(er_robot *robot)
+{
+    for (int j = 0; j < robot->elements; j++)
+        robot->element[j].share /= robot->parameters.hysteresis[robot->element[j].coordinate];
+}
+
 /* Adds a body, given by mass, centre of mass and inertia about that, to the last rotation. */
 static bool read_body(er_robot *robot, er_lines *lines)
 {
@@ -169,11 +195,13 @@ static bool read_line(er_robot *robot, er_lines *lines)
         return read_spring(robot, lines);
     if (strcmp(lines->word, "table") == 0)
         return read_table(robot, lines);
+    if (strcmp(lines->word, "stop") == 0)
+        return read_stop(robot, lines);
     if (strcmp(lines->word, "tilt") == 0)
         return read_tilt(robot, lines);
     if (strcmp(lines->word, "body") == 0)
         return read_body(robot, lines);
-    return er_lines_refuse(lines, "joint, spring, table, tilt, body or end");
+    return er_lines_refuse(lines, "joint, spring, table, stop, tilt, body or end");
 }
 
 static double length_of(const double v[3])
@@ -205,5 +233,6 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
     if (robot->joints == 0)
         return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
     find_reach(robot);
+    find_shares(robot);
     return require_settings(robot, lines);
 }

@@ -76,6 +76,8 @@ static inline double er_slack_at(const er_settings *settings, double time)
 #define ER_MAX_JOINTS 12
 #define ER_MAX_ANGLES (3 * ER_MAX_JOINTS) /* each joint's own rotation and two tilts */
 #define ER_MAX_KNOTS 64                   /* points of a joint's own torque table */
+#define ER_MAX_STOPS 6                    /* elements of a gear's hysteresis */
+#define ER_MAX_ELEMENTS (ER_MAX_STOPS * ER_MAX_JOINTS)
 #define ER_MAX_GUID 64
 
 /* An axis along none of the coordinates. */
@@ -107,12 +109,20 @@ typedef struct {
     double torque[ER_MAX_KNOTS]; /* rising [N m] */
 } er_table;
 
+/* An element of a gear's hysteresis: a spring in series with dry friction. */
+typedef struct {
+    int coordinate; /* the entry of x that it acts on */
+    double share;   /* of the torque at which all of the gear's elements slip */
+    double angle;   /* elongation at which it slips [rad] */
+} er_element;
+
 /* The numbers that may change while the model runs; the first m entries of each array count. */
 typedef struct {
     double gravity[3];                /* base axes [m/s^2] */
     double stiffness[ER_MAX_ANGLES];  /* [N m/rad] */
     double damping[ER_MAX_ANGLES];    /* [N m s/rad] */
     double backlash[ER_MAX_ANGLES];   /* half width of the backlash [rad]; 0 for tilts */
+    double hysteresis[ER_MAX_ANGLES]; /* torque at which all elements slip [N m]; 0 without any */
 } er_parameters;
 
 typedef struct {
@@ -129,6 +139,8 @@ typedef struct {
     double tool_position[3];          /* TCP in the last body's frame [m] */
     double tool_rotation[9];          /* body_from_tool, by rows */
     er_table table[ER_MAX_ANGLES];    /* by entry of x */
+    int elements;                     /* of hysteresis, in the order of their entries of x */
+    er_element element[ER_MAX_ELEMENTS];
     er_parameters parameters;         /* start values */
     er_settings settings;
 } er_robot;

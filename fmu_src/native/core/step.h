@@ -15,6 +15,7 @@
 #include "kernel.h"
 #include "trajectory.h"
 #include "gear.h"
+#include "hysteresis.h"
 #include "gauss.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
@@ -41,9 +42,11 @@ typedef struct {
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
     int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
+    er_stops stops;                      /* of hysteresis; the last, as few robots have any */
 } er_state;
 
-/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x' = 0. */
+/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + H + d x' = 0,
+ * H the torque of the elements of hysteresis. */
 typedef struct {
     const er_robot *robot;
     const er_gears *gears;
@@ -101,17 +104,20 @@ typedef struct {
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
-/* Where a step's polynomial first leaves the region in which a coordinate obeys one smooth law. */
+/* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
+ * reverses, sticks again, a contact. */
+typedef enum { ER_AT_EDGE, ER_AT_SLIP, ER_AT_REVERSAL, ER_AT_CONTACT } er_change_of_law;
+
+/* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
-    int coordinate;  /* or ER_DEPTH */
-    double boundary; /* value that it passes [rad], or [m] */
+    er_change_of_law at;
+    int coordinate;  /* of x; none of a contact */
+    int element;     /* that slips */
+    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m] */
     int outward;     /* 1: rises through the boundary, -1: falls */
-    int region;      /* the region beyond */
+    int region;      /* of the backlash, beyond; whether the contact presses there */
     double fraction; /* place in the step, in (0, 1] */
 } er_crossing;
-
-/* In er_crossing: no coordinate, the depth of a contact. */
-enum { ER_DEPTH = -1 };
 
 /* A contact begins this far behind the plane [m], so that rounding does not undo it, and ends at it: what
  * presses never pulls. */
@@ -121,13 +127,6 @@ enum { ER_DEPTH = -1 };
  * the end of a step. */
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first);
 
-/* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
-bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
-                       double tolerance, double h, const double *x, const double *v,
-                       const er_lanes *acceleration, er_crossing *first);
-
-/* The collocation equations of one step, solved by simplified Newton iteration. */
-
 /* The parts of an integration that its functions share. */
 typedef struct {
     const er_system *system;
@@ -136,6 +135,11 @@ typedef struct {
     er_workspace *work;
     int m;
 } er_run;
+
+/* The first crossing of a coordinate in a solved step, if any. */
+bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first);
+
+/* The collocation equations of one step, solved by simplified Newton iteration. */
 
 /* Solves the collocation equations of a step from the accelerations in it; false if that fails.
  * `accuracy` is the error that the iteration may leave in x [rad]. */
@@ -173,7 +177,9 @@ void er_linearise_as(const er_run *r, const er_linearisation *linearisation);
 /* Lets the next step have matrices of its own. */
 void er_relinearise(er_workspace *work);
 
-/* Begins an integration at the x and v that are in the state. */
+void er_state_copy(const er_robot *robot, er_state *to, const er_state *from);
+
+/* Begins an integration at the x and v that are in the state, and its elements of hysteresis. */
 void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time);
 
 /* Integrates to a time.  If that fails, the state is somewhere in between. */

@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -21,6 +22,12 @@ void er_state_start(er_state *state, const er_robot *robot, const er_gears *gear
     memset(&state->linearisation, 0, sizeof state->linearisation);
     for (int k = 0; k < robot->elastics; k++)
         state->region[k] = er_gear_region(gears, k, state->x[k]);
+}
+
+void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)
+{
+    memcpy(to, from, offsetof(er_state, stops)); /* a library's copy is faster than an assignment of this size */
+    er_stops_copy(robot, &to->stops, &from->stops);
 }
 
 /* Stage accelerations at other nodes of a step's polynomial. */
@@ -60,21 +67,35 @@ static bool try_step(const er_run *r, const er_state *state, double h, double ac
     return er_solve_step(r, state, h, accuracy, step);
 }
 
-/* How far a step's end is beyond a boundary [rad, m], and at what rate it goes on. */
+/* How far a step's end is beyond a boundary [rad, rad/s, m], and at what rate it goes on. */
 static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
 {
     int k = crossing->coordinate;
-    *rate = crossing->outward * (k == ER_DEPTH ? er_end_approach(r, step) : step->v[k]);
-    return crossing->outward * ((k == ER_DEPTH ? step->depth[ER_DEGREE] : step->x[k]) - crossing->boundary);
+    double value = step->x[k];
+    *rate = step->v[k];
+    if (crossing->at == ER_AT_REVERSAL) {
+        value = step->v[k];
+        *rate = step->a[k];
+    } else if (crossing->at == ER_AT_CONTACT) {
+        value = step->depth[ER_DEGREE];
+        *rate = er_end_approach(r, step);
+    }
+    *rate *= crossing->outward;
+    return crossing->outward * (value - crossing->boundary);
 }
 
-/* How far a step may miss a boundary [rad, m]. */
-static double find_allowed(const er_run *r, int coordinate)
+/* How far a step may miss a boundary [rad, rad/s, m]. */
+static double find_allowed(const er_run *r, const er_crossing *crossing)
 {
-    return r->settings->landing *
-           (coordinate == ER_DEPTH ? ER_CONTACT_SLACK
-                                   : er_gear_slack(r->system->gears, r->settings, coordinate,
-                                                   r->means->tolerance));
+    const er_robot *robot = r->system->robot;
+    double tolerance = r->means->tolerance, slack = ER_CONTACT_SLACK;
+    switch (crossing->at) {
+    case ER_AT_EDGE: slack = er_gear_slack(r->system->gears, r->settings, crossing->coordinate, tolerance); break;
+    case ER_AT_SLIP: slack = er_stop_slack(robot, crossing->element, tolerance); break;
+    case ER_AT_REVERSAL: slack = er_reversal_slack(robot, crossing->coordinate, tolerance); break;
+    case ER_AT_CONTACT: break;
+    }
+    return r->settings->landing * slack;
 }
 
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
@@ -83,13 +104,15 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
 {
     er_step *landed = &r->work->landed;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = find_allowed(r, crossing->coordinate);
+    double allowed = find_allowed(r, crossing), accuracy = r->settings->landing_iteration * allowed;
+    if (crossing->at == ER_AT_REVERSAL)
+        accuracy *= r->settings->longest_step; /* of x for that of x' (er_solve_step) */
     memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
         interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
                     landed->acceleration);
-        if (!try_step(r, state, h, r->settings->landing_iteration * allowed, landed))
+        if (!try_step(r, state, h, accuracy, landed))
             return false;
         beyond = find_beyond(r, crossing, landed, &rate);
         if (fabs(beyond) <= allowed)
@@ -106,6 +129,7 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
 {
     if (r->work->sensitivity != NULL)
         er_sensitivity_follow(r->work->sensitivity, r, state, step);
+    er_stops_follow(r->system->robot, &state->stops, state->x, step->x);
     memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
     memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
     state->predictor_step = step->length;
@@ -119,10 +143,16 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     if (r->work->sensitivity != NULL)
         er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
     state->time += step->length;
-    if (crossing->coordinate == ER_DEPTH)
-        state->touching = crossing->region;
-    else
-        state->region[crossing->coordinate] = crossing->region;
+    switch (crossing->at) {
+    case ER_AT_EDGE: state->region[crossing->coordinate] = crossing->region; break;
+    case ER_AT_SLIP:
+        if (r->work->sensitivity != NULL)
+            er_sensitivity_slip(r->work->sensitivity, crossing->element);
+        er_stops_slip(r->system->robot, &state->stops, crossing->element, crossing->outward);
+        break;
+    case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
+    case ER_AT_CONTACT: state->touching = crossing->region; break;
+    }
     state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
@@ -161,9 +191,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
             guess(r, state, h, step);
         } else {
             factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
-            bool crosses =
-                er_first_crossing(r->system->gears, settings, state->region, tolerance, h, state->x,
-                                  state->v, (const er_lanes *)step->acceleration, &crossing);
+            bool crosses = er_first_crossing(r, state, step, &crossing);
             if (r->system->contacting)
                 crosses = er_earlier_contact(state->touching == 1, step->depth, crosses, &crossing);
             if (crosses) {

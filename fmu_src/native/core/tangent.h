@@ -33,6 +33,7 @@ typedef struct er_change {
     er_held held;
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
     er_parameters parameters;
+    double elongation[ER_MAX_ELEMENTS];
 } er_change;
 
 /* Placements of the elastic or the rigid robot and how they move. */

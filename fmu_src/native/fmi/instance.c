@@ -85,7 +85,7 @@ void er_instance_reset(er_instance *instance)
     instance->inputs.parameters = model->robot.parameters;
     model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
-    model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
+    model->memory.options.initial = (er_initial)interface->string[ER_INITIAL_STATE].start;
     model->memory.options.tolerance = interface->tolerance.usual;
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);

@@ -14,9 +14,11 @@ typedef struct er_instance er_instance;
 struct er_change;
 
 /* As many blocks of reals, reals and blocks of states as there may be. */
-enum { ER_MAX_BLOCKS = 32,
-       ER_MAX_REALS = 512,
+enum { ER_MAX_BLOCKS = 64, /* as a mask has bits */
+       ER_MAX_REALS = 1024,
        ER_MAX_STATES = 4 };
+
+#define ER_BIT(place) (UINT64_C(1) << (place))
 
 typedef enum { ER_INPUT,
                ER_OUTPUT,
@@ -59,7 +61,7 @@ enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 #define ER_NAME 64
 #define ER_BLANK '~' /* stands for a blank in a name */
 #define ER_UNIT 16
-#define ER_CHOICE 16
+#define ER_CHOICE 32
 
 typedef struct {
     char name[ER_NAME];
