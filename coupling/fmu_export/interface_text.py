@@ -45,7 +45,7 @@ def interface_text(groups: Groups) -> str:
         for limit in limits_of(variable)
     ]
     lines = [f"tolerance {tolerances}"]
-    lines += [f"state {k} {s.derivative} {s.nominal!r}" for k, s in STATES.items() if k in groups]
+    lines += [f"state {k} {s.derivative} {s.nominal!r}" for k, s in STATES.items() if groups.get(k)]
     lines.append(" ".join(["limits", *limits]))
     for key, variables in groups.items():
         lines += [_line(key, variable) for variable in variables]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.outputs import HELD, REST, STATES, TUNABLE
-from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, DEVIATION, RATE
+from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, DEVIATION, ELONGATION, RATE
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
+from elastic_robot.hysteresis import REVERSAL_TIME, Elements
 
 
-def exchange(chain: Chain) -> dict[str, Block]:
+def exchange(chain: Chain, elements: Elements) -> dict[str, Block]:
     """Return, by block, derivatives of the states and event indicators."""
     names = chain.elastic_names
+    elongated = [f"element {number} of {names[gear]}" for gear, number in elements.places]
     moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", TIME, *STATES)
     bend = "of the torque curve of"
 
@@ -23,7 +25,11 @@ def exchange(chain: Chain) -> dict[str, Block]:
         own: Names = (),
         tuned: Names = (),
     ) -> Block:
-        text = {"deflection": "Rate", "deflection_rate": "Acceleration"}[state]
+        text, of = {
+            "deflection": ("Rate", names),
+            "deflection_rate": ("Acceleration", names),
+            "elongation": ("Rate of elongation", elongated),
+        }[state]
         return Block(
             "local",
             "continuous",
@@ -34,10 +40,10 @@ def exchange(chain: Chain) -> dict[str, Block]:
                     f"{text} of {name} as the equation of motion has it",
                     nominal=nominal,
                 )
-                for k, name in enumerate(names, start=1)
+                for k, name in enumerate(of, start=1)
             ),
             starts_from=starts_from,
-            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(names)),),
+            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(of)),),
             exchanged=exchanged,
             own=own,
             derivative_of=state,
@@ -56,6 +62,9 @@ def exchange(chain: Chain) -> dict[str, Block]:
             moving,
             tuned=TUNABLE,
         ),
+        STATES["elongation"].derivative: derivatives(
+            "elongation", "rad/s", RATE, (), ("deflection_rate",)
+        ),
         "bend": Block(
             "local",
             "continuous",
@@ -72,6 +81,22 @@ def exchange(chain: Chain) -> dict[str, Block]:
             exchanged=("deflection",),
             is_event_indicator=True,
             tuned=("backlash",),
+        ),
+        "slip": Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"{names[gear]}.slip[{number}]",
+                    "rad",
+                    f"Way of element {number} of {names[gear]} to its slip angle; its rate times"
+                    f" {REVERSAL_TIME:g} s while it slips",
+                    nominal=ELONGATION,
+                )
+                for gear, number in elements.places
+            ),
+            exchanged=("deflection_rate", "elongation"),
+            is_event_indicator=True,
         ),
         "contact_gap": Block(
             "local",

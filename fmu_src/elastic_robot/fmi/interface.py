@@ -20,6 +20,7 @@ from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
+from elastic_robot.hysteresis import Elements
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -29,7 +30,12 @@ STEP_SIZE = 0.01
 TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
-INITIAL_STATES = ("equilibrium", "undeflected")
+INITIAL_STATES = (
+    "equilibrium",
+    "undeflected",
+    "equilibrium_from_below",
+    "equilibrium_from_above",
+)
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
 _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
@@ -37,14 +43,14 @@ LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH
 
 def blocks(robot: Robot) -> dict[str, Block]:
     """Return the FMU's variables by block; the last block holds the strings."""
-    chain = build_chain(robot)
-    parameters = _parameters(chain, robot)
+    chain, elements = build_chain(robot), Elements.of(robot)
+    parameters = _parameters(chain, elements, robot)
     strings = parameters.pop("strings")
     table = {
         **inputs([joint.limits for joint in robot.joints]),
-        **outputs(chain),
+        **outputs(chain, elements),
         **parameters,
-        **exchange(chain),
+        **exchange(chain, elements),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}
@@ -70,12 +76,15 @@ def _with_joints(block: Block, robot: Robot) -> Block:
     return replace(block, variables=tuple(map(described, block.variables)))
 
 
-def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
+def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Block]:
     parameters, names = Parameters.of(robot), chain.elastic_names
     curves = tuple(TORQUE_CURVES)
 
     def tunable(variables: list[Variable], *arrays: Array) -> Block:
         return Block("parameter", "tunable", tuple(variables), arrays=arrays)
+
+    def either(choices: Names) -> str:
+        return f"{', '.join(choices[:-1])} or {choices[-1]}"
 
     def choice(name: str, choices: Names, text: str, start: str) -> Variable:
         return Variable(name, "", text, start, choices=choices)
@@ -94,6 +103,7 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
         ]
 
     backlash = elastic("backlash", "rad", "Half width of the backlash", parameters.backlash)
+    slip = elastic("hysteresis", "N.m", "Slip torque of the hysteresis", parameters.hysteresis)
     return {
         "gravity": tunable(
             [
@@ -109,6 +119,7 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
         ),
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
+        "hysteresis": tunable([slip[k] for k in elements.gears]),
         "tolerance": Block(
             "parameter",
             "fixed",
@@ -136,13 +147,11 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
                 choice(
                     "torque_curve",
                     curves,
-                    f"{', '.join(curves[:-1])} or {curves[-1]}",
+                    either(curves),
                     TORQUE_CURVE_DEFAULT,
                 ),
-                choice("mode", MODES, " or ".join(MODES), MODES[0]),
-                choice(
-                    "initial_state", INITIAL_STATES, " or ".join(INITIAL_STATES), INITIAL_STATES[0]
-                ),
+                choice("mode", MODES, either(MODES), MODES[0]),
+                choice("initial_state", INITIAL_STATES, either(INITIAL_STATES), INITIAL_STATES[0]),
             ),
         ),
     }

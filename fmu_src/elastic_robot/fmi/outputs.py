@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, FORCE, RATE, TORQUE
+from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, ELONGATION, FORCE, RATE, TORQUE
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
+from elastic_robot.hysteresis import Elements
 
 
 @dataclass(frozen=True)
@@ -22,11 +23,14 @@ class StateBlock:
     nominal: float
 
 
-# The states of model exchange in their order: x [rad] and x' [rad/s].
+# The states of model exchange in their order: x [rad], x' [rad/s] and s [rad].
 STATES = {
     "deflection": StateBlock("deflection_derivative", ANGLE),
     "deflection_rate": StateBlock("rate_derivative", RATE),
+    "elongation": StateBlock("elongation_derivative", ELONGATION),
 }
+# Those that say where the robot is and how it moves.
+MOTION = ("deflection", "deflection_rate")
 # What the state at a step's end follows, what loads and posture follow, and the initial equilibrium.
 STEP = (
     "wrench",
@@ -40,7 +44,7 @@ STEP = (
     "contact",
     "contact_normal",
 )
-TUNABLE = ("gravity", "stiffness", "damping", "backlash")
+TUNABLE = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
 HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness", "contact", "contact_normal")
 REST = (
     "wrench",
@@ -52,6 +56,7 @@ REST = (
     "gravity",
     "stiffness",
     "backlash",
+    "hysteresis",
     "strings",
     TIME,
 )
@@ -65,11 +70,11 @@ CONTACT = (
     "contact",
     "contact_normal",
     TIME,
-    *STATES,
+    *MOTION,
 )
 
 
-def outputs(chain: Chain) -> dict[str, Block]:
+def outputs(chain: Chain, elements: Elements) -> dict[str, Block]:
     """Return the outputs by block."""
 
     def block(
@@ -172,7 +177,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
             Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
             Array("tcp.angular_velocity", "Angular velocity of the tool: x, y, z in base axes", 3),
             starts_from=(*REST, "qd_cmd"),
-            exchanged=("q_cmd", "qd_cmd", TIME, *STATES),
+            exchanged=("q_cmd", "qd_cmd", TIME, *MOTION),
         ),
         "rigid": pose(
             "rigid",
@@ -241,6 +246,24 @@ def outputs(chain: Chain) -> dict[str, Block]:
             starts_from=(),
             exchanged=("deflection_rate",),
             own=("deflection_rate",),
+        ),
+        "elongation": block(
+            [
+                Variable(
+                    f"elongation[{k}]",
+                    "rad",
+                    f"Elongation of element {number} of the hysteresis of {names[gear]}",
+                    nominal=STATES["elongation"].nominal,
+                )
+                for k, (gear, number) in enumerate(elements.places, start=1)
+            ],
+            Array(
+                "elongation",
+                "Elongations of the elements of the gears' hysteresis, in the order of the gears",
+                elements.count,
+            ),
+            exchanged=("elongation",),
+            own=("elongation",),
         ),
         "contact_force": block(
             [

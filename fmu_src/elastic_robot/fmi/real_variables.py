@@ -12,7 +12,7 @@ from elastic_robot.errors import ParameterError, RangeError
 from elastic_robot.fmi.variables import Block
 
 # Blocks without numbers below zero, and what among them is above it.
-_AT_LEAST_ZERO = ("contact", "stiffness", "damping", "backlash", "tolerance")
+_AT_LEAST_ZERO = ("contact", "stiffness", "damping", "backlash", "hysteresis", "tolerance")
 _ABOVE_ZERO = ("stiffness",)
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100
