@@ -173,6 +173,67 @@ class StopElement:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """Motor, servo and friction of a joint, seen at the gear's output.
+
+    The motor's angle q obeys J q'' = tau + gear's torque - friction, with tau of the servo: a rate loop of gains Kp
+    and Ki inside a position loop of gain Kv, tau = sat(Kp w + Ki times the integral of w),
+    w = Kv (q_cmd - q) + kff q_cmd' - q' (docs/model.md).  Rotors turn about their own axes only (Spong 1987).
+
+    Attributes:
+        inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
+        friction: Friction that must be overcome at rest [N m], >= 0.
+        slip_angle: Angle over which it builds up (presliding) [rad], > 0.
+        viscous: Viscous friction [N m s/rad], >= 0.
+        stribeck: Part of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
+        stribeck_rate: Rate at which 63 % of that are lost [rad/s], > 0.
+        position_gain: Kv [1/s], > 0.
+        rate_gain: Kp [N m s/rad], > 0.
+        integral_gain: Ki [N m/rad], >= 0.
+        feed_forward: Part kff of the commanded rate that is fed forward.
+        torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    inertia: float
+    position_gain: float
+    rate_gain: float
+    integral_gain: float = 0.0
+    feed_forward: float = 1.0
+    friction: float = 0.0
+    slip_angle: float = 2e-5
+    viscous: float = 0.0
+    stribeck: float = 0.0
+    stribeck_rate: float = 0.05
+    torque_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, unit in (
+            ("inertia", "kg m^2"),
+            ("position_gain", "1/s"),
+            ("rate_gain", "N m s/rad"),
+            ("slip_angle", "rad"),
+            ("stribeck_rate", "rad/s"),
+        ):
+            _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+        for key, unit in (
+            ("integral_gain", "N m/rad"),
+            ("friction", "N m"),
+            ("viscous", "N m s/rad"),
+            ("stribeck", "1"),
+            ("feed_forward", "1"),
+        ):
+            _require_number(key, getattr(self, key), minimum=0.0, open_end=False, unit=unit)
+        if self.stribeck > 1.0:
+            raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
+        if self.torque_limit is not None:
+            limit = self.torque_limit
+            _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
+
+
+@dataclass(frozen=True)
 class Joint:
     """Revolute joint with the body it carries.
 
@@ -190,6 +251,7 @@ class Joint:
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
         hysteresis: Elements of the gear's hysteresis, beside its torque curve; none for a rigid joint.
+        drive: Motor and servo, or None for a drive that follows its command exactly.
         name: Name for messages.
 
     Raises:
@@ -208,6 +270,7 @@ class Joint:
     max_acceleration: float | None = None
     torque_table: Table | None = None
     hysteresis: tuple[StopElement, ...] = ()
+    drive: Drive | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -227,6 +290,11 @@ class Joint:
             raise ValueError(
                 "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint has"
                 " no hysteresis"
+            )
+        if self.drive is not None and self.stiffness is None:
+            raise ValueError(
+                "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor moves a gear that gives"
+                " way, got none"
             )
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
@@ -322,6 +390,7 @@ class Robot:
                     "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
                     "limits": tuple(joint["limits"]) if joint["limits"] else None,
                     "torque_table": _table(joint["torque_table"]),
+                    "drive": Drive(**joint["drive"]) if joint["drive"] else None,
                     "hysteresis": tuple(StopElement(**element) for element in joint["hysteresis"]),
                 }
             )

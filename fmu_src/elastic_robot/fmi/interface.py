@@ -36,6 +36,7 @@ INITIAL_STATES = (
     "equilibrium_from_below",
     "equilibrium_from_above",
 )
+DRIVES = ("ideal", "servo", "torque")
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
 _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
@@ -47,7 +48,7 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, elements, robot)
     strings = parameters.pop("strings")
     table = {
-        **inputs([joint.limits for joint in robot.joints]),
+        **inputs(robot.joints),
         **outputs(chain, elements),
         **parameters,
         **exchange(chain, elements),
@@ -120,6 +121,20 @@ def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Blo
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
         "hysteresis": tunable([slip[k] for k in elements.gears]),
+        "friction": tunable(
+            [
+                Variable(
+                    f"joint[{i}].friction",
+                    "N.m",
+                    f"Friction at rest of the motor of joint[{i}], at the gear's output",
+                    float(joint.drive.friction),
+                    minimum=0.0,
+                    nominal=joint.drive.friction or None,
+                )
+                for i, joint in enumerate(robot.joints, start=1)
+                if joint.drive is not None
+            ]
+        ),
         "tolerance": Block(
             "parameter",
             "fixed",
@@ -152,6 +167,7 @@ def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Blo
                 ),
                 choice("mode", MODES, either(MODES), MODES[0]),
                 choice("initial_state", INITIAL_STATES, either(INITIAL_STATES), INITIAL_STATES[0]),
+                choice("drive", DRIVES, either(DRIVES), DRIVES[0]),
             ),
         ),
     }
