@@ -28,7 +28,7 @@ void er_model_angles(const er_model *model, bool rigid, double *theta)
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     const er_memory *memory = &model->memory;
-    er_model_rates(model, rigid, rate);
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
     for (int d = 0; !rigid && d < er_model_motors(model); d++) {
         int joint = model->robot.motor[d].joint;
         rate[model->robot.drive_angle[joint]] += memory->state.motors.rate[d] - memory->held.qd[joint];
