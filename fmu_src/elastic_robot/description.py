@@ -144,8 +144,8 @@ class StopElement:
     """Element of a gear's hysteresis: a spring in series with dry friction.
 
     Its torque follows the gear's wind-up e as h = f clip(s / a, +-1): the elongation s takes every
-    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator, Maxwell-slip
-    element; Brokate and Sprekels 1996, docs/references.md).
+    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator,
+    Maxwell-slip element; Brokate and Sprekels 1996, docs/references.md).
 
     Attributes:
         slip_torque: Torque f at which it slips [N m], > 0.
@@ -288,8 +288,8 @@ class Joint:
             )
         elif self.hysteresis:
             raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint has"
-                " no hysteresis"
+                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint"
+                " has no hysteresis"
             )
         if self.drive is not None and self.stiffness is None:
             raise ValueError(

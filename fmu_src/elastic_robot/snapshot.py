@@ -39,7 +39,7 @@ class Snapshot:
     """State of an ElasticRobot; frozen, so that a copy costs nothing.
 
     Attributes:
-        state: Elastic coordinates and time.
+        state: Elastic coordinates, elongations and time.
         held: Drives and load at that time.
         parameters: Parameters that the state was computed with.
         opposite: Whether qw of the elastic and of the rigid tool was below 0 at the start.
@@ -60,6 +60,7 @@ class Snapshot:
             "clock": np.array(state.time),
             "x": state.x,
             "v": state.v,
+            "elongation": state.elongation,
             "opposite": np.array(self.opposite),
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
@@ -75,7 +76,7 @@ class Snapshot:
             arrays: The arrays of `to_arrays`, of any unit and shape.
             parameters: Parameters of the same robot; their tables are used.
         """
-        state = State(float(arrays["clock"]), arrays["x"], arrays["v"])
+        state = State(float(arrays["clock"]), *(arrays[key] for key in ("x", "v", "elongation")))
         numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
         contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)

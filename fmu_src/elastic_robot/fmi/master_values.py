@@ -46,7 +46,8 @@ class MasterValues:
         limits = np.array([limits_of(variable) for variable in self._drives])
         self._low, self._high = limits.T
         self._beyond = np.zeros(len(limits), dtype=bool)
-        self._torsions = build_chain(robot).torsions
+        chain = build_chain(robot)
+        self._torsions, self._gears = chain.torsions, chain.elements.gears
         self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
         anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
         self._anchor = tuple(self.reals.block(key) for key in anchor)
@@ -123,12 +124,14 @@ class MasterValues:
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
         backlash[self._torsions] = reals.block("backlash")
+        hysteresis = np.zeros_like(own.hysteresis)
+        hysteresis[self._gears] = reals.block("hysteresis")
         return Parameters(
             gravity=reals.block("gravity").copy(),
             stiffness=reals.block("stiffness").copy(),
             damping=reals.block("damping").copy(),
             backlash=backlash,
-            hysteresis=own.hysteresis,
+            hysteresis=hysteresis,
             tables=own.tables,
         )
 
