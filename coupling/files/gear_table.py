@@ -85,6 +85,8 @@ class GearTable(Schema):
         """
         if self.hysteresis_width_arcmin is None or self.rated_torque_Nm is None:
             return backlash, tuple(_elements(self.hysteresis))
+        if stiffness <= 0.0:
+            raise ValueError(f"expected a stiffness > 0 [N m/rad] beside it, got {stiffness!r}")
         width, rated = self.hysteresis_width_arcmin, self.rated_torque_Nm
         if self.lost_motion_arcmin is not None:
             backlash = self._backlash(self.lost_motion_arcmin, width, rated, stiffness)

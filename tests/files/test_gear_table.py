@@ -15,7 +15,7 @@ from places import DOCS
 from scipy.optimize import brentq
 
 from coupling.files.robot_edit import RobotEdit
-from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.files.robot_file import hysteresis_in_words, load_robot, shipped_robots
 from coupling.fmu_export.index_html import index_html
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
@@ -235,6 +235,11 @@ MISTAKES = {
         SHEET,
         "joint 2: stiffness: expected a finite number > 0 [N m/rad], got -1.0",
     ),
+    "no stiffness but zero": (
+        "stiffness = 0.0",
+        SHEET,
+        "joint 2: stiffness: expected a finite number > 0 [N m/rad], got 0.0",
+    ),
     "torque table": (
         f"stiffness = {K}\n"
         "torque_table = [[-2.0, -2.0], [-1.0, -1.0], [0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]",
@@ -290,10 +295,11 @@ def test_what_no_gear_can_be_is_refused_in_one_sentence(tmp_path, command, mista
     with pytest.raises(RobotFileError) as caught:
         load_robot(file)
     assert str(caught.value) == f"{file}: {sentence}"
-    if mistake != "negative stiffness":  # the list of its numbers shows that one
-        done = command("robots", file)
-        assert done.returncode == 2
-        assert sentence in " ".join(done.stderr.split())
+    if "stiffness: " in sentence:  # of the joint, which a list of numbers does not make
+        sentence = "joint 2: gear: expected a stiffness > 0 [N m/rad] beside it, got "
+    done = command("robots", file)
+    assert done.returncode == 2
+    assert sentence in " ".join(done.stderr.split())
 
 
 numbers = st.one_of(
@@ -342,18 +348,20 @@ def test_any_file_is_read_or_refused_in_sentences_that_name_it(own):
     of_gear = [lines.pop(key) for key in ("slip_torque", *KEYS) if key in own]
     with tempfile.TemporaryDirectory() as folder:
         file = written(Path(folder), "\n".join(lines.values()), "\n".join(of_gear))
-        refusal = ""
-        try:
-            robot = load_robot(file)
-        except RobotFileError as error:
-            refusal = str(error)
-    if refusal:
-        assert [line for line in refusal.splitlines() if not line.startswith(f"{file}: ")] == []
+        found, refusals = [], []
+        for reader in (load_robot, hysteresis_in_words):
+            try:
+                found.append(reader(file))
+            except RobotFileError as error:
+                refusals += str(error).splitlines()
+    assert [line for line in refusals if not line.startswith(f"{file}: ")] == []
+    if refusals:
         return
+    robot, words = found
     assert Robot.from_json(robot.to_json()) == robot
     elements = robot.joints[1].hysteresis
     assert len(elements) <= 6
-    assert bool(elements) == any(own.get(key, "[]") != "[]" for key in KEYS)
+    assert bool(elements) == any(own.get(key, "[]") != "[]" for key in KEYS) == bool(words)
 
 
 def placed(start: Path, gear: str, target: Path) -> Path:
