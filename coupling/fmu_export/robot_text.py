@@ -7,15 +7,15 @@ from dataclasses import asdict
 
 import pinocchio as pin
 
+from coupling.files.gear_table import MOST_ELEMENTS
 from elastic_robot.description import Body, Drive, Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.settings import SETTINGS
 
 VERSION = 2
-# What the C core's arrays hold (ER_MAX_JOINTS, ER_MAX_KNOTS and ER_MAX_STOPS in robot_data.h).
+# What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
-MOST_ELEMENTS = 6
 
 
 def robot_text(robot: Robot, guid: str) -> str:

@@ -176,9 +176,12 @@ class StopElement:
 class Drive:
     """Motor, servo and friction of a joint, seen at the gear's output.
 
-    The motor's angle q obeys J q'' = tau + gear's torque - friction, with tau of the servo: a rate loop of gains Kp
-    and Ki inside a position loop of gain Kv, tau = sat(Kp w + Ki times the integral of w),
-    w = Kv (q_cmd - q) + kff q_cmd' - q' (docs/model.md).  Rotors turn about their own axes only (Spong 1987).
+    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link and the friction f; tau
+    is that of a servo, a rate loop with gains Kp and Ki inside a position loop with gain Kv:
+
+        tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
+
+    Rotors are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
 
     Attributes:
         inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
@@ -293,8 +296,8 @@ class Joint:
             )
         if self.drive is not None and self.stiffness is None:
             raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor moves a gear that gives"
-                " way, got none"
+                "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor turns a gear that"
+                " gives way, got none"
             )
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")

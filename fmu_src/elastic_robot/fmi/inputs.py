@@ -25,7 +25,7 @@ def limits_of(variable: Variable) -> tuple[float, float]:
 
 
 def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
-    """Return the inputs by block: the load, the drives, the contact spring, the contact, motors' torques."""
+    """Return the inputs by block: load, drives, contact spring, contact, motors' torques."""
 
     def block(variables: list[Variable], *arrays: Array) -> Block:
         return Block("input", "continuous", tuple(variables), arrays=arrays)
