@@ -22,6 +22,8 @@ from elastic_robot.parameters import Parameters
 
 # Changes of the wind-up that turn nothing [rad]: far above rounding, worth micronewton metres.
 _NO_TURN = 1e-12
+# Narrowest piece [rad]: far above what an angle may lie behind its end (`gear_path`).
+_NARROW = 1e-12
 
 
 @dataclass(frozen=True)
@@ -108,8 +110,8 @@ class GearLaw:
         """Its pieces by rising angle, as long as the gear does not turn back where an element slips."""
         if not self.elements.count:
             return self.spring
-        f, a = self.elements.slip_torque, self.elements.slip_angle
-        upper, lower = self.angle + (a - self._start), self.angle - (a + self._start)
+        a, k, rest = self.elements.slip_angle, self.elements.stiffness, self.angle - self._start
+        upper, lower = np.split(self._edges(np.append(rest + a, rest - a)), 2)
         edges = np.unique(np.append(lower, upper)).tolist()
         pieces = []
         for spring in self.spring:
@@ -117,11 +119,9 @@ class GearLaw:
             for low, high in pairwise(cuts):
                 up, down = upper <= low, lower >= high
                 sticks = ~(up | down)
-                relaxed = spring.origin - self.angle + self._start
-                torque = np.where(sticks, f / a * relaxed, np.where(up, f, -f)).sum()
-                slope = (f / a)[sticks].sum()
+                held = np.where(sticks, spring.origin, np.where(up, upper, lower))
                 c0, c1, c2, c3 = spring.cubic
-                cubic = (c0 + float(torque), c1 + float(slope), c2, c3)
+                cubic = (c0 + float(k @ (held - rest)), c1 + float(k[sticks].sum()), c2, c3)
                 slips = int(up.any()) - int(down.any())
                 pieces.append(replace(spring, low=low, high=high, cubic=cubic, slips=slips))
         return tuple(pieces)
@@ -130,8 +130,26 @@ class GearLaw:
     def _start(self) -> np.ndarray:
         return np.zeros(self.elements.count) if self.elongation is None else self.elongation
 
+    @cached_property
+    def _knots(self) -> np.ndarray:
+        return np.array([piece.high for piece in self.spring[:-1]])
+
+    def _edges(self, angles: np.ndarray) -> np.ndarray:
+        """Return angles (k,) moved together where they are hardly apart: no piece is narrower."""
+        places = np.append(self.angle, self._knots)
+        for k, angle in enumerate(angles):
+            near = places[np.abs(places - angle).argmin()]
+            if abs(near - angle) < _NARROW:
+                angles[k] = near
+            else:
+                places = np.append(places, angle)
+        return angles
+
     def turned(self, angle: float) -> GearLaw:
-        """Return the law from a wind-up on at which the gear turns back."""
+        """Return the law from a wind-up on at which the gear turns back, moved if hardly off a bend."""
+        if len(self._knots):
+            near = self._knots[np.abs(self._knots - angle).argmin()]
+            angle = float(near) if abs(near - angle) < _NARROW else angle
         a = self.elements.slip_angle
         elongation = np.clip(self._start + (angle - self.angle), -a, a)
         return GearLaw(self.spring, self.elements, angle, elongation)

@@ -108,7 +108,8 @@ def gear_path(
         x, many = exit_.angle, _FIRST
         if exit_.side == 0:
             law = law.turned(x)
-            pieces, now = law.pieces, _turned_piece(law.pieces, x, -piece.slips)
+            x, pieces = law.angle, law.pieces
+            now = _turned_piece(pieces, x, -piece.slips)
         else:
             now += exit_.side
         entered.append(row * spacing + offset)
