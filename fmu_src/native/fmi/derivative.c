@@ -145,7 +145,7 @@ static bool require_columns(er_instance *instance, er_cause cause)
             if (!er_model_follow(instance->model, &start->state, &start->past, start->end,
                                  &start->command, &start->load, &instance->failure))
                 return false;
-        } else if (start->stepped || !options->initial != ER_UNDEFLECTED) {
+        } else if (start->stepped || options->initial != ER_UNDEFLECTED) {
             follow_equilibrium(instance, sensitivity);
         }
     }

@@ -28,7 +28,7 @@ static size_t run_of(const er_interface *in, const unsigned *references, size_t 
 {
     int block = in->block[references[0]];
     size_t left = (size_t)(in->first[block] + in->size[block]) - references[0], run = 1;
-    if (er_blocks[block].torsion > 0 && !er_is_computed(&er_blocks[block]))
+    if ((er_blocks[block].torsion > 0 || er_blocks[block].hysteretic > 0) && !er_is_computed(&er_blocks[block]))
         return 1;
     while (run < count && run < left && references[run] == references[0] + run)
         run++;
