@@ -176,7 +176,8 @@ class StopElement:
 class Drive:
     """Motor, servo and friction of a joint, seen at the gear's output.
 
-    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link and the friction f; tau
+    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link and the friction
+    f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q', the elongation s of a stop element as of a gear; tau
     is that of a servo, a rate loop with gains Kp and Ki inside a position loop with gain Kv:
 
         tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
@@ -185,11 +186,11 @@ class Drive:
 
     Attributes:
         inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
-        friction: Friction that must be overcome at rest [N m], >= 0.
-        slip_angle: Angle over which it builds up (presliding) [rad], > 0.
-        viscous: Viscous friction [N m s/rad], >= 0.
-        stribeck: Part of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
-        stribeck_rate: Rate at which 63 % of that are lost [rad/s], > 0.
+        friction: Friction that must be overcome at rest, F [N m], >= 0.
+        slip_angle: Angle over which it builds up (presliding), a [rad], > 0.
+        viscous: Viscous friction b [N m s/rad], >= 0.
+        stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
+        stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
         position_gain: Kv [1/s], > 0.
         rate_gain: Kp [N m s/rad], > 0.
         integral_gain: Ki [N m/rad], >= 0.
@@ -234,6 +235,11 @@ class Drive:
         if self.torque_limit is not None:
             limit = self.torque_limit
             _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
+
+    def friction_torque(self, friction: float, part: float, rate: float) -> float:
+        """Return f [N m] with F [N m], at s / a and q' [rad/s]."""
+        lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
+        return float(friction * part * (1.0 - lost) + self.viscous * rate)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,7 @@ class Parameters:
             elements keep their slip angles and their shares of it.
         tables: Points of the characteristic curve (angle [rad], torque [N m]) of each coordinate
             that has its own, else None, (m,); used by the curve "spline" alone.
+        friction: Friction at rest of the motors of the joints that have a drive [N m], (d,).
     """
 
     gravity: np.ndarray
@@ -30,6 +31,7 @@ class Parameters:
     backlash: np.ndarray
     hysteresis: np.ndarray
     tables: tuple[Table | None, ...]
+    friction: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(cls, robot: Robot) -> Parameters:
@@ -43,5 +45,8 @@ class Parameters:
                 tables.append(joint.torque_table)
             tables += [None] * len(joint.tilt)
             rows += [(tilt.stiffness, tilt.damping, 0.0, 0.0) for tilt in joint.tilt]
+        friction = np.array(
+            [joint.drive.friction for joint in robot.joints if joint.drive], dtype=float
+        )
         springs = np.array(rows, dtype=float).reshape(-1, 4).T
-        return cls(np.array(robot.gravity, dtype=float), *springs, tuple(tables))
+        return cls(np.array(robot.gravity, dtype=float), *springs, tuple(tables), friction)

@@ -66,6 +66,7 @@ class Snapshot:
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
             **{f"contact_{key}": np.array(getattr(contact, key)) for key in _CONTACT},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
+            "parameters_friction": self.parameters.friction,
         }
 
     @classmethod
@@ -83,7 +84,7 @@ class Snapshot:
         acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
         held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
         numbers_of = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
-        computed = Parameters(*numbers_of, parameters.tables)
+        computed = Parameters(*numbers_of, parameters.tables, arrays["parameters_friction"])
         elastic, rigid = arrays["opposite"].tolist()
         return cls(state, held, computed, (elastic, rigid))
 

@@ -111,7 +111,10 @@ class DrivenRobot:
         drives[:, self.driven] = angle, rate, acceleration
         theta, theta_rate = self.chain.theta(drives[0], x), self.chain.theta(drives[1], v)
         own = self.dynamics.loads(
-            theta[None], theta_rate[None], self.chain.theta(drives[2])[None], ToolLoad(self.wrench(time))
+            theta[None],
+            theta_rate[None],
+            self.chain.theta(drives[2])[None],
+            ToolLoad(self.wrench(time)),
         )[0]
         bend = np.linalg.solve(self.dynamics.mass_matrix(theta), -own - gears)
         growth = np.array([d.integral_gain for d in self.drives]) * wanted
@@ -136,7 +139,14 @@ class DrivenRobot:
         """States at times, (k, states)."""
         atol = rtol * 1e-4
         done = solve_ivp(
-            self.rate_of, (times[0], times[-1]), start, "DOP853", times, rtol=rtol, atol=atol, max_step=longest
+            self.rate_of,
+            (times[0], times[-1]),
+            start,
+            "DOP853",
+            times,
+            rtol=rtol,
+            atol=atol,
+            max_step=longest,
         )
         assert done.success
         return done.y.T

@@ -133,6 +133,7 @@ class MasterValues:
             backlash=backlash,
             hysteresis=hysteresis,
             tables=own.tables,
+            friction=reals.block("friction").copy(),
         )
 
     def new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
@@ -142,6 +143,11 @@ class MasterValues:
             strings: Values of the string variables by name.
             tolerance: Error allowed at the TCP over a path [m].
         """
+        if strings["drive"] != "ideal":
+            raise ParameterError(
+                f"drive: expected ideal in an FMU of kind python, got {strings['drive']}: build it with"
+                " --kind native"
+            )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 
