@@ -177,8 +177,8 @@ class Drive:
     """Motor, servo and friction of a joint, seen at the gear's output.
 
     The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link and the friction
-    f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q', the elongation s of a stop element as of a gear; tau
-    is that of a servo, a rate loop with gains Kp and Ki inside a position loop with gain Kv:
+    f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q', the elongation s that of a stop element; tau is that
+    of a servo, a rate loop with gains Kp and Ki inside a position loop with gain Kv:
 
         tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
 
