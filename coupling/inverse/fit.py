@@ -60,6 +60,10 @@ class DriveEquations(Protocol):
         """Derivatives of `defects` by the unknowns of their blocks [rad/rad], (count, parts, width)."""
         ...
 
+    def along(self, coefficients: np.ndarray, misses: np.ndarray) -> DriveEquations:
+        """Return the drive with what its gear keeps in mind of a motion; itself where that is nothing."""
+        ...
+
     def part(self, begin: int, end: int) -> DriveEquations:
         """Return the drive along the intervals begin to end of the rows."""
         ...
@@ -216,27 +220,40 @@ class SplineFit:
         errors = [condition.error(coefficients) for condition in self.conditions]
         return equations, np.append(self.drive.defects(coefficients, misses), errors)
 
+    def along(self, coefficients: np.ndarray, misses: np.ndarray) -> SplineFit:
+        """Return the fit about a motion (n,), (nodes,): itself where its drive keeps nothing of it."""
+        drive = self.drive.along(coefficients, misses)
+        return self if drive is self.drive else replace(self, drive=drive)
+
     def solve(
         self,
         coefficients: np.ndarray,
         misses: np.ndarray,
-        step: Callable[[np.ndarray, np.ndarray, float], np.ndarray],
+        step: Callable[[SplineFit, np.ndarray, np.ndarray, float], np.ndarray],
     ) -> tuple[np.ndarray, np.ndarray]:
         """Go down by steps, damped where the torque curve bends away from them.
 
+        Each step is taken about the motion before it, and what elements of a hysteresis then do changes
+        the value once more.
+
         Args:
             coefficients, misses: A start that is feasible for `step` [rad], (n,) and (nodes,).
-            step: Function that gives a step of all unknowns from coefficients, misses and damping.
+            step: Function that gives a step of all unknowns from fit, coefficients, misses and damping.
         """
         layout = self.drive.layout
-        best, damping = self.value(coefficients, misses), 0.0
+        fit = self.along(coefficients, misses)
+        best, damping = fit.value(coefficients, misses), 0.0
         for _ in range(_PASSES):
-            change = step(coefficients, misses, damping)
+            change = step(fit, coefficients, misses, damping)
             trial = coefficients + change[layout.coefficient], misses + change[layout.miss]
-            value = self.value(*trial)
+            value = fit.value(*trial)
             if value < best:
                 (coefficients, misses), gain, best = trial, best - value, value
                 damping = damping / 3.0 if damping > 1.0 else 0.0
+                about = self.along(coefficients, misses)
+                if about is not self:
+                    fit, best = about, about.value(coefficients, misses)
+                    gain = max(gain, abs(best - value))
                 if gain < 1e-3 * best:
                     break
             elif value - best < _ROUNDING * best:

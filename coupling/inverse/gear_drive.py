@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.torque_curves import TorqueCurve
@@ -39,6 +40,7 @@ class GearTask:
         inertia: M against which an error of the torque works there [kg m^2], (k,): 1 / (M^-1)_gg of
             the robot's mass matrix, the other coordinates free to yield as they are for what is
             faster than the robot's modes.
+        elements: Elements of the gear's hysteresis, which come to e0 from unloaded.
     """
 
     link: UniformSpline
@@ -48,6 +50,42 @@ class GearTask:
     curve: TorqueCurve
     damping: float
     inertia: np.ndarray
+    elements: GearElements = GearElements()
+
+    @property
+    def stiffness(self) -> float:
+        """Largest stiffness [N m/rad]: on a flank, its elements sticking."""
+        flank = float(self.curve.flank_slope(np.zeros(1))[0])
+        return flank + float(self.elements.stiffness.sum())
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What the elements of a gear do along a motion, and about it, as far as they go on as they did.
+
+    Attributes:
+        wind_up: x at the quarters of the steps [rad], (n, parts, 5).
+        impulse: Integral of the elements' torque over half steps [N m s], (n, parts, 2).
+        by_wind_up: Its derivatives by x at the quarters [N m s/rad], (n, parts, 2, 5).
+        elongation: Elongations at the nodes but the last [rad], (n, parts, e).
+    """
+
+    wind_up: np.ndarray
+    impulse: np.ndarray
+    by_wind_up: np.ndarray
+    elongation: np.ndarray
+
+    def about(self, wind_up: np.ndarray) -> np.ndarray:
+        """Return the integrals over half steps near the motion, as `impulse`."""
+        change: np.ndarray = (self.by_wind_up @ (wind_up - self.wind_up)[..., None])[..., 0]
+        return self.impulse + change
+
+    def part(self, begin: int, end: int) -> Memory:
+        """Return what they do along the intervals begin to end of the rows."""
+        here = slice(begin, end)
+        return Memory(
+            self.wind_up[here], self.impulse[here], self.by_wind_up[here], self.elongation[here]
+        )
 
 
 @dataclass(frozen=True)
@@ -59,7 +97,8 @@ class GearDrive:
 
         M (delta[n+1] - delta[n]) / h - M (delta[n] - delta[n-1]) / h + integral of d x' + S(x) - T = 0 .
 
-    Nothing is sampled: what counts between two middles is the impulse alone.
+    Nothing is sampled: what counts between two middles is the impulse alone.  The torque of the elements
+    of a hysteresis is beside S(x) that about a known motion.
 
     Attributes:
         layout: Order of the unknowns.
@@ -72,6 +111,7 @@ class GearDrive:
         impulse: Integral of T over half steps [N m s], (2 n,).
         inertia: M of each of n steps [kg m^2], (n,).
         link_rate: phi' at the first time [rad/s].
+        memory: What the gear's elements do along the motion of `along`; None without any.
     """
 
     layout: Layout
@@ -84,6 +124,7 @@ class GearDrive:
     impulse: np.ndarray
     inertia: np.ndarray
     link_rate: float
+    memory: Memory | None = None
 
     @classmethod
     def of(cls, task: GearTask, rows: CommandRows) -> GearDrive:
@@ -97,7 +138,7 @@ class GearDrive:
         impulse = np.diff(CubicSpline(task.time, task.torque).antiderivative()(inside) + beyond)
         middles = halves[1::2]
         # No step can follow what is faster than it: a light link is taken for one that it can.
-        lightest = (0.5 * step) ** 2 * float(task.curve.flank_slope(np.zeros(1))[0])
+        lightest = (0.5 * step) ** 2 * task.stiffness
         inertia = np.maximum(np.interp(middles, task.time, task.inertia), lightest)
         return cls(
             layout,
@@ -125,7 +166,38 @@ class GearDrive:
             bend=self.bend[begin : end + degree - 2],
             impulse=self.impulse[2 * a : 2 * b],
             inertia=self.inertia[a:b],
+            memory=self.memory and self.memory.part(begin, end),
         )
+
+    def along(self, coefficients: np.ndarray, misses: np.ndarray) -> GearDrive:
+        """Return the drive with what its elements do along a motion; as it is without any.
+
+        Args:
+            coefficients, misses: As `defects`.
+        """
+        elements = self.task.elements
+        if not elements.count:
+            return self
+        wind_up = self._wind_ups(coefficients, misses)
+        n, parts, _ = wind_up.shape
+        fine = np.einsum("npq,hfq->nphf", wind_up, _FINE).reshape(n, parts, -1)
+        path = np.concatenate([wind_up[..., :1], fine], axis=2)
+        a = elements.slip_angle
+        if self.memory is None:
+            start = np.clip(path[0, 0, 0], -a, a)
+        else:
+            start = self.memory.elongation[0, 0]
+        elongation = elements.along(path.ravel(), start).reshape(*path.shape, -1)
+        inside = elongation[:, :, 1:].reshape(n, parts, 2, -1, elements.count)
+        half, share = 0.5 * self.step, 1.0 / inside.shape[3]
+        slope = half * share * elements.slope(inside)
+        memory = Memory(
+            wind_up,
+            half * elements.torque(inside).mean(axis=-1),
+            np.einsum("nphf,hfq->nphq", slope, _FINE),
+            elongation[:, :, 0],
+        )
+        return replace(self, memory=memory)
 
     @property
     def step(self) -> float:
@@ -135,8 +207,8 @@ class GearDrive:
     @cached_property
     def scale(self) -> np.ndarray:
         """Angle that an impulse is worth [rad/(N m s)], by step, (n,)."""
-        stiffness = float(self.task.curve.flank_slope(np.zeros(1))[0])
-        return 1.0 / (self.inertia / self.step + self.task.damping + stiffness * self.step)
+        stiffness = self.task.stiffness * self.step
+        return 1.0 / (self.inertia / self.step + self.task.damping + stiffness)
 
     @cached_property
     def _value(self) -> np.ndarray:
@@ -191,7 +263,7 @@ class GearDrive:
         impulse[bends] = half * curve.torque(fine).mean(axis=1)
         impulse += self.task.damping * np.diff(wind_up[..., ::2], axis=-1)
         impulse -= self.impulse.reshape(impulse.shape)
-        return impulse
+        return impulse if self.memory is None else impulse + self.memory.about(wind_up)
 
     def _by_wind_up(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `_impulses` by the wind_ups at the quarters, (n, parts, 2, 5)."""
@@ -204,7 +276,7 @@ class GearDrive:
         fine = curve.slope(np.einsum("bp,bfp->bf", wind_up[bends[:2]], places))
         by_wind_up[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
         by_wind_up += self.task.damping * _RISE
-        return by_wind_up
+        return by_wind_up if self.memory is None else by_wind_up + self.memory.by_wind_up
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by the unknowns of their blocks, (n, parts, width)."""

@@ -1,4 +1,4 @@
-"""One gear along its whole path: from piece to piece of its torque curve."""
+"""One gear along its whole path: from piece to piece of its torque curve, from reversal to reversal."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from coupling.inverse.gear_bends import collocate, follow_bend
+from coupling.inverse.gear_elements import GearLaw
 from coupling.inverse.gear_pieces import Piece
 from coupling.inverse.gear_steps import Steps, follow_line, line_weights, shifted
 
@@ -34,20 +35,22 @@ class GearPath:
 
     Attributes:
         angle: Wind-up at the samples [rad], (n,).
-        piece: Number of the piece that holds there, (n,).
+        torque: Torque of its spring and its elements there [N m], (n,).
+        slope: Slope of that by the angle [N m/rad], (n,).
         entered: Times behind the first sample at which it came to a piece [s], the first one 0.
         visited: The pieces it came to.
     """
 
     angle: np.ndarray
-    piece: np.ndarray
+    torque: np.ndarray
+    slope: np.ndarray
     entered: list[float]
-    visited: list[int]
+    visited: list[Piece]
 
 
 @dataclass(frozen=True)
 class _Exit:
-    """The step in which a piece is left, time from its start [s], angle there, and the side."""
+    """The step in which a piece is left, time from its start [s], angle there, side; 0: it turns."""
 
     step: int
     after: float
@@ -56,24 +59,26 @@ class _Exit:
 
 
 def gear_path(
-    spacing: float, torque: np.ndarray, pieces: tuple[Piece, ...], damping: float, start: float
+    spacing: float, torque: np.ndarray, law: GearLaw, damping: float, start: float
 ) -> GearPath:
-    """Return the path of one gear under d e' + S(e) = T(t).
+    """Return the path of one gear under d e' + S(e) + sum h_j = T(t).
 
     Args:
         spacing: Time between samples [s].
         torque: Coefficients of 1, s, s^2, s^3 in T in each interval [N m], (n - 1, 4).
-        pieces: S by rising angle.
+        law: S and elements, unloaded.
         damping: d [N m s/rad], > 0.
-        start: e at the first sample [rad].
+        start: e at the first sample [rad], to which it came from unloaded.
     """
     count = len(torque)
     turns = _turns(torque, spacing)
-    angle, number = np.empty(count + 1), np.empty(count + 1, dtype=int)
+    angle, carried, slope = np.empty((3, count + 1))
+    pieces = law.pieces
     now = _first_piece(pieces, start, torque[0])
     row, offset, x = 0, 0.0, start
-    angle[0], number[0] = start, now
-    entered, visited = [0.0], [now]
+    angle[0], carried[0] = start, pieces[now].torque_at(start)
+    slope[0] = pieces[now].slope(np.array(start))
+    entered, visited = [0.0], [pieces[now]]
     many = _FIRST
     while row < count:
         piece = pieces[now]
@@ -88,8 +93,9 @@ def gear_path(
         exit_ = _first_exit(piece, damping, x, ends, steps, turns)
         good = len(ends) if exit_ is None else exit_.step
         at = np.flatnonzero(steps.last[:good])
-        angle[steps.row[at] + 1] = ends[at]
-        number[steps.row[at] + 1] = now
+        samples, reached = steps.row[at] + 1, ends[at]
+        angle[samples] = reached
+        carried[samples], slope[samples] = piece.torque(reached), piece.slope(reached)
         if exit_ is None:
             row, offset, x = end, 0.0, float(ends[-1])
             if not steps.last[-1]:
@@ -99,10 +105,16 @@ def gear_path(
             continue
         row = int(steps.row[exit_.step])
         offset = float(steps.offset[exit_.step]) + exit_.after
-        x, now, many = exit_.angle, now + exit_.side, _FIRST
+        x, many = exit_.angle, _FIRST
+        if exit_.side == 0:
+            law = law.turned(x)
+            x, pieces = law.angle, law.pieces
+            now = _turned_piece(pieces, x, -piece.slips)
+        else:
+            now += exit_.side
         entered.append(row * spacing + offset)
-        visited.append(now)
-    return GearPath(angle, number, entered, visited)
+        visited.append(pieces[now])
+    return GearPath(angle, carried, slope, entered, visited)
 
 
 def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) -> int:
@@ -118,6 +130,13 @@ def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) ->
     if len(moving):
         return near[int(pull[moving[0]] > 0.0)]
     return next(k for k in near if not pieces[k].in_backlash)
+
+
+def _turned_piece(pieces: tuple[Piece, ...], start: float, way: int) -> int:
+    """Return the piece that a gear moves into from where it turns, up (1) or down (-1)."""
+    if way > 0:
+        return next(k for k, piece in enumerate(pieces) if piece.high > start)
+    return max(k for k, piece in enumerate(pieces) if piece.low < start)
 
 
 def _turns(torque: np.ndarray, spacing: float) -> np.ndarray:
@@ -155,7 +174,9 @@ def _graded(steps: Steps, shortest: float) -> Steps:
 def _first_exit(
     piece: Piece, damping: float, start: float, ends: np.ndarray, steps: Steps, turns: np.ndarray
 ) -> _Exit | None:
-    """Return the first exit of the angle from the piece, between the ends of steps too.
+    """Return the first exit of the angle from the piece, or its reversal where an element slips.
+
+    Between the ends of steps too.
 
     e' = v obeys d v' + S'(e) v = T', so v passes zero only in the direction of T': where T' keeps its
     sign and v is of one sign at both ends, e is monotone and its ends are its extremes.
@@ -181,6 +202,10 @@ def _first_exit(
     )
     suspect = near & (turns[steps.row[:beyond]] | (v_0 * v_1 < 0.0))
     suspect |= outside[:beyond]
+    if piece.slips:
+        suspect |= turns[steps.row[:beyond]] | (
+            np.minimum(piece.slips * v_0, piece.slips * v_1) < 0.0
+        )
     for k in np.flatnonzero(suspect):
         found = _exit_in_step(piece, damping, float(begins[k]), float(ends[k]), float(h[k]), c[k])
         if found is not None:
@@ -195,7 +220,7 @@ def _slack(piece: Piece) -> float:
 def _exit_in_step(
     piece: Piece, damping: float, start: float, end: float, length: float, torque: np.ndarray
 ) -> tuple[float, float, int] | None:
-    """Return time, angle and side (-1, 1) at which one step leaves the piece, or None."""
+    """Return time, angle and side (-1, 1; 0: it turns) at which one step leaves the piece, or None."""
     c0, c1, c2, c3 = torque.tolist()
     slack = _slack(piece)
     along = _along(piece, damping, start, torque)
@@ -218,6 +243,8 @@ def _exit_in_step(
         points.append(b)
     for a, b in itertools.pairwise(points):
         x = angle(b)
+        if piece.slips * (x - angle(a)) < -slack:
+            return a, angle(a), 0
         side = 1 if x > piece.high + slack else -1 if x < piece.low - slack else 0
         if side == 0:
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ class Piece:
         high: Angle at which it ends [rad], may be infinity.
         origin: Angle from which the cubic counts [rad].
         cubic: Coefficients 1, t, t^2, t^3 of the torque [N m], (4,).
+        in_backlash: Whether the gear turns here without torque of its spring.
+        slips: 1 where an element of the hysteresis slips on the way up, -1 on the way down, else 0.
 
     Example:
         >>> flank = Piece(1e-3, np.inf, 1e-3, (0.0, 1e4, 0.0, 0.0))
@@ -36,16 +38,13 @@ class Piece:
     high: float
     origin: float
     cubic: tuple[float, float, float, float]
+    in_backlash: bool = False
+    slips: int = 0
 
     @property
     def straight(self) -> bool:
         """Whether the torque is a line."""
         return self.cubic[2] == 0.0 and self.cubic[3] == 0.0
-
-    @property
-    def in_backlash(self) -> bool:
-        """Whether the gear turns here without torque."""
-        return self.cubic == (0.0, 0.0, 0.0, 0.0)
 
     @cached_property
     def slopes(self) -> tuple[float, float]:
@@ -103,10 +102,11 @@ def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
     for piece in raw[1:]:
         last = pieces[-1]
         if _on_one_cubic(last, piece):
-            pieces[-1] = Piece(last.low, piece.high, last.origin, last.cubic)
+            pieces[-1] = replace(last, high=piece.high)
         else:
             pieces.append(piece)
-    return tuple(pieces)
+    free = (0.0, 0.0, 0.0, 0.0)
+    return tuple(replace(piece, in_backlash=piece.cubic == free) for piece in pieces)
 
 
 def _of_lines(curve: TorqueCurve, gear: int) -> list[Piece]:

@@ -2,17 +2,21 @@
 
 The torque T that a gear passes on stretches its spring and its damper,
 
-    d e' + S(e) = T(t),   e(0) given,                                                           (1)
+    d e' + S(e) + H = T(t),   e(0) given,                                                       (1)
 
-the row of a gear in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w).
+the row of a gear in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w) and the
+torque H of the elements of its hysteresis.
 S is continuous and rises, so of two solutions e_1 > e_2 under one T the distance never grows:
 d (e_1 - e_2)' = -(S(e_1) - S(e_2)) <= 0.  Hence one answer to each start, errors that die out on a flank
-and stay as they are in the backlash, and no chatter.  In the backlash e' = T / d: a gear crosses it,
-from flank to flank, when the integral of T has grown by 2 B d; where it arrives e'' jumps by -S' e' / d.
+and stay as they are in the backlash, and no chatter.  With elements of elongation s_j,
+k (e_1 - e_2)^2 + sum f_j (s_1j - s_2j)^2 / a_j never grows where S is a line.  In the backlash e' = T / d:
+a gear crosses it, from flank to flank, when the integral of T has grown by 2 B d; where it arrives e''
+jumps by -S' e' / d.
 
-Gears do not depend on each other.  Each is followed from piece to piece of its curve: lines by the exact
-solution under cubic torque, many samples at once, bends by implicit steps under error control; between
-samples too, the time at which a piece is left is solved for.
+Gears do not depend on each other.  Each is followed from piece to piece of its curve, which is another one
+where elements turn back (`gear_elements`): lines by the exact solution under cubic torque, many samples at
+once, bends by implicit steps under error control; between samples too, the time at which a piece is left is
+solved for.
 """
 
 from __future__ import annotations
@@ -22,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.inverse.gear_elements import GearElements, GearLaw
 from coupling.inverse.gear_path import GearPath, gear_path
 from coupling.inverse.gear_pieces import Piece, pieces_of
 from elastic_robot.chain import Chain
@@ -92,21 +97,25 @@ def rows_of(parameters: Parameters, rows: np.ndarray) -> Parameters:
         stiffness=parameters.stiffness[rows],
         damping=parameters.damping[rows],
         backlash=parameters.backlash[rows],
+        hysteresis=parameters.hysteresis[rows],
         tables=tuple(parameters.tables[k] for k in rows),
     )
 
 
-def damping_in_backlash(curve: TorqueCurve, damping: np.ndarray) -> np.ndarray:
+def damping_in_backlash(
+    curve: TorqueCurve, damping: np.ndarray, elements: tuple[GearElements, ...] = ()
+) -> np.ndarray:
     """Return the damping that `solve_wind_up` uses [N m s/rad], (gears,): that given, if there is any.
 
     A gear without damper follows its torque at once, e = S^-1(T): no damper is needed where S rises
-    strictly.  In a backlash S^-1 has no answer, and where S is level e' is infinite: such a gear gets a
-    damper with the time constant `SHORTEST_TIME_CONSTANT` on its steepest flank.
+    strictly.  In a backlash S^-1 has no answer, where S is level e' is infinite, and with elements e
+    depends on its way: such a gear gets a damper with the time constant `SHORTEST_TIME_CONSTANT` on the
+    steepest flank of S.
     """
     used = np.array(damping, dtype=float)
     for gear in np.flatnonzero(used == 0.0):
         low, high = _slopes(pieces_of(curve, int(gear)))
-        if low < _RISING * high:
+        if low < _RISING * high or (elements and elements[gear].count):
             used[gear] = SHORTEST_TIME_CONSTANT * high
     return used
 
@@ -117,6 +126,7 @@ def solve_wind_up(
     curve: TorqueCurve,
     damping: np.ndarray,
     start: np.ndarray,
+    elements: tuple[GearElements, ...] = (),
 ) -> WindUp:
     """Solve eq. (1) for all gears.
 
@@ -126,7 +136,9 @@ def solve_wind_up(
             the ends: third order where the torque does not begin at rest, too.
         curve: Torque curve S of the gears alone.
         damping: d [N m s/rad], (gears,), >= 0; see `damping_in_backlash` for 0.
-        start: e at the first time [rad], (gears,); not used by a gear without damper that needs none.
+        start: e at the first time [rad], (gears,), to which elements came from unloaded; not used by a
+            gear without damper that needs none.
+        elements: Elements of the hysteresis of each gear, (gears,); none: no gear has any.
 
     Raises:
         ValueError: If times are not evenly spaced, shapes do not fit or values are not finite.
@@ -142,7 +154,7 @@ def solve_wind_up(
     """
     time, torque, damping, start = _checked(time, torque, curve, damping, start)
     spacing = float((time[-1] - time[0]) / (len(time) - 1))
-    used = damping_in_backlash(curve, damping)
+    used = damping_in_backlash(curve, damping, elements)
     angle, rate, acceleration = np.empty((3, *torque.shape))
     crossings: list[Crossing] = []
     for gear in range(torque.shape[1]):
@@ -154,38 +166,41 @@ def solve_wind_up(
         if d == 0.0:
             motion = _without_damper(pieces, pull, pull_rate, spline(time, 2))
         else:
-            path = gear_path(spacing, cubic, pieces, d, float(start[gear]))
-            e = path.angle
-            s, slope = np.empty((2, len(e)))
-            for number, piece in enumerate(pieces):
-                here = path.piece == number
-                s[here], slope[here] = piece.torque(e[here]), piece.slope(e[here])
-            v = (pull - s) / d
-            motion = e, v, (pull_rate - slope * v) / d
-            crossings += _crossings(gear, path, pieces, time)
+            law = GearLaw(pieces, elements[gear]) if elements else GearLaw(pieces)
+            path = gear_path(spacing, cubic, law, d, float(start[gear]))
+            v = (pull - path.torque) / d
+            motion = path.angle, v, (pull_rate - path.slope * v) / d
+            crossings += _crossings(gear, path, time)
         angle[:, gear], rate[:, gear], acceleration[:, gear] = motion
     return WindUp(time, angle, rate, acceleration, tuple(crossings))
 
 
-def _crossings(
-    gear: int, path: GearPath, pieces: tuple[Piece, ...], time: np.ndarray
-) -> list[Crossing]:
-    """Return the visits of the backlash."""
+def _crossings(gear: int, path: GearPath, time: np.ndarray) -> list[Crossing]:
+    """Return the visits of the backlash; reversals of elements inside it end none."""
     found = []
-    last = len(path.visited) - 1
-    for k, number in enumerate(path.visited):
-        if not pieces[number].in_backlash:
-            continue
+    visited, most = path.visited, len(path.visited)
+    inside = np.array([False, *(piece.in_backlash for piece in visited), False])
+    change = np.diff(inside.astype(int))
+    for k, behind in zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True):
         begins = float(time[0]) + path.entered[k]
-        ends = float(time[-1]) if k == last else float(time[0]) + path.entered[k + 1]
-        before = 0 if k == 0 else path.visited[k - 1] - number
-        after = 0 if k == last else path.visited[k + 1] - number
+        ends = float(time[-1]) if behind == most else float(time[0]) + path.entered[behind]
+        before = 0 if k == 0 else 1 if visited[k - 1].low >= visited[k].high else -1
+        after = (
+            0 if behind == most else 1 if visited[behind].low >= visited[behind - 1].high else -1
+        )
         found.append(Crossing(gear, begins, ends, before, after))
     return found
 
 
 def _slopes(pieces: tuple[Piece, ...]) -> tuple[float, float]:
     return min(p.slopes[0] for p in pieces), max(p.slopes[1] for p in pieces)
+
+
+def static_wind_up(law: GearLaw, torque: float) -> float:
+    """Return the wind-up of a gear at rest under a torque [N m], from unloaded [rad]."""
+    ends = [piece.torque_at(piece.high) for piece in law.pieces[:-1]]
+    piece = law.pieces[int(np.searchsorted(ends, torque))]
+    return float(_inverse(piece, np.array([torque]))[0])
 
 
 def _without_damper(

@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
+from coupling.inverse.gear_elements import GearElements, GearLaw
+from coupling.inverse.gear_pieces import pieces_of
 from coupling.inverse.gears import (
     Crossing,
     WindUp,
@@ -18,6 +20,7 @@ from coupling.inverse.gears import (
     gears_of,
     rows_of,
     solve_wind_up,
+    static_wind_up,
 )
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
@@ -34,6 +37,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
+from elastic_robot.hysteresis import Elements
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
@@ -92,6 +96,9 @@ class MovingRobot:
     Args:
         robot: The robot.
         torque_curve: Name of its gears' torque curve.
+
+    Attributes:
+        elements: Elements of the hysteresis of each gear, (gears,).
     """
 
     def __init__(self, robot: Robot, torque_curve: str) -> None:
@@ -100,6 +107,8 @@ class MovingRobot:
         self.curve = self._curve_class.build(self.model.parameters)
         self._gears = gears_of(self.model.parameters, self.model.chain)
         self._gear_curve = self._curve_class.build(self._gears)
+        elements, torsions = Elements.of(robot), self.model.chain.torsions.tolist()
+        self.elements = tuple(GearElements.of(elements, self.model.parameters, k) for k in torsions)
 
     @property
     def backlash(self) -> np.ndarray:
@@ -111,7 +120,7 @@ class MovingRobot:
     @property
     def damping_in_backlash(self) -> np.ndarray:
         """Damping that turns the gears in their backlash [N m s/rad], (gears,)."""
-        return damping_in_backlash(self._gear_curve, self._gears.damping)
+        return damping_in_backlash(self._gear_curve, self._gears.damping, self.elements)
 
     def invert(
         self, wanted: DesiredMotion, controller: Controller, limits: JointLimits, progress: Progress
@@ -220,13 +229,15 @@ class MovingRobot:
             wrench: Wrench on the tool.
         """
         start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
-        return solve_wind_up(time, torque, self._gear_curve, self._gears.damping, start)
+        damping = self._gears.damping
+        return solve_wind_up(time, torque, self._gear_curve, damping, start, self.elements)
 
     def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Return the wind-up of gears that carry their links at rest, as a simulation finds it.
 
         A gear that carries nothing rests in the middle of its backlash.  Rounding in the links must not
-        decide that: the equilibrium of the whole robot does.
+        decide that: the equilibrium of the whole robot does.  The elements of a hysteresis leave nothing
+        to decide.
 
         Args:
             theta: Angles of the chain, (1, angles).
@@ -236,6 +247,12 @@ class MovingRobot:
         static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
         static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
         wind_up = self._gear_curve.deflection(static)
+        held = [gear for gear, own in enumerate(self.elements) if own.count]
+        for gear in held:
+            law = GearLaw(pieces_of(self._gear_curve, gear), self.elements[gear])
+            wind_up[gear] = static_wind_up(law, float(static[gear]))
+        if held:
+            return wind_up
         dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)
         for _ in range(_STARTS):
             q = theta[0, chain.drive].copy()
@@ -283,6 +300,7 @@ class MovingRobot:
                     self._curve_class.build(parameters),
                     float(parameters.damping[0]),
                     inertia[:, gear],
+                    self.elements[gear],
                 )
                 columns.append(gear_command(task, rows, own))
             progress("drives", joint + 1, chain.joint_count)

@@ -52,7 +52,8 @@ def keep_within(
         for begin, end in _stretches(over, margin, layout.count, layout.degree):
             drive = slice(begin, end + layout.degree)
             link = slice(begin * layout.parts, end * layout.parts + 1)
-            stretch = LimitedFit(fit.part(begin, end), limits)
+            about = fit.along(coefficients, misses)
+            stretch = LimitedFit(about.part(begin, end), limits)
             try:
                 coefficients[drive], misses[link] = stretch.solve(coefficients[drive], misses[link])
             except NoCommandError:
@@ -92,28 +93,30 @@ class LimitedFit:
             NoCommandError: If none keeps to them.
         """
         layout = self.fit.drive.layout
-        change = self._program(coefficients, misses, 0.0)
+        change = self._program(self.fit, coefficients, misses, 0.0)
         if change is None:
             raise NoCommandError
         coefficients = coefficients + change[layout.coefficient]
         misses = misses + change[layout.miss]
         return self.fit.solve(coefficients, misses, self._step)
 
-    def _step(self, coefficients: np.ndarray, misses: np.ndarray, damping: float) -> np.ndarray:
-        change = self._program(coefficients, misses, damping)
+    def _step(
+        self, fit: SplineFit, coefficients: np.ndarray, misses: np.ndarray, damping: float
+    ) -> np.ndarray:
+        change = self._program(fit, coefficients, misses, damping)
         # Where rounding leaves no way on, a step of nothing ends the search.
         return np.zeros(self.fit.drive.layout.size) if change is None else change
 
     def _program(
-        self, coefficients: np.ndarray, misses: np.ndarray, damping: float
+        self, fit: SplineFit, coefficients: np.ndarray, misses: np.ndarray, damping: float
     ) -> np.ndarray | None:
         """Return the step to the least objective under the linearised equations, within limits."""
-        layout = self.fit.drive.layout
-        free = np.flatnonzero(self.fit.free)
-        band, gradient = self.fit.objective(coefficients, misses, damping)
+        layout = fit.drive.layout
+        free = np.flatnonzero(fit.free)
+        band, gradient = fit.objective(coefficients, misses, damping)
         lower = sparse.dia_array((band, -np.arange(len(band))), shape=(layout.size,) * 2).tocsc()
-        equations, errors = self.fit.equations(coefficients, misses)
-        rows, low, high = self.limits.rows(self.fit.command(coefficients))
+        equations, errors = fit.equations(coefficients, misses)
+        rows, low, high = self.limits.rows(fit.command(coefficients))
         place = sparse.csr_array(
             (np.ones(len(coefficients)), (np.arange(len(coefficients)), layout.coefficient)),
             shape=(len(coefficients), layout.size),

@@ -136,7 +136,11 @@ class Step:
         )
         here = slice(rows.start, rows.stop)
         response = view.motion.response(
-            command, free, view.watched.times(rows), seen.deflection[here]
+            command,
+            free,
+            view.watched.times(rows),
+            seen.deflection[here],
+            seen.deflection[: rows.start + 1],
         )
         joints = command.coefficients.shape[1]
         promised = (view.scale[:, None, None] * response).reshape(-1, len(free) * joints)

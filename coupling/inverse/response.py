@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
+from coupling.inverse.gear_elements import GearElements
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline, stencil
 from coupling.path.linear import interpolated
@@ -29,15 +30,22 @@ class AlongMotion:
         curve: Torque curve of all elastic coordinates.
         theta: Motion of the links.
         wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
+        elements: Elements of the hysteresis of each gear, (gears,).
     """
 
     model: LinkModel
     curve: TorqueCurve
     theta: UniformSpline
     wrench: Callable[[np.ndarray], np.ndarray]
+    elements: tuple[GearElements, ...]
 
     def response(
-        self, command: UniformSpline, free: range, outputs: np.ndarray, deflection: np.ndarray
+        self,
+        command: UniformSpline,
+        free: range,
+        outputs: np.ndarray,
+        deflection: np.ndarray,
+        before: np.ndarray,
     ) -> np.ndarray:
         """Return the derivatives of the tool's pose by coefficients of the command.
 
@@ -50,6 +58,8 @@ class AlongMotion:
             outputs: Evenly spaced times [s], (k,).
             deflection: Elastic coordinates of the robot under the command at these times [rad], (k, m):
                 where the gears really are in their backlash.
+            before: The same from the motion's first time to that of the first output, (b, m): what the
+                elements of a hysteresis come from.
 
         Returns:
             Position [m/rad] and rotation [rad/rad], base axes, (k, 6, len(free), joints).
@@ -58,7 +68,9 @@ class AlongMotion:
         every = max(1, int(np.ceil((outputs[1] - outputs[0]) / _STEP - 1e-9)))
         step = float(outputs[1] - outputs[0]) / every
         times = outputs[0] + step * (np.arange((len(outputs) - 1) * every) + 0.5)
-        transition, half, forcing = self._matrices(times, step, outputs, deflection)
+        transition, half, forcing = self._matrices(
+            times, self._slope(times, step, outputs, deflection, before), step
+        )
         first, part = command.place(times)
         weights = np.stack(
             [stencil(part, command.degree, o) / command.spacing**o for o in range(3)], axis=1
@@ -98,7 +110,7 @@ class AlongMotion:
         return answer
 
     def _matrices(
-        self, times: np.ndarray, step: float, outputs: np.ndarray, deflection: np.ndarray
+        self, times: np.ndarray, slope: np.ndarray, step: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return transition over a step and its half, and accelerations by q, q', q'' of the drives."""
         chain, parameters = self.model.chain, self.model.parameters
@@ -108,7 +120,7 @@ class AlongMotion:
         own, driven = rows[..., chain.elastic], rows[..., chain.drive]
         each = np.arange(chain.elastic_count)
         stiffness, damping = own[:, 0].copy(), own[:, 1].copy()
-        stiffness[:, each, each] += self._slope(times, step, outputs, deflection)
+        stiffness[:, each, each] += slope
         damping[:, each, each] += parameters.damping
         count, size = len(times), chain.elastic_count
         solved = np.linalg.solve(
@@ -122,11 +134,22 @@ class AlongMotion:
         return half @ half, half, forcing
 
     def _slope(
-        self, times: np.ndarray, step: float, outputs: np.ndarray, deflection: np.ndarray
+        self,
+        times: np.ndarray,
+        step: float,
+        outputs: np.ndarray,
+        deflection: np.ndarray,
+        before: np.ndarray,
     ) -> np.ndarray:
         """Return the mean stiffness of the elastic coordinates over each step, (k, m)."""
         offsets = step * ((np.arange(_SUBSTEPS) + 0.5) / _SUBSTEPS - 0.5)
         fine = (times[:, None] + offsets).ravel()
         x = interpolated(fine, outputs, deflection)
-        slope: np.ndarray = self.curve.slope(x).reshape(len(times), _SUBSTEPS, -1).mean(axis=1)
-        return slope
+        slope = np.array(self.curve.slope(x))
+        for gear, elements in zip(self.model.chain.torsions, self.elements, strict=True):
+            if elements.count:
+                path = np.append(before[:, gear], x[:, gear])
+                start = np.clip(path[0], -elements.slip_angle, elements.slip_angle)
+                slope[:, gear] += elements.slope(elements.along(path, start)[len(before) :])
+        mean: np.ndarray = slope.reshape(len(times), _SUBSTEPS, -1).mean(axis=1)
+        return mean

@@ -73,7 +73,10 @@ class Inverter:
             path, deflection = self.simulated.deflected(joints, loads, coordinates)
             return RobotResponse(even(path.deviation_from(fine)[0]), even(deflection))
 
-        motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
+        moving = self.moving
+        motion = AlongMotion(
+            moving.model, moving.curve, found.links.theta, found.wrench, moving.elements
+        )
         view = Observation(motion, limits, watched)
         command = Polish(view, seen, goal, self.simulations).run(found.command)
         joints = self.moving.model.gear_joint

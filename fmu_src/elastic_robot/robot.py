@@ -74,6 +74,7 @@ class ElasticRobot:
                 f"torque_curve: expected one of {', '.join(TORQUE_CURVES)}, got {torque_curve!r}"
             )
         self.chain = build_chain(robot)
+        self._drives = [joint.drive for joint in robot.joints]
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
@@ -250,8 +251,20 @@ class ElasticRobot:
         return -(self._curve.torque(state.x) + of_elements + damping * rate)[self.chain.torsions]
 
     def motor_torque(self) -> np.ndarray:
-        """Return the torque of each motor at its gear's output [N m], (torsions,): it has no mass."""
-        return self.gear_torque()
+        """Return the torque of each motor at its gear's output [N m], (torsions,).
+
+        What gives it the commanded motion: its gear's torque, its rotor's inertia, the friction of a
+        motor that has slipped; in quasi-static mode the gear's torque alone.
+        """
+        torque = self.gear_torque()
+        held, frictions = self._held, iter(self._parameters.friction)
+        for row, joint in enumerate(self.chain.elastic_joint[self.chain.torsions]):
+            drive = self._drives[joint]
+            if drive is not None and not self._quasistatic:
+                rate = float(held.qd[joint])
+                torque[row] += drive.inertia * held.qdd[joint]
+                torque[row] += drive.friction_torque(next(frictions), np.sign(rate), rate)
+        return torque
 
     def motor_angle(self) -> np.ndarray:
         """Return the angles of the drives at the gears' output [rad], (n,)."""

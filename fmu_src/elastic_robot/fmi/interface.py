@@ -35,6 +35,7 @@ INITIAL_STATES = (
     "equilibrium_from_below",
     "equilibrium_from_above",
 )
+DRIVES = ("ideal", "servo", "torque")
 # Of those after which all elements of hysteresis slip: upwards, downwards.
 SLIPPED = {"equilibrium_from_below": 1, "equilibrium_from_above": -1}
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
@@ -48,7 +49,7 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     table = {
-        **inputs([joint.limits for joint in robot.joints]),
+        **inputs(robot.joints),
         **outputs(chain),
         **parameters,
         **exchange(chain),
@@ -121,6 +122,20 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
         "hysteresis": tunable([slip[k] for k in chain.elements.gears]),
+        "friction": tunable(
+            [
+                Variable(
+                    f"joint[{i}].friction",
+                    "N.m",
+                    f"Friction at rest of the motor of joint[{i}], at the gear's output",
+                    float(joint.drive.friction),
+                    minimum=0.0,
+                    nominal=joint.drive.friction or None,
+                )
+                for i, joint in enumerate(robot.joints, start=1)
+                if joint.drive is not None
+            ]
+        ),
         "tolerance": Block(
             "parameter",
             "fixed",
@@ -153,6 +168,7 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
                 ),
                 choice("mode", MODES, either(MODES), MODES[0]),
                 choice("initial_state", INITIAL_STATES, either(INITIAL_STATES), INITIAL_STATES[0]),
+                choice("drive", DRIVES, either(DRIVES), DRIVES[0]),
             ),
         ),
     }

@@ -11,6 +11,7 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
+from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables
@@ -133,6 +134,7 @@ class MasterValues:
             backlash=backlash,
             hysteresis=hysteresis,
             tables=own.tables,
+            friction=reals.block("friction").copy(),
         )
 
     def new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
@@ -142,6 +144,11 @@ class MasterValues:
             strings: Values of the string variables by name.
             tolerance: Error allowed at the TCP over a path [m].
         """
+        if strings["drive"] != "ideal":
+            raise ParameterError(
+                f"drive: expected ideal in an FMU of kind python, got {strings['drive']}: build it with"
+                " --kind native"
+            )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 

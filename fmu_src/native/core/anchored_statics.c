@@ -1,4 +1,4 @@
-/* Rest is where an energy is least: of flanks, weight, contact spring and contact.  Newton's method walks
+/* Rest is where an energy is least: of flanks, elements of hysteresis, weight, contact spring and contact.  Newton's method walks
  * down to it, with a search along a step that leads beyond the valley.  A gear in its backlash, which has no
  * place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
@@ -33,12 +33,14 @@
 #define LEAST_SHIFT (-40)
 #define MOST_SHIFT 14
 
-enum { MOST = ER_MAX_ANGLES };
+enum { MOST = ER_MAX_ANGLES,
+       MOST_EDGES = 2 * (ER_MAX_ANGLES + ER_MAX_ELEMENTS) };
 
 /* An equilibrium in the making; one entry per elastic coordinate. */
 typedef struct {
     const er_robot *robot;
     const er_gears *gears;
+    const er_history *history;
     const double *gravity, *q;
     const er_load *load;
     int m;
@@ -46,7 +48,7 @@ typedef struct {
     bool neutral[ER_MAX_ANGLES];                    /* hardly held: in the middle of its backlash */
     double x[ER_MAX_ANGLES];                        /* [rad] */
     double torque[ER_MAX_ANGLES];                   /* that must be carried [N m] */
-    double residual[ER_MAX_ANGLES];                 /* that minus the curve's [N m] */
+    double residual[ER_MAX_ANGLES];                 /* that minus the curve's and the elements' [N m] */
     double gradient[ER_MAX_ANGLES * ER_MAX_ANGLES]; /* of the torque [N m/rad] */
     er_placement placement;
 } descent;
@@ -65,6 +67,19 @@ static double largest_of(int count, const double *values)
     return largest;
 }
 
+/* Torque of the elements of hysteresis [N m] and its slope [N m/rad]. */
+typedef struct {
+    double torque, slope;
+} of_hysteresis;
+
+static of_hysteresis of_elements(const descent *s, int k, double x)
+{
+    of_hysteresis own = {0.0, 0.0};
+    if (s->robot->elements > 0)
+        own.torque = er_rest_torque(s->robot, s->gears->slip_torque, s->history, k, x, &own.slope);
+    return own;
+}
+
 /* Torque and residual at x. */
 static void place_at(descent *s, const double *x)
 {
@@ -74,8 +89,8 @@ static void place_at(descent *s, const double *x)
     er_load_wrench(s->load, s->placement.tool_position, wrench);
     er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
     for (int k = 0; k < s->m; k++)
-        s->residual[k] =
-            s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]);
+        s->residual[k] = s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]) -
+                         of_elements(s, k, x[k]).torque;
 }
 
 /* Gradient of the torque there. */
@@ -113,7 +128,7 @@ static void find_matrix(const descent *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
-        double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]);
+        double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]) + of_elements(s, k, s->x[k]).slope;
         double flank = er_gear_flank_slope(s->gears, k, 0.0); /* a rounded one is flat at its foot */
         if (region_of(s, k) == 0) {
             slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_half_width(s->gears, k));
@@ -161,19 +176,33 @@ static double downhill(descent *s, const double *step, double part)
     return sum;
 }
 
-/* The parts of a step, rising, at which gears leave or take up their flanks; returns their number. */
-static int find_edges(const descent *s, const double *step, double edge[2 * MOST])
+/* Puts a part of a step into the list of those that rise, if it is inside. */
+static void insert(double part, double *edge, int *count)
+{
+    int place = *count;
+    if (!(part > 0.0 && part < 1.0))
+        return;
+    for (; place > 0 && edge[place - 1] > part; place--)
+        edge[place] = edge[place - 1];
+    edge[place] = part;
+    ++*count;
+}
+
+/* The parts of a step, rising, at which gears leave or take up their flanks and elements begin to slip or stick;
+ * returns their number. */
+static int find_edges(const descent *s, const double *step, double edge[MOST_EDGES])
 {
     int count = 0;
     for (int i = 0; i < 2 * s->m; i++) {
-        int k = i / 2, place = count;
-        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_gear_half_width(s->gears, k) - s->x[k]) / step[k];
-        if (!er_gear_switches(s->gears, k) || !(part > 0.0 && part < 1.0))
-            continue;
-        for (; place > 0 && edge[place - 1] > part; place--)
-            edge[place] = edge[place - 1];
-        edge[place] = part;
-        count++;
+        int k = i / 2;
+        if (er_gear_switches(s->gears, k))
+            insert(((i % 2 == 0 ? -1.0 : 1.0) * er_gear_half_width(s->gears, k) - s->x[k]) / step[k], edge, &count);
+    }
+    for (int i = 0; i < 2 * s->robot->elements; i++) {
+        const er_element *element = &s->robot->element[i / 2];
+        int k = element->coordinate;
+        double start = s->history->x[k] - s->history->elongation[i / 2];
+        insert((start + (i % 2 == 0 ? -1.0 : 1.0) * element->angle - s->x[k]) / step[k], edge, &count);
     }
     return count;
 }
@@ -181,7 +210,7 @@ static int find_edges(const descent *s, const double *step, double edge[2 * MOST
 /* The part of a step that leads to the valley's floor; the residual there is left. */
 static double find_part(descent *s, const double *step)
 {
-    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, at, start, edge[2 * MOST];
+    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, at, start, edge[MOST_EDGES];
     int edges, side = 0;
     for (int k = 0; k < s->m; k++)
         at_low += s->residual[k] * step[k];
@@ -243,7 +272,7 @@ static bool begin(descent *s)
     er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
-        s->neutral[k] = er_gear_switches(s->gears, k) && fabs(given[k]) < least &&
+        s->neutral[k] = er_gear_switches(s->gears, k) && !(s->gears->slip_torque[k] > 0.0) && fabs(given[k]) < least &&
                         stiffness[k * m + k] * er_gear_half_width(s->gears, k) < least;
         stiffness[k * m + k] += er_gear_flank_slope(s->gears, k, 0.0);
     }
@@ -316,7 +345,7 @@ static double distance(const descent *s)
 static bool is_undecided(const descent *s, int k)
 {
     double driven = s->gradient[k * s->m + k];
-    return er_gear_switches(s->gears, k) && region_of(s, k) != 0 && driven > 0.0 &&
+    return er_gear_switches(s->gears, k) && !(s->gears->slip_torque[k] > 0.0) && region_of(s, k) != 0 && driven > 0.0 &&
            fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_half_width(s->gears, k) * driven;
 }
 
@@ -338,13 +367,14 @@ static void take_nearer_flanks(descent *s, const bool *neutral)
         }
 }
 
-bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
-                             const double *q, const er_load *load, double *x)
+bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const er_history *history,
+                             const double gravity[3], const double *q, const er_load *load, double *x)
 {
     descent s;
     bool neutral[MOST];
     s.robot = robot, s.gears = gears, s.gravity = gravity, s.load = load, s.q = q;
     s.m = robot->elastics;
+    s.history = history;
     if (!begin(&s))
         return false;
     memcpy(neutral, s.neutral, sizeof neutral);

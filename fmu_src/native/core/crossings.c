@@ -48,59 +48,151 @@ static double first_rise(const double *b, double start, double width)
     return found >= 0.0 ? found : first_rise(right, start + 0.5 * width, 0.5 * width);
 }
 
-static void take_earlier(const double *control, int coordinate, double boundary, int outward,
-                         int region, er_crossing *first, bool *found)
+/* Takes a crossing, all but its fraction, if the polynomial of these coefficients passes it before the first. */
+static void take_earlier(const double *control, er_crossing crossing, er_crossing *first, bool *found)
 {
-    double beyond[ER_CONTROL], fraction;
+    double beyond[ER_CONTROL];
     for (int k = 0; k < ER_CONTROL; k++)
-        beyond[k] = outward * (control[k] - boundary);
-    fraction = first_rise(beyond, 0.0, 1.0);
-    if (fraction > 0.0 && (!*found || fraction < first->fraction)) {
-        *first = (er_crossing){coordinate, boundary, outward, region == 0 ? outward : 0, fraction};
+        beyond[k] = crossing.outward * (control[k] - crossing.boundary);
+    crossing.fraction = first_rise(beyond, 0.0, 1.0);
+    if (crossing.fraction > 0.0 && (!*found || crossing.fraction < first->fraction)) {
+        *first = crossing;
         *found = true;
     }
 }
 
-bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
-                       double tolerance, double h, const double *x, const double *v,
-                       const er_lanes *acceleration, er_crossing *first)
+/* A coordinate's polynomial over a step: its Bernstein coefficients, which it lies between. */
+typedef struct {
+    double control[ER_CONTROL], lowest, highest;
+} course;
+
+static void find_course(double h, double x0, double v0, const er_lanes acceleration, course *x)
+{
+    x->highest = -INFINITY, x->lowest = INFINITY;
+    for (int c = 0; c < ER_CONTROL; c++) {
+        const double *weight = er_gauss_bernstein[c];
+        double bend = 0.0;
+        for (int j = 0; j < ER_STAGES; j++)
+            bend += weight[2 + j] * acceleration[j];
+        x->control[c] = weight[0] * x0 + h * (weight[1] * v0 + h * bend);
+        x->highest = x->control[c] > x->highest ? x->control[c] : x->highest;
+        x->lowest = x->control[c] < x->lowest ? x->control[c] : x->lowest;
+    }
+}
+
+/* That of an entry of x, counted from its motor where that moves. */
+static void find_wind_up(const er_run *r, int k, const er_state *state, const er_step *step, course *x)
+{
+    er_lanes acceleration;
+    memcpy(acceleration, step->acceleration[k], sizeof acceleration);
+    for (int d = 0; d < r->motors; d++)
+        for (int l = 0; r->system->robot->motor[d].coordinate == k && l < ER_STAGES; l++)
+            acceleration[l] -= step->motor_acceleration[d][l];
+    find_course(step->length, state->x[k], state->v[k], (const double *)acceleration, x);
+}
+
+/* That of a motor: of p, and of its command at the nodes. */
+static void find_motor_course(const er_run *r, int d, const er_step *step, course *x)
+{
+    const er_motor_work *work = &r->work->motors;
+    int i = r->system->robot->motor[d].joint;
+    double command[ER_CONTROL];
+    find_course(step->length, work->p[d], work->pv[d], step->motor_acceleration[d], x);
+    command[0] = work->command[d];
+    memcpy(command + 1, r->work->stages.q[i], ER_STAGES * sizeof *command);
+    command[ER_DEGREE] = r->work->end.q[i][0];
+    x->highest = -INFINITY, x->lowest = INFINITY;
+    for (int c = 0; c < ER_CONTROL; c++) {
+        for (int j = 0; j < ER_CONTROL; j++)
+            x->control[c] += er_gauss_bernstein_from_value[c][j] * command[j];
+        x->highest = fmax(x->highest, x->control[c]);
+        x->lowest = fmin(x->lowest, x->control[c]);
+    }
+}
+
+/* The same of its rate, raised to the degree of the coordinate. */
+static void find_rate(const course *x, double h, double *rate)
+{
+    for (int c = 0; c < ER_CONTROL; c++) {
+        double before = c > 0 ? x->control[c] - x->control[c - 1] : 0.0;
+        double after = c < ER_DEGREE ? x->control[c + 1] - x->control[c] : 0.0;
+        rate[c] = (c * before + (ER_DEGREE - c) * after) / h;
+    }
+}
+
+static void find_edges(const er_run *r, const er_state *state, int k, const course *x, er_crossing *first,
+                       bool *found)
+{
+    double edge[2];
+    int region = state->region[k];
+    er_gear_edges(r->system->gears, r->settings, k, region, r->means->tolerance, edge);
+    for (int side = 0; side < 2; side++) {
+        int outward = side == 1 ? 1 : -1;
+        if (side == 1 ? x->highest > edge[1] : x->lowest < edge[0])
+            take_earlier(x->control,
+                         (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, 0.0},
+                         first, found);
+    }
+}
+
+/* Where elements of hysteresis slip, and where those that slip stick again. */
+static void find_slips(const er_run *r, const er_state *state, const er_step *step, er_crossing *first,
+                       bool *found)
+{
+    const er_robot *robot = r->system->robot;
+    const er_stops *stops = &state->stops;
+    double tolerance = r->means->tolerance, rate[ER_CONTROL];
+    course x;
+    int last = -1, reversing = -1; /* coordinates that `x` and the last reversal belong to */
+    for (int j = 0; j < robot->elements + r->motors; j++) {
+        int k = robot->element[j].coordinate, outward = -stops->slipping[j];
+        if (k >= r->m)
+            find_motor_course(r, k - r->m, step, &x);
+        else if (k != last)
+            find_wind_up(r, k, state, step, &x);
+        last = k;
+        if (outward == 0) {
+            double way = robot->element[j].angle + er_stop_slack(robot, j, tolerance);
+            for (outward = -1; outward <= 1; outward += 2) {
+                double edge = x.control[0] - stops->elongation[j] + outward * way;
+                if (outward > 0 ? x.highest > edge : x.lowest < edge)
+                    take_earlier(x.control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
+            }
+        } else if (k != reversing) {
+            double least = er_reversal_slack(robot, k, tolerance);
+            find_rate(&x, step->length, rate);
+            take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
+                         found);
+            reversing = k;
+        }
+    }
+}
+
+bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
 {
     bool found = false;
-    for (int k = 0; k < gears->count; k++) {
-        double control[ER_CONTROL], edge[2];
-        double highest = -INFINITY, lowest = INFINITY;
-        if (!er_gear_switches(gears, k))
+    for (int k = 0; k < r->m; k++) {
+        course x;
+        if (!er_gear_switches(r->system->gears, k))
             continue;
-        for (int c = 0; c < ER_CONTROL; c++) {
-            const double *weight = er_gauss_bernstein[c];
-            double bend = 0.0;
-            for (int j = 0; j < ER_STAGES; j++)
-                bend += weight[2 + j] * acceleration[k][j];
-            control[c] = weight[0] * x[k] + h * (weight[1] * v[k] + h * bend);
-            highest = control[c] > highest ? control[c] : highest;
-            lowest = control[c] < lowest ? control[c] : lowest;
-        }
-        er_gear_edges(gears, settings, k, region[k], tolerance, edge);
-        /* The polynomial lies between its coefficients. */
-        if (highest > edge[1])
-            take_earlier(control, k, edge[1], 1, region[k], first, &found);
-        if (lowest < edge[0])
-            take_earlier(control, k, edge[0], -1, region[k], first, &found);
+        find_wind_up(r, k, state, step, &x);
+        find_edges(r, state, k, &x, first, &found);
     }
+    if (r->system->robot->elements + r->motors > 0)
+        find_slips(r, state, step, first, &found);
     return found;
 }
 
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first)
 {
-    double control[ER_CONTROL], boundary = touching ? 0.0 : ER_CONTACT_SLACK;
+    double control[ER_CONTROL];
+    er_crossing crossing = {ER_AT_CONTACT, 0, 0, touching ? 0.0 : ER_CONTACT_SLACK, touching ? -1 : 1, !touching, 0.0};
     for (int c = 0; c < ER_CONTROL; c++) {
         control[c] = 0.0;
         for (int j = 0; j < ER_CONTROL; j++)
             control[c] += er_gauss_bernstein_from_value[c][j] * depth[j];
     }
-    take_earlier(control, ER_DEPTH, boundary, touching ? -1 : 1, touching, first, &found);
-    if (found && first->coordinate == ER_DEPTH)
-        first->region = !touching;
+    take_earlier(control, crossing, first, &found);
     return found;
 }
 
@@ -143,34 +235,56 @@ static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *st
     }
 }
 
-/* The torque is continuous where a coordinate x_k passes the edge of its backlash, only its slope jumps.
+/* What elements that begin to slip had of changes of their elongations [N m]. */
+static double find_released(const er_run *r, const er_state *state, const er_crossing *crossing,
+                            const double *elongation)
+{
+    const er_robot *robot = r->system->robot;
+    double sum = 0.0;
+    for (int j = 0; j < robot->elements; j++)
+        if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+            sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
+    return sum;
+}
+
+/* The torque is continuous where a coordinate x_k passes the edge of its backlash, or where an element of its
+ * hysteresis begins to slip, only its slope jumps.
  * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
  * second order only, and the sensitivities are continuous.
  *
  * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.
  * With the time t since the edge and the jump J of the torque at x_k, what is missing is
  *
- *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2.
- */
+ *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2,
+ *
+ * dx_k that of the elongation for an element.  As it sticks again nothing jumps, and the place where it does is
+ * where x_k does not move. */
 void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *state,
                           const er_step *step, const er_crossing *crossing)
 {
     const er_system *system = r->system;
     int m = r->m, k = crossing->coordinate, pivot[ER_MAX_ANGLES];
+    bool slips = crossing->at == ER_AT_SLIP;
     double jump, edge, beyond, rate, bend, per_beyond;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
-    if (s->reason != NULL)
+    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL)
         return;
-    if (k == ER_DEPTH) {
+    if (crossing->at == ER_AT_CONTACT) {
         if (crossing->outward > 0)
             cross_contact(s, r, state, step);
         return;
     }
-    jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
-           er_gear_torque(system->gears, k, state->region[k], step->x[k]);
-    edge = copysign(er_gear_half_width(system->gears, k), crossing->boundary);
-    beyond = crossing->outward * (step->x[k] - edge);
+    if (slips) {
+        edge = crossing->outward * system->robot->element[crossing->element].angle;
+        beyond = crossing->outward * (state->stops.elongation[crossing->element] - edge);
+        jump = -crossing->outward * beyond; /* of 1 N m/rad */
+    } else {
+        edge = copysign(er_gear_half_width(system->gears, k), crossing->boundary);
+        beyond = crossing->outward * (step->x[k] - edge);
+        jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
+               er_gear_torque(system->gears, k, state->region[k], step->x[k]);
+    }
     rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
     per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
     if (!(per_beyond > 0.0 && per_beyond < INFINITY))
@@ -187,6 +301,8 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     for (int column = s->first; column < s->first + s->count; column++) {
         bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
         double beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
+        if (slips)
+            beyond_change = find_released(r, state, crossing, s->elongation[column]);
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;
     }

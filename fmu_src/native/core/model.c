@@ -51,6 +51,18 @@ static er_drives own_drives(er_model *model)
     return drives;
 }
 
+/* Motors without a servo are counted from where they would be at the rate they have. */
+static void coast(const er_model *model, er_drives *drives)
+{
+    const er_motors *motors = &model->memory.state.motors;
+    for (int d = 0; d < er_model_motors(model); d++) {
+        double *powers = drives->powers[model->robot.motor[d].joint];
+        memset(powers, 0, sizeof *drives->powers);
+        powers[0] = motors->angle[d];
+        powers[1] = motors->rate[d];
+    }
+}
+
 /* The same, or those that follow a command through a step. */
 static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
 {
@@ -58,6 +70,8 @@ static er_drives drives_of(er_model *model, double start, double end, const er_c
     if (drives.trajectory == NULL) {
         drives.start = start;
         er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
+        if (model->memory.options.drive == ER_TORQUE && end > start)
+            coast(model, &drives);
     }
     return drives;
 }
@@ -136,12 +150,61 @@ static void derive(er_model *model)
     model->derived_parameters = *parameters;
 }
 
+/* The equilibrium that the present state comes to rest in. */
+static bool rest_at(er_model *model, const er_held *held, er_failure *failure)
+{
+    er_state *state = &model->memory.state;
+    const er_robot *robot = &model->robot;
+    er_history history;
+    double x[ER_MAX_ANGLES];
+    memcpy(history.x, state->x, sizeof history.x);
+    memcpy(history.elongation, state->stops.elongation, sizeof history.elongation);
+    if (!er_equilibrium(robot, &model->gears, &history, model->memory.parameters.gravity, held->q, &held->load,
+                        x, failure))
+        return false;
+    memcpy(state->x, x, (size_t)robot->elastics * sizeof *x);
+    er_stops_rest(robot, &history, x, &state->stops);
+    return true;
+}
+
+/* Motors begin with the motion of their commands, and servos with the torque for it. */
+static void start_motors(er_model *model, const er_command *command)
+{
+    er_memory *memory = &model->memory;
+    er_motors *motors = &memory->state.motors;
+    memcpy(memory->held.torque, command->torque, sizeof memory->held.torque);
+    for (int d = 0; d < model->robot.motors; d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double rate = memory->held.qd[motor->joint], slope;
+        motors->angle[d] = memory->held.q[motor->joint];
+        motors->rate[d] = rate;
+        motors->integral[d] = motor->inertia * memory->held.qdd[motor->joint] +
+                              er_model_gear_torque(model, motor->coordinate) +
+                              er_motor_friction(motor, memory->parameters.friction[d], 0.0, rate, &slope) -
+                              motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, rate);
+    }
+}
+
+/* Whether drives may be what they are told to be. */
+static bool require_drives(const er_model *model, er_failure *failure)
+{
+    const er_options *options = &model->memory.options;
+    if (options->drive != ER_IDEAL && model->robot.motors == 0)
+        return er_fail(failure, "drive: expected ideal, as no joint of the robot has a drive, got %s",
+                       options->drive == ER_SERVO ? "servo" : "torque");
+    if (options->drive == ER_TORQUE && (options->quasistatic || options->trajectory[0] != '\0'))
+        return er_fail(failure, "drive torque: expected mode dynamic and no trajectory, as torques are not told at"
+                                " rest or by one, got %s",
+                       options->quasistatic ? "mode quasistatic" : "a trajectory");
+    return true;
+}
+
 bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure)
 {
     er_memory *memory = &model->memory;
     er_drives drives;
-    if (!require_trajectory(model, memory->options.trajectory, 0, failure))
+    if (!require_drives(model, failure) || !require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
@@ -152,11 +215,14 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
     if (!find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
-    if (!memory->options.undeflected &&
-        !er_equilibrium(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
-                        load, memory->state.x, failure))
+    for (int j = 0; j < model->robot.elements; j++)
+        memory->state.stops.elongation[j] = memory->options.initial == ER_FROM_BELOW   ? INFINITY
+                                            : memory->options.initial == ER_FROM_ABOVE ? -INFINITY
+                                                                                       : 0.0;
+    if (memory->options.initial != ER_UNDEFLECTED && !rest_at(model, &memory->held, failure))
         return false;
     er_state_start(&memory->state, &model->robot, &model->gears, 0.0);
+    start_motors(model, command);
     er_model_orient(model);
     return true;
 }
@@ -220,18 +286,6 @@ void er_model_held_by_time(er_model *model, er_held *change)
     er_drives_by_time(&drives, model->memory.state.time, change->q, change->qd, change->qdd);
 }
 
-static bool rest_at(er_model *model, double end, const er_held *held, er_failure *failure)
-{
-    er_state *state = &model->memory.state;
-    double x[ER_MAX_ANGLES];
-    if (!er_equilibrium(&model->robot, &model->gears, model->memory.parameters.gravity, held->q,
-                        &held->load, x, failure))
-        return false;
-    memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
-    er_state_start(state, &model->robot, &model->gears, end);
-    return true;
-}
-
 /* Says what acted where a motion was given up: one of these may have grown too large. */
 static bool tell_acting(const er_model *model, const er_held *held, er_failure *failure)
 {
@@ -263,7 +317,7 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
     const double start = state->time;
     er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
                         start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
-                        er_contact_holds(&load->contact)};
+                        er_contact_holds(&load->contact), model->memory.options.drive, held->torque};
     const er_means *means = &model->means;
     er_means finer;
     double most = model->robot.settings.most_step;
@@ -311,14 +365,22 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     er_drives drives = drives_of(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    memcpy(began, state, sizeof *began); /* a library's copy is faster than an assignment of this size */
+    er_state_copy(&model->robot, began, state);
+    memcpy(held.torque, command->torque, sizeof held.torque);
     if (!find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
-    if (!(still ? rest_at(model, end, &held, failure)
+    if (!(still ? rest_at(model, &held, failure)
                 : move_to(model, state, end, &drives, load, &held, failure))) {
-        *state = *began;
+        er_state_copy(&model->robot, state, began);
         return false;
     }
+    if (still)
+        er_state_start(state, &model->robot, &model->gears, end);
+    if (model->memory.options.drive == ER_TORQUE)
+        for (int d = 0; d < model->robot.motors; d++) {
+            held.q[model->robot.motor[d].joint] = state->motors.angle[d];
+            held.qd[model->robot.motor[d].joint] = state->motors.rate[d];
+        }
     model->memory.held = held;
     remember(model, end - start, command);
     return true;
@@ -330,10 +392,11 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     const er_past latest = model->memory.past;
     er_drives drives;
     er_held held = model->memory.held;
-    er_state moved = *state;
+    er_state moved;
     bool good;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
+    er_state_copy(&model->robot, &moved, state);
     memset(&moved.linearisation, 0, sizeof moved.linearisation);
     model->memory.past = *past;
     drives = drives_of(model, state->time, end, command);

@@ -18,7 +18,7 @@
 static int columns_of(const er_robot *robot, int cause)
 {
     const int n = robot->joints, m = robot->elastics;
-    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m};
+    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m, m, robot->motors, robot->motors};
     return columns[cause];
 }
 
@@ -46,6 +46,8 @@ void er_parameter_along(const er_robot *robot, int column, double factor, er_par
     case ER_BY_STIFFNESS: change->stiffness[entry] += factor; break;
     case ER_BY_DAMPING: change->damping[entry] += factor; break;
     case ER_BY_BACKLASH: change->backlash[entry] += factor; break;
+    case ER_BY_HYSTERESIS: change->hysteresis[entry] += factor; break;
+    case ER_BY_FRICTION: change->friction[entry] += factor; break;
     default: break;
     }
 }
@@ -98,6 +100,8 @@ void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause fir
     s->passes = 0;
     memset(s->x[s->first], 0, (size_t)s->count * sizeof *s->x);
     memset(s->v[s->first], 0, (size_t)s->count * sizeof *s->v);
+    if (robot->elements > 0)
+        memset(s->elongation[s->first], 0, (size_t)s->count * sizeof *s->elongation);
 }
 
 /* The motion at the stages of a solved step, and what the tangents need of it. */
@@ -118,9 +122,11 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
+    memset(s->stuck, 0, sizeof s->stuck);
+    er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]);
+            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]) + s->stuck[k];
 }
 
 /* Derivative of the contact's wrench at a stage along a change of the motion and of the load. */
@@ -221,6 +227,7 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
     const er_workspace *w = r->work;
     er_parameters change;
     er_motion still;
+    double stuck[ER_MAX_ANGLES] = {0.0};
     if (cause < ER_BY_GRAVITY)
         return false;
     memset(&change, 0, sizeof change);
@@ -233,11 +240,34 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
         r->means->kernel.loads(robot, &still, ER_STAGES, change.gravity, NULL, NULL, load);
         return true;
     }
-    for (int k = 0; k < r->m; k++)
+    er_stops_stiffness(robot, change.hysteresis, &state->stops, stuck);
+    for (int k = 0; k < r->m; k++) {
+        double held = er_elements_torque(robot, k, change.hysteresis[k], state->stops.elongation);
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] = change.damping[k] * w->v[k][l] +
                          er_gear_along(r->system->gears, k, state->region[k], w->x[k][l],
-                                       change.stiffness[k], change.backlash[k]);
+                                       change.stiffness[k], change.backlash[k]) +
+                         held + stuck[k] * (w->x[k][l] - state->x[k]);
+    }
+    return true;
+}
+
+/* What a parameter, and the elongations at the step's start, change there; false where that is nothing. */
+static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *state, int column, er_cause cause,
+                     er_lanes *load)
+{
+    const er_robot *robot = r->system->robot;
+    bool is_any = find_parameter(r, state, column, cause, load);
+    if (robot->elements == 0)
+        return is_any;
+    if (!is_any)
+        memset(load, 0, (size_t)r->m * sizeof *load);
+    for (int k = 0; k < r->m; k++) {
+        double held = er_elements_torque(robot, k, r->system->gears->slip_torque[k], s->elongation[column]) -
+                      s->stuck[k] * s->x[column][k];
+        for (int l = 0; l < ER_STAGES; l++)
+            load[k][l] += held;
+    }
     return true;
 }
 
@@ -256,7 +286,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     er_share share[ER_STAGES];
     int entry;
     er_cause cause = er_cause_of(r->system->robot, column, &entry);
-    bool has_own = find_parameter(r, state, column, cause, own);
+    bool has_own = find_own(s, r, state, column, cause, own);
     int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
@@ -291,11 +321,18 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     return false;
 }
 
+void er_sensitivity_slip(er_sensitivity *s, int element)
+{
+    for (int column = s->first; column < s->first + s->count; column++)
+        s->elongation[column][element] = 0.0;
+}
+
 void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *state,
                            const er_step *step)
 {
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
+    double before[ER_MAX_ANGLES];
     if (s->reason != NULL)
         return;
     prepare(s, r, state, step);
@@ -304,8 +341,10 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
             s->reason = "the linearised step does not converge";
             return;
         }
+        memcpy(before, s->x[column], sizeof before);
         kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column],
                        s->v[column]);
+        er_stops_follow_along(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
     }
     s->still = false;
 }

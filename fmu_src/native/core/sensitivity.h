@@ -11,7 +11,8 @@
 
 /* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
  * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
- * damping and backlash of each entry of x. */
+ * damping, backlash and hysteresis of each entry of x;
+ * friction and torque of each motor, which move nothing under ideal drives. */
 typedef enum {
     ER_BY_WRENCH,
     ER_BY_Q,
@@ -27,13 +28,16 @@ typedef enum {
     ER_BY_STIFFNESS,
     ER_BY_DAMPING,
     ER_BY_BACKLASH,
+    ER_BY_HYSTERESIS,
+    ER_BY_FRICTION,
+    ER_BY_TORQUE,
     ER_CAUSES
 } er_cause;
 
 enum { ER_CONTACT_ENTRIES = 8 }; /* normal included */
 enum {
     ER_MAX_DIRECTIONS = 2 * 6 + 3 * ER_MAX_JOINTS + 2 * 3 + ER_SYMMETRIC + ER_CONTACT_ENTRIES + 3 +
-    3 * ER_MAX_ANGLES
+    4 * ER_MAX_ANGLES + 2 * ER_MAX_JOINTS
 };
 
 /* The first column of a cause; of ER_CAUSES the number of columns. */
@@ -48,7 +52,7 @@ double *er_contact_entry(er_contact *contact, int place);
 /* A unit change of a column's parameter, times a factor, is added; nothing of other columns. */
 void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change);
 
-/* Columns `first` to `first + count - 1`; of each, the derivatives of x and x'. */
+/* Columns `first` to `first + count - 1`; of each, the derivatives of x, x' and the elements' elongations. */
 typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
@@ -59,10 +63,12 @@ typedef struct er_sensitivity {
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */
     double x[ER_MAX_DIRECTIONS][ER_MAX_ANGLES], v[ER_MAX_DIRECTIONS][ER_MAX_ANGLES];
+    double elongation[ER_MAX_DIRECTIONS][ER_MAX_ELEMENTS];
     /* Of the present step. */
     er_links links;
     double response; /* of the accelerations to torques of 1 N m [rad/s^2]; 0: not asked for yet */
-    ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of the torque curve at the stages [N m/rad] */
+    ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of curve and elements at the stages [N m/rad] */
+    double stuck[ER_MAX_ANGLES];              /* of the elements alone */
 } er_sensitivity;
 
 /* An input's share in the motion of its drive and in the load, a time after they began. */
@@ -83,8 +89,11 @@ void er_sensitivity_start(er_sensitivity *sensitivity, const er_robot *robot, er
 void er_sensitivity_follow(er_sensitivity *sensitivity, const er_run *r, const er_state *state,
                            const er_step *step);
 
-/* Corrects the columns where a coordinate has changed its law at the end of a step. */
+/* Corrects the columns where a coordinate or an element is about to change its law at the end of a step. */
 void er_sensitivity_cross(er_sensitivity *sensitivity, const er_run *r, const er_state *state,
                           const er_step *step, const er_crossing *crossing);
+
+/* An element of hysteresis slips from now on: its elongation does not depend on anything. */
+void er_sensitivity_slip(er_sensitivity *sensitivity, int element);
 
 #endif

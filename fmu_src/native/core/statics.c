@@ -16,6 +16,7 @@ enum { MOST = ER_MAX_ANGLES };
 typedef struct {
     const er_robot *robot;
     const er_gears *gears;
+    const er_history *history;
     const double *gravity, *wrench, *q;
     int m;
     double *x;
@@ -214,16 +215,16 @@ static void list(char *text, size_t room, const char *format, int count, const d
     }
 }
 
-/* At rest without a contact: on a spring, or free, where the way downhill leads out of a ring of branches
+/* At rest without a contact: on a spring or elements of hysteresis, or free, where the way downhill leads out of a ring of branches
  * that follow each other. */
 static bool rest_apart(search *s, const er_load *load)
 {
-    if (!er_anchor_holds(&load->anchor)) {
+    if (!er_anchor_holds(&load->anchor) && s->robot->elements == 0) {
         begin(s);
         if (iterate(s))
             return true;
     }
-    return er_anchored_equilibrium(s->robot, s->gears, s->gravity, s->q, load, s->x);
+    return er_anchored_equilibrium(s->robot, s->gears, s->history, s->gravity, s->q, load, s->x);
 }
 
 /* A contact that is not touched without it changes nothing. */
@@ -240,15 +241,17 @@ static bool rest(search *s, const er_load *load)
         if (!(er_contact_touch(&load->contact, gap).depth > 0.0))
             return true;
     }
-    return er_anchored_equilibrium(s->robot, s->gears, s->gravity, s->q, load, s->x);
+    return er_anchored_equilibrium(s->robot, s->gears, s->history, s->gravity, s->q, load, s->x);
 }
 
-bool er_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
-                    const double *q, const er_load *load, double *x, er_failure *failure)
+bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_history *history,
+                    const double gravity[3], const double *q, const er_load *load, double *x,
+                    er_failure *failure)
 {
     search s;
     char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "", contact[64] = "";
     s.robot = robot, s.gears = gears, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
+    s.history = history;
     s.m = robot->elastics;
     if (s.m == 0)
         return true;
@@ -267,13 +270,14 @@ bool er_equilibrium(const er_robot *robot, const er_gears *gears, const double g
                    " N m%s%s; the joints are too soft for this load", posture, wrench, spring, contact);
 }
 
-bool er_compliance(const er_robot *robot, const er_gears *gears, const double gravity[3],
-                   const double *q, const double *x, const er_load *load, double compliance[6],
-                   er_failure *failure)
+bool er_compliance(const er_robot *robot, const er_gears *gears, const er_stops *stops,
+                   const double gravity[3], const double *q, const double *x, const er_load *load,
+                   double compliance[6], er_failure *failure)
 {
     static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
     int m = robot->elastics, pivot[MOST];
     double theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6], support[ER_SYMMETRIC];
+    double stuck[MOST] = {0.0};
     er_placement placement;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
@@ -284,8 +288,9 @@ bool er_compliance(const er_robot *robot, const er_gears *gears, const double gr
     er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
+    er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
     for (int k = 0; k < m; k++)
-        stiffness[k * m + k] += er_gear_flank_slope(gears, k, x[k]);
+        stiffness[k * m + k] += er_gear_flank_slope(gears, k, x[k]) + stuck[k];
     if (er_load_yields(load)) {
         er_load_support(load, placement.tool_position, support);
         er_add_support(robot, &placement, support, stiffness);

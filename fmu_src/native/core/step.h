@@ -15,6 +15,7 @@
 #include "kernel.h"
 #include "trajectory.h"
 #include "gear.h"
+#include "motors.h"
 #include "gauss.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
@@ -41,9 +42,12 @@ typedef struct {
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
     int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
+    er_stops stops;                      /* of hysteresis and friction; these last, as few robots have any */
+    er_motors motors;
 } er_state;
 
-/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x' = 0. */
+/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + H + d x' = 0,
+ * H the torque of the elements of hysteresis. */
 typedef struct {
     const er_robot *robot;
     const er_gears *gears;
@@ -55,6 +59,8 @@ typedef struct {
     bool anchored; /* the stiffness of the contact spring is not zero */
     bool changing; /* the rate of the wrench is not zero */
     bool contacting; /* there is a contact that may press */
+    er_drive_kind drive; /* ideal: the motors do not move by themselves */
+    const double *torque; /* that motors without servo exert [N m] */
 } er_system;
 
 /* How accurate it shall be, and with which arithmetic. */
@@ -71,6 +77,8 @@ typedef struct {
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];         /* of the stages [rad/s^2] */
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];               /* at its end */
     double a[ER_MAX_ANGLES];                                 /* of the polynomial, at its end */
+    ER_ALIGNED er_lanes motor_acceleration[ER_MAX_JOINTS];   /* p'' of the stages [rad/s^2] */
+    er_motor_end motors;
     double error;                                            /* estimate of the local error [rad] */
     int passes;                                              /* of Newton's method */
     double rate;                                             /* at which it converges */
@@ -86,6 +94,7 @@ typedef struct {
     ER_ALIGNED er_vector gap; /* from the TCP to the anchor [m] */
     ER_ALIGNED er_pull pull;
     er_contact_motion contact[ER_LANES];
+    er_motor_work motors;
     er_motion motion;
     er_placement placement;
     er_linearisation linearisation; /* of the matrices that follow */
@@ -101,17 +110,20 @@ typedef struct {
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
-/* Where a step's polynomial first leaves the region in which a coordinate obeys one smooth law. */
+/* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
+ * reverses, sticks again, a contact. */
+typedef enum { ER_AT_EDGE, ER_AT_SLIP, ER_AT_REVERSAL, ER_AT_CONTACT } er_change_of_law;
+
+/* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
-    int coordinate;  /* or ER_DEPTH */
-    double boundary; /* value that it passes [rad], or [m] */
+    er_change_of_law at;
+    int coordinate;  /* of x; none of a contact */
+    int element;     /* that slips */
+    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m] */
     int outward;     /* 1: rises through the boundary, -1: falls */
-    int region;      /* the region beyond */
+    int region;      /* of the backlash, beyond; whether the contact presses there */
     double fraction; /* place in the step, in (0, 1] */
 } er_crossing;
-
-/* In er_crossing: no coordinate, the depth of a contact. */
-enum { ER_DEPTH = -1 };
 
 /* A contact begins this far behind the plane [m], so that rounding does not undo it, and ends at it: what
  * presses never pulls. */
@@ -121,13 +133,6 @@ enum { ER_DEPTH = -1 };
  * the end of a step. */
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first);
 
-/* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
-bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
-                       double tolerance, double h, const double *x, const double *v,
-                       const er_lanes *acceleration, er_crossing *first);
-
-/* The collocation equations of one step, solved by simplified Newton iteration. */
-
 /* The parts of an integration that its functions share. */
 typedef struct {
     const er_system *system;
@@ -135,7 +140,13 @@ typedef struct {
     const er_means *means;
     er_workspace *work;
     int m;
+    int motors; /* that move by themselves */
 } er_run;
+
+/* The first crossing of a coordinate in a solved step, if any. */
+bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first);
+
+/* The collocation equations of one step, solved by simplified Newton iteration. */
 
 /* Solves the collocation equations of a step from the accelerations in it; false if that fails.
  * `accuracy` is the error that the iteration may leave in x [rad]. */
@@ -160,6 +171,34 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
  * w->pull; NULL without all three. */
 const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
 
+/* The motors in a step (motors.c), where there are any that move by themselves.
+ *
+ * Where x and x' of the state are counted from the commands, as the chain moves: w->motors.x and .v. */
+void er_motors_begin(const er_run *r, const er_state *state);
+
+/* p, p', w and z at the stages, from the accelerations in a step; at its end, and what the step has of it. */
+void er_motors_stages(const er_run *r, const er_state *state, const er_step *step);
+void er_motors_end(const er_run *r, const er_state *state, er_step *step);
+
+/* Turns w->x and w->v, of the chain, into wind-ups, and keeps w->residual as what acts on gears beside their torque. */
+void er_motors_wind_up(const er_run *r, int states);
+
+/* Residuals of the motors from w->residual, where the gears' torques are now, and p''. */
+void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
+                        int states);
+
+/* Takes the motors out of Newton's matrix: the slope of each gear becomes less. */
+void er_motors_eliminate(const er_run *r, const er_state *state, er_complex_pair *matrix);
+
+/* Takes the motors' residuals into w->residual before a pass of Newton's method, and what the pass does to the
+ * motors into the step behind it; returns the length of that [rad/s^2]. */
+void er_motors_before(const er_run *r, const er_step *step);
+double er_motors_after(const er_run *r, er_step *step);
+
+/* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
+ * acceleration. */
+double er_motors_defect(const er_run *r, double *defect);
+
 /* The matrices of Newton's method for a step's stages. */
 
 /* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of
@@ -167,13 +206,15 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
  * finite. */
 bool er_linearise(const er_run *r, const er_state *state, double h);
 
-/* Has the matrices of a linearisation in the workspace, which may hold them already. */
-void er_linearise_as(const er_run *r, const er_linearisation *linearisation);
+/* Has the matrices of a state's linearisation in the workspace, which may hold them already. */
+void er_linearise_as(const er_run *r, const er_state *state);
 
 /* Lets the next step have matrices of its own. */
 void er_relinearise(er_workspace *work);
 
-/* Begins an integration at the x and v that are in the state. */
+void er_state_copy(const er_robot *robot, er_state *to, const er_state *from);
+
+/* Begins an integration at the x and v that are in the state, and its elements of hysteresis. */
 void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time);
 
 /* Integrates to a time.  If that fails, the state is somewhere in between. */

@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -23,10 +24,20 @@ void er_state_start(er_state *state, const er_robot *robot, const er_gears *gear
         state->region[k] = er_gear_region(gears, k, state->x[k]);
 }
 
+void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)
+{
+    memcpy(to, from, offsetof(er_state, stops)); /* a library's copy is faster than an assignment of this size */
+    er_stops_copy(robot, &to->stops, &from->stops);
+    if (robot->motors > 0)
+        to->motors = from->motors;
+}
+
 /* Stage accelerations at other nodes of a step's polynomial. */
 static void interpolate(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
 {
     double weight[ER_STAGES][ER_STAGES];
+    if (m == 0)
+        return;
     er_gauss_interpolation(start, ratio, weight);
     for (int k = 0; k < m; k++) {
         er_lanes values;
@@ -42,11 +53,21 @@ static void interpolate(int m, double start, double ratio, const er_lanes *known
 /* Stage accelerations to start from: the last step's polynomial, continued. */
 static void guess(const er_run *r, const er_state *state, double h, er_step *step)
 {
-    if (state->predictor_step > 0.0)
-        interpolate(r->m, 1.0, h / state->predictor_step, (const er_lanes *)state->predictor,
-                    step->acceleration);
-    else
+    if (state->predictor_step > 0.0) {
+        double ratio = h / state->predictor_step;
+        interpolate(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
+        interpolate(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
+    } else {
         memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
+        memset(step->motor_acceleration, 0, (size_t)r->motors * sizeof *step->motor_acceleration);
+    }
+}
+
+/* Those of a part of a step that was tried. */
+static void guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step)
+{
+    interpolate(r->m, 0.0, ratio, (const er_lanes *)tried->acceleration, step->acceleration);
+    interpolate(r->motors, 0.0, ratio, (const er_lanes *)tried->motor_acceleration, step->motor_acceleration);
 }
 
 /* Solves a step as one of the tries that are left. */
@@ -60,21 +81,36 @@ static bool try_step(const er_run *r, const er_state *state, double h, double ac
     return er_solve_step(r, state, h, accuracy, step);
 }
 
-/* How far a step's end is beyond a boundary [rad, m], and at what rate it goes on. */
+/* How far a step's end is beyond a boundary [rad, rad/s, m], and at what rate it goes on. */
 static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
 {
     int k = crossing->coordinate;
-    *rate = crossing->outward * (k == ER_DEPTH ? er_end_approach(r, step) : step->v[k]);
-    return crossing->outward * ((k == ER_DEPTH ? step->depth[ER_DEGREE] : step->x[k]) - crossing->boundary);
+    bool of_motor = crossing->at != ER_AT_CONTACT && k >= r->m;
+    double value = of_motor ? step->motors.angle[k - r->m] : step->x[k];
+    *rate = of_motor ? step->motors.rate[k - r->m] : step->v[k];
+    if (crossing->at == ER_AT_REVERSAL) {
+        value = *rate;
+        *rate = of_motor ? step->motors.acceleration[k - r->m] : step->a[k];
+    } else if (crossing->at == ER_AT_CONTACT) {
+        value = step->depth[ER_DEGREE];
+        *rate = er_end_approach(r, step);
+    }
+    *rate *= crossing->outward;
+    return crossing->outward * (value - crossing->boundary);
 }
 
-/* How far a step may miss a boundary [rad, m]. */
-static double find_allowed(const er_run *r, int coordinate)
+/* How far a step may miss a boundary [rad, rad/s, m]. */
+static double find_allowed(const er_run *r, const er_crossing *crossing)
 {
-    return r->settings->landing *
-           (coordinate == ER_DEPTH ? ER_CONTACT_SLACK
-                                   : er_gear_slack(r->system->gears, r->settings, coordinate,
-                                                   r->means->tolerance));
+    const er_robot *robot = r->system->robot;
+    double tolerance = r->means->tolerance, slack = ER_CONTACT_SLACK;
+    switch (crossing->at) {
+    case ER_AT_EDGE: slack = er_gear_slack(r->system->gears, r->settings, crossing->coordinate, tolerance); break;
+    case ER_AT_SLIP: slack = er_stop_slack(robot, crossing->element, tolerance); break;
+    case ER_AT_REVERSAL: slack = er_reversal_slack(robot, crossing->coordinate, tolerance); break;
+    case ER_AT_CONTACT: break;
+    }
+    return r->settings->landing * slack;
 }
 
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
@@ -83,13 +119,15 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
 {
     er_step *landed = &r->work->landed;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = find_allowed(r, crossing->coordinate);
-    memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
+    double allowed = find_allowed(r, crossing), accuracy = r->settings->landing_iteration * allowed;
+    if (crossing->at == ER_AT_REVERSAL)
+        accuracy *= r->settings->longest_step; /* of x for that of x' (er_solve_step) */
+    guess_part(r, h / from, step, landed);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
-        interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
-                    landed->acceleration);
-        if (!try_step(r, state, h, r->settings->landing_iteration * allowed, landed))
+        if (trial > 0)
+            guess_part(r, h / from, landed, landed);
+        if (!try_step(r, state, h, accuracy, landed))
             return false;
         beyond = find_beyond(r, crossing, landed, &rate);
         if (fabs(beyond) <= allowed)
@@ -106,10 +144,30 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
 {
     if (r->work->sensitivity != NULL)
         er_sensitivity_follow(r->work->sensitivity, r, state, step);
+    er_stops_follow(r->system->robot, &state->stops, state->x, step->x);
+    if (r->motors > 0) {
+        er_motors *motors = &state->motors;
+        er_stops_follow_motors(r->system->robot, &state->stops, motors->angle, step->motors.angle);
+        memcpy(motors->angle, step->motors.angle, sizeof motors->angle);
+        memcpy(motors->rate, step->motors.rate, sizeof motors->rate);
+        memcpy(motors->integral, step->motors.integral, sizeof motors->integral);
+    }
     memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
     memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
     state->predictor_step = step->length;
     state->rate = fmin(step->rate, 1.0);
+}
+
+static void slip(const er_run *r, er_state *state, const er_crossing *crossing)
+{
+    const er_robot *robot = r->system->robot;
+    for (int j = 0; j < er_all_elements(robot); j++) {
+        if (!er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+            continue;
+        if (r->work->sensitivity != NULL)
+            er_sensitivity_slip(r->work->sensitivity, j);
+        er_stops_slip(robot, &state->stops, j, crossing->outward);
+    }
 }
 
 static void take_crossing(const er_run *r, er_state *state, const er_step *step,
@@ -119,15 +177,22 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     if (r->work->sensitivity != NULL)
         er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
     state->time += step->length;
-    if (crossing->coordinate == ER_DEPTH)
-        state->touching = crossing->region;
-    else
-        state->region[crossing->coordinate] = crossing->region;
+    switch (crossing->at) {
+    case ER_AT_EDGE: state->region[crossing->coordinate] = crossing->region; break;
+    case ER_AT_SLIP: slip(r, state, crossing); break;
+    case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
+    case ER_AT_CONTACT: state->touching = crossing->region; break;
+    }
     state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             state->predictor[k][l] = step->a[k];
+    for (int d = 0; d < r->motors; d++)
+        for (int l = 0; l < ER_STAGES; l++) {
+            state->motors.predictor[d][l] = step->motors.pa[d];
+            state->predictor[r->system->robot->motor[d].coordinate][l] += step->motors.pa[d];
+        }
     state->rate = 1.0;
     r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
@@ -161,9 +226,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
             guess(r, state, h, step);
         } else {
             factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
-            bool crosses =
-                er_first_crossing(r->system->gears, settings, state->region, tolerance, h, state->x,
-                                  state->v, (const er_lanes *)step->acceleration, &crossing);
+            bool crosses = er_first_crossing(r, state, step, &crossing);
             if (r->system->contacting)
                 crosses = er_earlier_contact(state->touching == 1, step->depth, crosses, &crossing);
             if (crosses) {
@@ -177,8 +240,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
             } else {
                 shorter = h * fmax(settings->strongest_cut, factor);
             }
-            interpolate(r->m, 0.0, shorter / h, (const er_lanes *)step->acceleration,
-                        step->acceleration);
+            guess_part(r, shorter / h, step, step);
             h = shorter;
         }
         wanted = h;
@@ -196,6 +258,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     state->time = reaches_target ? target : state->time + h;
     state->step = fmin(proposal, settings->longest_step);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
+    memcpy(state->motors.predictor, step->motor_acceleration, (size_t)r->motors * sizeof *state->predictor);
     if (step->passes > settings->usual_passes)
         er_relinearise(r->work);
     return true;
@@ -264,14 +327,15 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
                 er_workspace *work, er_failure *failure)
 {
     const er_settings *settings = &system->robot->settings;
-    er_run r = {system, settings, means, work, system->robot->elastics};
+    er_run r = {system, settings, means, work, system->robot->elastics,
+                system->drive == ER_IDEAL ? 0 : system->robot->motors};
     const double start = state->time, length = end - start;
     /* What is left after a crossing just before the end may be less than any step. */
     double longest = settings->longest_step;
     double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
     work->tries = most_tries(settings, means->tolerance, length);
     work->made = 0;
-    er_linearise_as(&r, &state->linearisation);
+    er_linearise_as(&r, state);
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */

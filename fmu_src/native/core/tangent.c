@@ -141,7 +141,9 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     const er_memory *memory = &model->memory;
     const er_gears *gears = &model->gears;
     static const double no_wrench[6] = {0.0};
-    er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
+    const er_stops *stops = &memory->state.stops;
+    er_change change = {acting->held, {0.0}, {0.0}, acting->parameters, {0.0}};
+    double stuck[MOST] = {0.0};
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
     double of_gravity[MOST], wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
@@ -154,19 +156,21 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
     er_load_support(&memory->held.load, p.at.tool_position, yielding);
     er_add_support(robot, &p.at, yielding, support);
+    er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its backlash, whatever the others do. */
-        bool neutral = er_gear_switches(gears, k) && at == 0.0;
+        bool neutral = er_gear_switches(gears, k) && !(gears->slip_torque[k] > 0.0) && at == 0.0;
         for (int j = 0; j < m; j++)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
-            neutral ? 1.0 : er_gear_slope(gears, k, er_gear_region(gears, k, at), at);
+            neutral ? 1.0 : er_gear_slope(gears, k, er_gear_region(gears, k, at), at) + stuck[k];
         x[k] = neutral ? 0.0
                        : x[k] + of_gravity[k] -
                              er_gear_along(gears, k, er_gear_region(gears, k, at), at,
                                            change.parameters.stiffness[k],
-                                           change.parameters.backlash[k]);
+                                           change.parameters.backlash[k]) -
+                             er_elements_torque(robot, k, change.parameters.hysteresis[k], stops->elongation);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
@@ -209,7 +213,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
-    double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC];
+    double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC], stuck[MOST] = {0.0};
+    double of_hysteresis[MOST] = {0.0};
     static const double no_wrench[6] = {0.0};
     er_moved p;
     memset(compliance, 0, 6 * sizeof *compliance);
@@ -227,9 +232,12 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     }
     er_load_support(&memory->held.load, p.at.tool_position, support);
     er_add_support(robot, &p.at, support, stiffness);
+    er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
+    er_stops_stiffness(robot, change->parameters.hysteresis, &memory->state.stops, of_hysteresis);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
-        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x);
+        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x) + stuck[k];
+        softening[k * m + k] -= of_hysteresis[k];
         softening[k * m + k] -= er_gear_flank_curvature(&model->gears, k, x) * change->x[k] +
                                 er_gear_flank_slope_along(&model->gears, k, x,
                                                           change->parameters.stiffness[k],

@@ -99,6 +99,24 @@ static bool gear_torque_along(er_instance *instance, const er_change *change, do
     return true;
 }
 
+static bool find_motor_torque(er_instance *instance, double *values)
+{
+    const er_robot *robot = &instance->model->robot;
+    for (int i = 0; i < instance->interface.torsions; i++)
+        values[i] = er_model_drive(instance->model, robot->elastic_joint[instance->interface.torsion[i]]).torque;
+    return true;
+}
+
+static bool motor_torque_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    const er_robot *robot = &instance->model->robot;
+    gear_torque_along(instance, change, derivatives);
+    for (int i = 0; i < instance->interface.torsions; i++)
+        derivatives[i] += er_ideal_torque_along(instance->model, change,
+                                                robot->elastic_joint[instance->interface.torsion[i]]);
+    return true;
+}
+
 static size_t size_of_q(const er_instance *instance)
 {
     return (size_t)instance->model->robot.joints * sizeof(double);
@@ -106,7 +124,8 @@ static size_t size_of_q(const er_instance *instance)
 
 static bool find_motor_angle(er_instance *instance, double *values)
 {
-    memcpy(values, instance->model->memory.held.q, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        values[i] = er_model_drive(instance->model, i).angle;
     return true;
 }
 
@@ -118,13 +137,60 @@ static bool motor_angle_along(er_instance *instance, const er_change *change, do
 
 static bool find_motor_rate(er_instance *instance, double *values)
 {
-    memcpy(values, instance->model->memory.held.qd, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        values[i] = er_model_drive(instance->model, i).rate;
     return true;
 }
 
 static bool motor_rate_along(er_instance *instance, const er_change *change, double *derivatives)
 {
     memcpy(derivatives, change->held.qd, size_of_q(instance));
+    return true;
+}
+
+static bool find_elongation(er_instance *instance, double *values)
+{
+    const er_model *model = instance->model;
+    memcpy(values, model->memory.state.stops.elongation, (size_t)model->robot.elements * sizeof *values);
+    return true;
+}
+
+static bool elongation_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memcpy(derivatives, change->elongation, (size_t)instance->model->robot.elements * sizeof *derivatives);
+    return true;
+}
+
+/* Rates of elongations where the coordinates have rates. */
+static void follow_rates(const er_instance *instance, const double *v, double *rates)
+{
+    static const double still[ER_MAX_ANGLES];
+    const er_model *model = instance->model;
+    memset(rates, 0, (size_t)model->robot.elements * sizeof *rates);
+    er_stops_follow_along(&model->robot, &model->memory.state.stops, still, v, rates);
+}
+
+static bool find_elongation_rate(er_instance *instance, double *values)
+{
+    follow_rates(instance, instance->model->memory.state.v, values);
+    return true;
+}
+
+static bool elongation_rate_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    follow_rates(instance, change->v, derivatives);
+    return true;
+}
+
+static bool find_slips(er_instance *instance, double *values)
+{
+    er_exchange_slips(instance, values);
+    return true;
+}
+
+static bool slips_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    er_exchange_slips_along(instance, change, derivatives);
     return true;
 }
 
@@ -198,7 +264,7 @@ static void watch_limits(er_instance *instance, int reference)
 
 /* Place of what is set, and of how it changes. */
 #define AT(input, change) .place = offsetof(er_inputs, input), .along = offsetof(er_change, change)
-#define STATE(entry) .place = offsetof(er_state, entry), .along = offsetof(er_change, entry)
+#define STATE(entry, change) .place = offsetof(er_state, entry), .along = offsetof(er_change, change)
 #define RATE(input) .rate = offsetof(er_inputs, input)
 
 const er_block er_blocks[] = {
@@ -219,22 +285,25 @@ const er_block er_blocks[] = {
      .cause = ER_BY_CONTACT},
     {"contact_normal", ER_INPUT, .fixed = 3, AT(load.contact.normal, held.load.contact.normal),
      .cause = ER_BY_NORMAL},
+    {"torque_cmd", ER_INPUT, .motor = 1, AT(command.torque, held.torque), .cause = ER_BY_TORQUE},
 
     {"tcp", ER_OUTPUT, .fixed = 7, .find = find_tcp, .differentiate = tcp_along},
     {"velocity", ER_OUTPUT, .fixed = 6, .find = find_velocity, .differentiate = velocity_along},
     {"rigid", ER_OUTPUT, .fixed = 7, .find = find_rigid, .differentiate = rigid_along},
     {"deviation", ER_OUTPUT, .fixed = 6, .find = find_deviation, .differentiate = deviation_along},
     {"compliance", ER_OUTPUT, .fixed = 6, .find = find_compliance, .differentiate = compliance_along},
-    {"deflection", ER_OUTPUT, .elastic = 1, STATE(x), .find = find_deflection,
+    {"deflection", ER_OUTPUT, .elastic = 1, STATE(x, x), .find = find_deflection,
      .differentiate = deflection_along},
-    {"deflection_rate", ER_OUTPUT, .elastic = 1, STATE(v), .find = find_rate,
+    {"deflection_rate", ER_OUTPUT, .elastic = 1, STATE(v, v), .find = find_rate,
      .differentiate = rate_along},
+    {"elongation", ER_OUTPUT, .element = 1, STATE(stops.elongation, elongation), .find = find_elongation,
+     .differentiate = elongation_along},
     {"contact_force", ER_OUTPUT, .fixed = 3, .find = find_contact_force,
      .differentiate = contact_force_along},
     {"gear_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque,
      .differentiate = gear_torque_along},
-    {"motor_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque, /* the drives have no mass */
-     .differentiate = gear_torque_along},
+    {"motor_torque", ER_OUTPUT, .torsion = 1, .find = find_motor_torque,
+     .differentiate = motor_torque_along},
     {"motor_angle", ER_OUTPUT, .joint = 1, .find = find_motor_angle,
      .differentiate = motor_angle_along},
     {"motor_rate", ER_OUTPUT, .joint = 1, .find = find_motor_rate, .differentiate = motor_rate_along},
@@ -247,14 +316,21 @@ const er_block er_blocks[] = {
      AT(parameters.damping, parameters.damping), .cause = ER_BY_DAMPING},
     {"backlash", ER_TUNABLE, .torsion = 1, .range = ER_NOT_NEGATIVE,
      AT(parameters.backlash, parameters.backlash), .cause = ER_BY_BACKLASH},
+    {"hysteresis", ER_TUNABLE, .hysteretic = 1, .range = ER_NOT_NEGATIVE,
+     AT(parameters.hysteresis, parameters.hysteresis), .cause = ER_BY_HYSTERESIS},
+    {"friction", ER_TUNABLE, .motor = 1, .range = ER_NOT_NEGATIVE, AT(parameters.friction, parameters.friction),
+     .cause = ER_BY_FRICTION},
     {"tolerance", ER_FIXED, .fixed = 1, .range = ER_NOT_NEGATIVE,
      .place = offsetof(er_inputs, tcp_tolerance)},
 
     {"deflection_derivative", ER_LOCAL, .elastic = 1, .find = find_rate, .differentiate = rate_along},
     {"rate_derivative", ER_LOCAL, .elastic = 1, .find = find_acceleration,
      .differentiate = acceleration_along, .from_value = true},
+    {"elongation_derivative", ER_LOCAL, .element = 1, .find = find_elongation_rate,
+     .differentiate = elongation_rate_along},
     {"bend", ER_LOCAL, .torsion = 2, .find = find_bends, .differentiate = bends_along,
      .is_indicator = true},
+    {"slip", ER_LOCAL, .element = 1, .find = find_slips, .differentiate = slips_along, .is_indicator = true},
     {"contact_gap", ER_LOCAL, .fixed = 1, .find = find_contact_gap, .differentiate = contact_gap_along,
      .is_indicator = true},
 };

@@ -157,10 +157,11 @@ bool er_component_exit(er_component *c)
 {
     er_instance *robot;
     er_failure text;
+    bool changed; /* what the master has not read yet */
     char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
     if (!er_component_may(c, ER_CALL_EXIT) ||
         !er_component_told(c, er_instance_start(c->robot) &&
-                                  (!c->robot->exchange.on || er_exchange_settle(c->robot))))
+                                  (!c->robot->exchange.on || er_exchange_settle(c->robot, &changed))))
         return false;
     pass_warning_on(c);
     robot = c->robot;

@@ -91,6 +91,7 @@ bool er_component_deserialise(er_component *c, const void *bytes, size_t size, v
 /* Model exchange, in exchange_calls.c: what an event has changed. */
 typedef struct {
     bool has_next;    /* there is a time event */
+    bool has_changed; /* states have other values */
     double next_time; /* [s] */
 } er_event_update;
 

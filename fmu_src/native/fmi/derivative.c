@@ -115,6 +115,7 @@ static void known_along(const er_instance *instance, int column, double factor, 
 
 static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivity)
 {
+    static const double still[ER_MAX_ANGLES];
     for (int k = 0; k < sensitivity->count; k++) {
         int column = sensitivity->first + k;
         er_change change;
@@ -122,6 +123,8 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
         known_along(instance, column, 1.0, &change);
         if (!er_equilibrium_along(instance->model, &change, sensitivity->x[column]))
             sensitivity->reason = "the stiffness is singular";
+        er_stops_follow_along(&instance->model->robot, &instance->model->memory.state.stops, still,
+                              sensitivity->x[column], sensitivity->elongation[column]);
     }
 }
 
@@ -142,7 +145,7 @@ static bool require_columns(er_instance *instance, er_cause cause)
             if (!er_model_follow(instance->model, &start->state, &start->past, start->end,
                                  &start->command, &start->load, &instance->failure))
                 return false;
-        } else if (start->stepped || !options->undeflected) {
+        } else if (start->stepped || options->initial != ER_UNDEFLECTED) {
             follow_equilibrium(instance, sensitivity);
         }
     }
@@ -170,18 +173,22 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
 {
     const er_options *options = &instance->model->memory.options;
     bool stepped = er_step_start_of(instance)->stepped;
-    double x[ER_MAX_ANGLES];
+    double x[ER_MAX_ANGLES], still[ER_MAX_ANGLES] = {0.0};
     er_change by_time;
     add_drives_by_time(instance, seed, &change->held);
-    if (er_exchange_runs(instance) || (stepped ? !options->quasistatic : options->undeflected))
+    if (er_exchange_runs(instance) || (stepped ? !options->quasistatic : options->initial == ER_UNDEFLECTED))
         return true;
     memset(&by_time, 0, sizeof by_time);
     add_drives_by_time(instance, 1.0, &by_time.held);
     if (!er_equilibrium_along(instance->model, &by_time, x))
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: the stiffness is"
                        " singular", instance->progress.time);
-    for (int k = 0; k < instance->model->robot.elastics; k++)
-        change->x[k] += seed * x[k];
+    for (int k = 0; k < instance->model->robot.elastics; k++) {
+        x[k] *= seed;
+        change->x[k] += x[k];
+    }
+    er_stops_follow_along(&instance->model->robot, &instance->model->memory.state.stops, still, x,
+                          change->elongation);
     return true;
 }
 
@@ -208,6 +215,8 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
         change->x[k] += seed * sensitivity->x[column][k];
         change->v[k] += seed * sensitivity->v[column][k];
     }
+    for (int j = 0; j < robot->elements; j++)
+        change->elongation[j] += seed * sensitivity->elongation[column][j];
     return true;
 }
 
@@ -248,22 +257,26 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
                             double *sensitivity)
 {
     double along[ER_MAX_REALS];
-    unsigned there = 0; /* blocks in `along`, a bit each */
+    uint64_t there = 0; /* blocks in `along`, a bit each */
     er_change change;
     if (!require_kinds(instance, unknowns, unknown_count, knowns, known_count, seed))
         return false;
     if (unknown_count == 0)
         return true;
+    if (er_model_motors(instance->model) > 0)
+        return er_fail(&instance->failure, "derivative: expected drive ideal, as there are none yet of motors that"
+                                           " move by themselves, got drive %s",
+                       instance->model->memory.options.drive == ER_SERVO ? "servo" : "torque");
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
     if (!find_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
         int block = instance->interface.block[unknowns[i]];
-        if ((there & 1u << block) == 0 &&
+        if ((there & ER_BIT(block)) == 0 &&
             !block_along(instance, block, &change, along + instance->interface.first[block]))
             return false;
-        there |= 1u << block;
+        there |= ER_BIT(block);
         sensitivity[i] = along[unknowns[i]];
     }
     return true;

@@ -77,6 +77,62 @@ void er_exchange_bends_along(const er_instance *instance, const er_change *along
     }
 }
 
+/* How far behind their slip angle, or a reversal, elements change [rad]; not before the master integrates. */
+static double slip_slack(const er_instance *instance, int j)
+{
+    const er_model *model = instance->model;
+    const er_robot *robot = &model->robot;
+    if (!er_exchange_runs(instance))
+        return 0.0;
+    if (model->memory.state.stops.slipping[j] == 0)
+        return er_stop_slack(robot, j, model->means.tolerance);
+    return ER_REVERSAL_TIME * er_reversal_slack(robot, robot->element[j].coordinate, model->means.tolerance);
+}
+
+void er_exchange_slips(const er_instance *instance, double *ways)
+{
+    const er_state *state = &instance->model->memory.state;
+    const er_robot *robot = &instance->model->robot;
+    for (int j = 0; j < robot->elements; j++) {
+        const er_element *element = &robot->element[j];
+        int direction = state->stops.slipping[j];
+        ways[j] = slip_slack(instance, j) + (direction == 0
+                                                 ? element->angle - fabs(state->stops.elongation[j])
+                                                 : direction * state->v[element->coordinate] * ER_REVERSAL_TIME);
+    }
+}
+
+void er_exchange_slips_along(const er_instance *instance, const er_change *change, double *ways)
+{
+    const er_stops *stops = &instance->model->memory.state.stops;
+    const er_robot *robot = &instance->model->robot;
+    for (int j = 0; j < robot->elements; j++)
+        ways[j] = stops->slipping[j] == 0
+                      ? -copysign(1.0, stops->elongation[j]) * change->elongation[j]
+                      : stops->slipping[j] * change->v[robot->element[j].coordinate] * ER_REVERSAL_TIME;
+}
+
+/* Lets elements slip or stick that are beyond where they do. */
+static bool settle_elements(er_instance *instance)
+{
+    er_stops *stops = &instance->model->memory.state.stops;
+    const er_robot *robot = &instance->model->robot;
+    double ways[ER_MAX_ELEMENTS];
+    bool changed = false;
+    er_exchange_slips(instance, ways);
+    for (int j = 0; j < robot->elements; j++) {
+        if (ways[j] > 0.0)
+            continue;
+        if (stops->slipping[j] != 0) {
+            stops->slipping[j] = 0;
+        } else {
+            er_stops_slip(robot, stops, j, stops->elongation[j] > 0.0 ? 1 : -1);
+            changed = true;
+        }
+    }
+    return changed;
+}
+
 /* Whether trajectory and experiment reach as far; solvers look ahead and interpolate. */
 static bool is_covered(er_instance *instance)
 {
@@ -84,8 +140,9 @@ static bool is_covered(er_instance *instance)
            er_instance_require_before_stop(instance, instance->progress.time);
 }
 
-bool er_exchange_settle(er_instance *instance)
+bool er_exchange_settle(er_instance *instance, bool *changed)
 {
+    *changed = false;
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
     for (int t = 0; t < instance->interface.torsions; t++) {
@@ -94,12 +151,14 @@ bool er_exchange_settle(er_instance *instance)
         double x = instance->model->memory.state.x[instance->interface.torsion[t]];
         instance->exchange.piece[t] = er_bends_piece(&bends, instance->exchange.piece[t], x, slack);
     }
+    *changed = settle_elements(instance);
     instance->fresh = 0;
     return true;
 }
 
 bool er_exchange_completed(er_instance *instance, bool *has_event)
 {
+    double slips[ER_MAX_ELEMENTS];
     double ways[2 * ER_MAX_JOINTS]; /* whether the contact is touched is no choice that an event makes */
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
@@ -107,6 +166,9 @@ bool er_exchange_completed(er_instance *instance, bool *has_event)
     *has_event = false;
     for (int i = 0; i < 2 * instance->interface.torsions; i++)
         *has_event |= ways[i] <= 0.0;
+    er_exchange_slips(instance, slips);
+    for (int j = 0; j < instance->model->robot.elements; j++)
+        *has_event |= slips[j] <= 0.0;
     return true;
 }
 

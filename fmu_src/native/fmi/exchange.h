@@ -1,8 +1,9 @@
 /* Model exchange: the robot as a differential equation that the master integrates.
  *
- * The states are x and x'; their derivatives are a function of time, states, inputs and parameters alone.
- * What an event changes is only which bends of the torque curves are watched: the event indicators say
- * how far each gear is from leaving the piece of its curve on which it was at the last event.  Drives
+ * The states are x, x' and the elongations of elements of hysteresis; their derivatives are a function of time,
+ * states, inputs and parameters, and of which elements slip.  What an event changes is that, and which bends of
+ * the torque curves are watched: the event indicators say how far each gear is from leaving the piece of its
+ * curve on which it was at the last event, and each element from slipping or sticking.  Drives
  * follow their trajectory by time, or the inputs as they are at the moment.
  */
 #ifndef ER_EXCHANGE_H
@@ -10,6 +11,9 @@
 
 #include "../core/tangent.h"
 #include "instance.h"
+
+/* Turns a rate into a way, of about a first step [s]. */
+#define ER_REVERSAL_TIME 1e-3
 
 /* Whether states and time are the master's: initialisation has ended. */
 bool er_exchange_runs(const er_instance *instance);
@@ -27,8 +31,14 @@ void er_exchange_bends(const er_instance *instance, double *ways);
 /* How they change with x and backlash. */
 void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
 
-/* Chooses the pieces anew, as events do.  Time must be one of the trajectory's. */
-bool er_exchange_settle(er_instance *instance);
+/* Ways of the elements to their slip angles [rad], of those that slip to the reversal of their coordinates, which is
+ * their rate times ER_REVERSAL_TIME; and how they change. */
+void er_exchange_slips(const er_instance *instance, double *ways);
+void er_exchange_slips_along(const er_instance *instance, const er_change *change, double *ways);
+
+/* Chooses pieces, and which elements slip, anew, as events do: `changed` tells of elongations that are other ones
+ * now.  Time must be one of the trajectory's. */
+bool er_exchange_settle(er_instance *instance, bool *changed);
 
 /* Whether a gear has left its piece; and refuses times that the trajectory does not cover. */
 bool er_exchange_completed(er_instance *instance, bool *has_event);

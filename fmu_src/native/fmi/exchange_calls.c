@@ -100,7 +100,7 @@ bool er_component_enter_continuous(er_component *c)
 
 bool er_component_update(er_component *c, er_event_update *update)
 {
-    if (!may_exchange(c, ER_CALL_UPDATE) || !er_component_told(c, er_exchange_settle(c->robot)))
+    if (!may_exchange(c, ER_CALL_UPDATE) || !er_component_told(c, er_exchange_settle(c->robot, &update->has_changed)))
         return false;
     update->next_time = er_exchange_next_event(c->robot);
     update->has_next = isfinite(update->next_time) != 0;

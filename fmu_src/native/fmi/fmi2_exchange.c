@@ -27,7 +27,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     info->newDiscreteStatesNeeded = fmi2False;
     info->terminateSimulation = fmi2False;
     info->nominalsOfContinuousStatesChanged = fmi2False;
-    info->valuesOfContinuousStatesChanged = fmi2False;
+    info->valuesOfContinuousStatesChanged = update.has_changed ? fmi2True : fmi2False;
     info->nextEventTimeDefined = update.has_next ? fmi2True : fmi2False;
     info->nextEventTime = update.has_next ? update.next_time : 0.0;
     return fmi2OK;

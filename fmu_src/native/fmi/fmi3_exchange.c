@@ -39,7 +39,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update, f
         !er_component_given(c, 1, nominals_changed, values_changed) ||
         !er_component_given(c, 1, has_next, next) || !er_component_update(c, &update))
         return fmi3Error;
-    *needs_update = *terminate = *nominals_changed = *values_changed = fmi3False;
+    *needs_update = *terminate = *nominals_changed = fmi3False;
+    *values_changed = update.has_changed;
     *has_next = update.has_next;
     *next = update.has_next ? update.next_time : 0.0;
     return fmi3OK;

@@ -59,7 +59,7 @@ struct er_instance {
     unsigned columns; /* causes of model->sensitivity that belong to the present state, a bit each */
     unsigned beyond; /* drives that are told to go beyond their limits, a bit each */
     bool warned;     /* `failure` says what is wrong with values that were taken all the same */
-    unsigned fresh; /* blocks of `outputs` that belong to the present state, a bit each */
+    uint64_t fresh; /* blocks of `outputs` that belong to the present state, a bit each */
     double outputs[ER_MAX_REALS];
     er_failure failure;
 };

@@ -8,15 +8,17 @@
 
 #include <stddef.h>
 
-#include "../core/sensitivity.h"
+#include "../core/model.h"
 
 typedef struct er_instance er_instance;
 struct er_change;
 
 /* As many blocks of reals, reals and blocks of states as there may be. */
-enum { ER_MAX_BLOCKS = 32,
-       ER_MAX_REALS = 512,
+enum { ER_MAX_BLOCKS = 64, /* as a mask has bits */
+       ER_MAX_REALS = 1024,
        ER_MAX_STATES = 4 };
+
+#define ER_BIT(place) (UINT64_C(1) << (place))
 
 typedef enum { ER_INPUT,
                ER_OUTPUT,
@@ -33,7 +35,8 @@ typedef enum { ER_ANY_NUMBER,
 typedef struct {
     const char *name; /* in the table */
     er_kind kind;
-    int fixed, joint, elastic, torsion; /* variables: so many, and so many for each of the robot's */
+    /* Variables: so many, and so many for each of the robot's; `hysteretic` are torsions with elements. */
+    int fixed, joint, elastic, torsion, hysteretic, element, motor;
     er_range range;
     /* Of inputs and parameters: their place in er_inputs, in bytes; of states that in er_state. */
     size_t place;
@@ -52,14 +55,14 @@ typedef struct {
 extern const er_block er_blocks[];
 extern const int er_block_count;
 
-/* String variables, in their order; the choices of the last three are those of er_options. */
-enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
+/* String variables, in their order; the choices of all but the first are those of er_options. */
+enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_DRIVE, ER_STRINGS };
 
 #define ER_MAX_CHOICES ER_MAX_LAWS
 #define ER_NAME 64
 #define ER_BLANK '~' /* stands for a blank in a name */
 #define ER_UNIT 16
-#define ER_CHOICE 16
+#define ER_CHOICE 32
 
 typedef struct {
     char name[ER_NAME];
@@ -91,6 +94,8 @@ typedef struct {
     int size[ER_MAX_BLOCKS];         /* its number of variables */
     int torsions;                    /* entries of x with a backlash */
     int torsion[ER_MAX_JOINTS];      /* these entries */
+    int hysteretics;                 /* entries of x with elements of hysteresis */
+    int hysteretic[ER_MAX_JOINTS];   /* these entries */
     unsigned char block[ER_MAX_REALS]; /* of each real */
     unsigned char array[ER_MAX_REALS]; /* elements of the FMI 3.0 variable that starts there, or 0 */
     char name[ER_MAX_REALS][ER_NAME];  /* of each real, in sentences */
@@ -110,7 +115,9 @@ static inline const er_block *er_block_of(const er_interface *interface, unsigne
 static inline int er_entry(const er_interface *interface, unsigned reference)
 {
     int block = interface->block[reference], k = (int)reference - interface->first[block];
-    return er_blocks[block].torsion > 0 ? interface->torsion[k] : k;
+    return er_blocks[block].torsion > 0      ? interface->torsion[k]
+           : er_blocks[block].hysteretic > 0 ? interface->hysteretic[k]
+                                             : k;
 }
 
 /* Whether it is an output or local, computed when it is read. */

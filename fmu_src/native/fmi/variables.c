@@ -28,7 +28,7 @@ static size_t run_of(const er_interface *in, const unsigned *references, size_t 
 {
     int block = in->block[references[0]];
     size_t left = (size_t)(in->first[block] + in->size[block]) - references[0], run = 1;
-    if (er_blocks[block].torsion > 0 && !er_is_computed(&er_blocks[block]))
+    if ((er_blocks[block].torsion > 0 || er_blocks[block].hysteretic > 0) && !er_is_computed(&er_blocks[block]))
         return 1;
     while (run < count && run < left && references[run] == references[0] + run)
         run++;
@@ -37,7 +37,7 @@ static size_t run_of(const er_interface *in, const unsigned *references, size_t 
 
 bool er_instance_require(er_instance *instance, int block)
 {
-    unsigned bit = 1u << block;
+    uint64_t bit = ER_BIT(block);
     if ((instance->fresh & bit) != 0) /* nothing has changed since */
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance) ||
@@ -215,7 +215,8 @@ static bool require_string(er_instance *instance, unsigned reference, unsigned *
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value)
 {
     const er_options *options = &instance->model->memory.options;
-    const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->undeflected};
+    const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->initial,
+                                      options->drive};
     unsigned which;
     if (!require_string(instance, reference, &which))
         return false;
@@ -268,7 +269,8 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
-    case ER_INITIAL_STATE: options->undeflected = chosen == 1; break;
+    case ER_DRIVE: options->drive = (er_drive_kind)(chosen > 0 ? chosen : 0); break;
+    case ER_INITIAL_STATE: options->initial = (er_initial)(chosen > 0 ? chosen : 0); break;
     }
     return chosen >= 0 || er_let_retry(&instance->failure);
 }

@@ -1,0 +1,101 @@
+"""A robot whose gears have hysteresis, simulated plainly: Runge and Kutta's steps on Pinocchio.
+
+M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s = clip(s + dx, +-a) from the
+start of each step on: no event is located, and nothing is shared with the inverse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.path.histories import JointPath, ToolPath
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot, StopElement
+from elastic_robot.kinematics import tcp_jacobian
+from elastic_robot.parameters import Parameters
+from elastic_robot.torque_curves import TORQUE_CURVES
+
+ANGLES = (2e-5, 6e-5, 1.5e-4)  # [rad]
+
+
+def with_hysteresis(robot: Robot, torques: tuple[float, ...]) -> Robot:
+    """Give each elastic joint three elements that together slip at a torque [N m]; 0: none."""
+    joints = tuple(
+        replace(joint, hysteresis=tuple(StopElement(torque / 3.0, a) for a in ANGLES))
+        if torque
+        else joint
+        for joint, torque in zip(robot.joints, torques, strict=True)
+    )
+    return replace(robot, joints=joints)
+
+
+def replayed(
+    robot: Robot, curve: str, command: JointPath, wrench, deflection: np.ndarray, step: float
+) -> ToolPath:
+    """Return the tool's path under a command from a deflection at rest, to which elements came unloaded.
+
+    Args:
+        robot, curve: The robot and its gears' torque curve.
+        command: Motion of the drives.
+        wrench: Function from times to wrenches (k, 6).
+        deflection: Elastic coordinates at the first time [rad], (m,).
+        step: Length of a step [s].
+    """
+    chain = build_chain(robot)
+    model, data, rows = chain.model, chain.model.createData(), chain.elastic
+    parameters = Parameters.of(robot)
+    law, damping = TORQUE_CURVES[curve].build(parameters), parameters.damping
+    gears = [joint for joint in robot.joints if joint.stiffness is not None]
+    own = [
+        (int(k), stop.slip_torque, stop.slip_angle)
+        for k, joint in zip(chain.torsions, gears, strict=True)
+        for stop in joint.hysteresis
+    ]
+    of = np.array([k for k, _, _ in own], dtype=int)
+    a = np.array([angle for *_, angle in own])
+    stiff = np.array([torque / angle for _, torque, angle in own])
+    sums = np.zeros((len(damping), len(own)))
+    sums[of, np.arange(len(own))] = stiff
+    first, last = float(command.time[0]), float(command.time[-1])
+    count = round((last - first) / step)
+    times = first + step / 2.0 * np.arange(2 * count + 1)
+    times[-1] = min(times[-1], last)
+    q, qd, qdd = command.trajectory.at(times)
+    loads = wrench(times)
+    loaded = loads.any(axis=1)
+    block = np.ix_(rows, rows)
+
+    def acceleration(j, x, v, s, x0):
+        theta, rate, bend = chain.theta(q[j], x), chain.theta(qd[j], v), chain.theta(qdd[j])
+        need = pin.rnea(model, data, theta, rate, bend)
+        if loaded[j]:
+            need = need - loads[j] @ tcp_jacobian(chain, data, theta)
+        stretched = np.minimum(np.maximum(s + x[of] - x0[of], -a), a)
+        pull = need[rows] + law.torque(x) + damping * v + sums @ stretched
+        return -np.linalg.solve(pin.crba(model, data, theta)[block], pull)
+
+    x, v = deflection.copy(), np.zeros(len(damping))
+    s = np.clip(x[of], -a, a)
+    found = np.empty((count + 1, 7))
+    h = times[2] - times[0]
+    for n in range(count + 1):
+        pin.forwardKinematics(model, data, chain.theta(q[2 * n], x))
+        place = pin.updateFramePlacement(model, data, chain.tcp)
+        found[n] = pin.SE3ToXYZQUAT(place)
+        if n == count:
+            break
+        a1 = acceleration(2 * n, x, v, s, x)
+        v2 = v + 0.5 * h * a1
+        a2 = acceleration(2 * n + 1, x + 0.5 * h * v, v2, s, x)
+        v3 = v + 0.5 * h * a2
+        a3 = acceleration(2 * n + 1, x + 0.5 * h * v2, v3, s, x)
+        v4 = v + h * a3
+        a4 = acceleration(2 * n + 2, x + h * v3, v4, s, x)
+        new = x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
+        v = v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+        s = np.minimum(np.maximum(s + new[of] - x[of], -a), a)
+        x = new
+    return ToolPath(times[::2], found)
