@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum import held, pendulum
+from pendulum import dynamics_of, held, pendulum
 from random_robots import make_robot, robots, with_hysteresis
 
 from elastic_robot.description import Robot, StopElement
-from elastic_robot.errors import EquilibriumError
+from elastic_robot.errors import EquilibriumError, ParameterError
 from elastic_robot.hysteresis import Elements, Hysteresis, Past
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.snapshot import Snapshot
-from elastic_robot.tool_load import ContactSpring, Load
+from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import ContactSpring, Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 SEEDS = st.integers(0, 10**6)
@@ -196,6 +197,13 @@ def test_elements_that_never_slip_are_a_stiffer_spring(seed):
             one.reset(0.0, held(q), load) if k == 0 else one.step(float(k), held(q), load)
         np.testing.assert_allclose(both[0].deflection(), both[1].deflection(), rtol=0, atol=1e-11)
         np.testing.assert_allclose(both[0].compliance(), both[1].compliance(), rtol=1e-9)
+
+
+def test_an_equilibrium_without_the_past_of_its_elements_is_refused():
+    dynamics, parameters = dynamics_of(pendulum(hysteresis=ELEMENTS))
+    curve = TORQUE_CURVES["linear"].build(parameters)
+    with pytest.raises(ParameterError, match="expected where the gears come from"):
+        equilibrium(dynamics, curve, np.zeros(1), ToolLoad())
 
 
 def test_a_robot_that_buckles_is_an_error_with_the_load():
