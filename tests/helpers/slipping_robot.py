@@ -1,7 +1,7 @@
 """A robot whose gears have hysteresis, simulated plainly: Runge and Kutta's steps on Pinocchio.
 
-M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s = clip(s + dx, +-a) from the
-start of each step on: no event is located, and nothing is shared with the inverse.
+M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s = clip(s + dx, +-a) from
+the start of each step on: no event is located, and nothing is shared with the inverse.
 """
 
 from __future__ import annotations
@@ -34,8 +34,10 @@ def with_hysteresis(robot: Robot, torques: tuple[float, ...]) -> Robot:
 
 def replayed(
     robot: Robot, curve: str, command: JointPath, wrench, deflection: np.ndarray, step: float
-) -> ToolPath:
-    """Return the tool's path under a command from a deflection at rest, to which elements came unloaded.
+) -> tuple[ToolPath, np.ndarray]:
+    """Return the tool's path and deflections (k, m) under a command, from a deflection at rest.
+
+    To that the elements came from unloaded.
 
     Args:
         robot, curve: The robot and its gears' torque curve.
@@ -84,13 +86,14 @@ def replayed(
 
     x = deflection
     y, v, s = drives[0, rows] + x, rates[0, rows].copy(), np.clip(x[of], -a, a)
-    found = np.empty((count + 1, 7))
+    found, deflections = np.empty((count + 1, 7)), np.empty((count + 1, len(x)))
     h = times[2] - times[0]
     for n in range(count + 1):
         theta = drives[2 * n].copy()
         theta[rows] = y
         pin.forwardKinematics(model, data, theta)
         found[n] = pin.SE3ToXYZQUAT(pin.updateFramePlacement(model, data, chain.tcp))
+        deflections[n] = x
         if n == count:
             break
         a1 = acceleration(2 * n, y, v, s, x)
@@ -104,4 +107,4 @@ def replayed(
         v = v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
         before, x = x, y - drives[2 * n + 2, rows]
         s = np.minimum(np.maximum(s + x[of] - before[of], -a), a)
-    return ToolPath(times[::2], found)
+    return ToolPath(times[::2], found), deflections
