@@ -236,7 +236,7 @@ def test_the_link_moves_as_wanted_behind_a_gear_that_slips(kind, degree):
 
 
 def test_a_part_of_a_drive_goes_on_as_the_whole_does():
-    """With other coefficients than before in both: the part's elements come from where the whole's do."""
+    """With other coefficients than before in both: its elements come from where the whole's do."""
     random, rows = np.random.default_rng(4), CommandRows(0.0, 0.004, 200, 5)
     drive = GearDrive.of(link_task("backlash", 500.0), rows)
     coefficients = 1e-4 * random.normal(size=rows.coefficients).cumsum()

@@ -1,4 +1,4 @@
-"""The inverse of robots whose gears have hysteresis, on a plain simulation of them; and who refuses them."""
+"""The inverse of robots whose gears have hysteresis, on a plain simulation; and who refuses them."""
 
 from __future__ import annotations
 
@@ -87,18 +87,18 @@ def inverted(robot, curve, wanted, controller=Controller()):  # noqa: B008
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
 def test_the_tool_stays_on_its_path_though_gears_slip(robot, plain, wanted, curve):
-    """Within 0.1 um; the command of the robot without elements leaves more than 30."""
+    """Within 0.1 um; the command of the robot without elements leaves more than 20."""
     command, inverse = inverted(robot, curve, wanted)
     assert missed(robot, curve, wanted, command, inverse.links) < 1e-7
     other, _ = inverted(plain, curve, wanted)
-    assert missed(robot, curve, wanted, other, inverse.links) > 3e-5
+    assert missed(robot, curve, wanted, other, inverse.links) > 2e-5
 
 
 def test_the_exact_drive_keeps_the_tool_on_its_path(robot, wanted):
     """Its rows are a millisecond apart."""
     _, inverse = inverted(robot, "backlash", wanted)
     exact = right_command(MovingRobot(robot, "backlash"), wanted)
-    assert missed(robot, "backlash", wanted, exact, inverse.links) < 1e-8
+    assert missed(robot, "backlash", wanted, exact, inverse.links) < 5e-8
 
 
 def test_the_tool_answers_a_change_of_the_command_as_gears_that_stick_and_slip_let_it(
@@ -108,7 +108,7 @@ def test_the_tool_answers_a_change_of_the_command_as_gears_that_stick_and_slip_l
     moving = MovingRobot(robot, "backlash")
     command, inverse = inverted(robot, "backlash", wanted)
     theta = inverse.links.theta
-    begin, joint, change = 100, 1, 1e-7
+    begin, joint, change = 60, 0, 1e-8
     turned = inverse.command.coefficients.copy()
     turned[begin, joint] += change
     other = joint_path(replace(inverse.command, coefficients=turned))
@@ -126,9 +126,9 @@ def test_the_tool_answers_a_change_of_the_command_as_gears_that_stick_and_slip_l
         return answer[:, :3, 0, joint]
 
     size = np.abs(seen).max()
-    assert np.abs(told(moving.elements) - seen).max() < 0.03 * size
+    assert np.abs(told(moving.elements) - seen).max() < 0.02 * size
     none = tuple(replace(own, slip_torque=0.0 * own.slip_torque) for own in moving.elements)
-    assert np.abs(told(none) - seen).max() > 0.1 * size
+    assert np.abs(told(none) - seen).max() > 0.05 * size
 
 
 class Simulated:
@@ -157,12 +157,11 @@ def test_the_polish_lowers_what_limited_drives_leave(robot, wanted):
     polished = inverter.invert(wanted, controller, 1e-7, lambda event: None).joints
     before = missed(robot, "backlash", wanted, joint_path(limited.command), inverse.links)
     after = missed(robot, "backlash", wanted, polished, inverse.links)
-    print(before, after)
     assert after < 0.6 * before
 
 
 def test_elements_hold_a_gear_in_its_backlash(robot, plain):
-    """A torque that changes sign eight times, within what they take: no reversal, all of the time inside."""
+    """A torque that changes sign eight times, within what they take: no reversal, always inside."""
     time = np.linspace(0.0, 8.0, 2001)
     for torque, reversals in ((30.0, 0), (500.0, 8)):
         swing = torque * np.cos(np.pi * time)[:, None] * np.ones(5)
