@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from coupling.case.robots import OneOfCurves, described, resolved_description
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive, Schema, Vector3
-from coupling.robot.mismatch import ModelMismatch, Plant, PlantRobot
+from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant, PlantRobot
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
 
@@ -42,6 +42,7 @@ class _PlantRobotTable(Schema):
     stiffness_factor: PositiveFactors = [1.0]
     damping_factor: Factors = [1.0]
     backlash_factor: Factors = [1.0]
+    hysteresis_factor: Factors = [1.0]
     payload_kg: NotNegative = 0.0
     payload_position_m: Vector3 | None = None
 
@@ -72,11 +73,12 @@ class _PlantRobotTable(Schema):
             tuple(self.stiffness_factor),
             tuple(self.damping_factor),
             tuple(self.backlash_factor),
+            tuple(self.hysteresis_factor),
             self.payload_kg,
             None if place is None else tuple(place),
         )
         curve = self.torque_curve or torque_curve
-        for name in ("stiffness", "damping", "backlash"):
+        for name in FACTORS:
             count = len(getattr(difference, name))
             if count not in (1, len(robot.joints)):
                 raise CaseError(
@@ -194,6 +196,7 @@ class StudyTable(Schema):
         coverage: Share of further robots that the band is to hold.
         joints: "alike": one factor for all joints; "each": one for each joint, independent.
         stiffness_factor, damping_factor, backlash_factor: Factors of the robots' gears and tilts.
+        hysteresis_factor: Factor of the slip torques of the gears that have elements.
         force_factor: Factor of the process's whole wrench.
         payload_kg: Mass that the tool of the first robot carries in addition.
         payload_position_m: Its place in the last body's frame; the TCP unless given.
@@ -207,6 +210,7 @@ class StudyTable(Schema):
     stiffness_factor: Uncertain = None
     damping_factor: Uncertain = None
     backlash_factor: Uncertain = None
+    hysteresis_factor: Uncertain = None
     force_factor: Uncertain = None
     payload_kg: Uncertain = None
     payload_position_m: Vector3 | None = None
@@ -227,10 +231,11 @@ class StudyTable(Schema):
         return found or dict(DEFAULT_SPREADS)
 
 
-SPREADS = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor", "payload_kg")
+SPREADS = (*(f"{name}_factor" for name in FACTORS), "force_factor", "payload_kg")
 DEFAULT_SPREADS = {
     "stiffness_factor": Distribution(low=0.98, high=1.02),
     "damping_factor": Distribution(low=0.8, high=1.2),
     "backlash_factor": Distribution(low=0.8, high=1.2),
+    "hysteresis_factor": Distribution(low=0.7, high=1.3),
     "force_factor": Distribution(low=0.95, high=1.05),
 }

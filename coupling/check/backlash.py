@@ -1,4 +1,4 @@
-"""What a wrong backlash would leave of a command that is right, found by simulating it.
+"""What a wrong backlash or hysteresis would leave of a command that is right, found by simulating it.
 
 No formula of the gears alone tells that.  A gear that does not reverse is off by the error dB of its
 half width B, and one that changes it by 2 dB, as long as its link follows.  But in the backlash only the
@@ -35,11 +35,11 @@ _WATCHED = 0.004
 
 
 @dataclass(frozen=True)
-class WrongBacklash:
-    """What a command that is right for a robot leaves on one with another backlash in all gears.
+class WrongGears:
+    """What a command that is right for a robot leaves on one of which all gears are others.
 
     Attributes:
-        name: By how much, in words.
+        name: What is other and by how much, in words, such as backlash +20 %.
         deviation: Deviation from the desired path.
     """
 
@@ -47,10 +47,10 @@ class WrongBacklash:
     deviation: Deviation
 
 
-def wrong_backlash(
+def wrong_gears(
     moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch = unwatched
-) -> tuple[WrongBacklash, ...]:
-    """Return what robots with another backlash leave, as `coupling.run.robustness` varies it.
+) -> tuple[WrongGears, ...]:
+    """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
         moving: The robot.
@@ -59,17 +59,18 @@ def wrong_backlash(
         watch: Function that is told how far the work is.
 
     Returns:
-        One for each variation of the backlash; none where no gear has any.
+        One for each variation of backlash and hysteresis, but for those that no gear has.
 
     Raises:
         SimulationError: If the robot cannot be simulated.
     """
     changed = {
-        variation.name: variation.difference.parameters(model.robot, model.torque_curve)
+        variation.name: parameters
         for variation in VARIATIONS
-        if variation.difference.backlash != (1.0,)
+        if variation.name.startswith(("backlash", "hysteresis"))
+        and (parameters := variation.difference.parameters(model.robot, model.torque_curve))
     }
-    if not any(changed.values()):
+    if not changed:
         return ()
     command = right_command(moving, wanted, watch)
     desired = SampledPath.of(wanted.path).refined(_WATCHED).path
@@ -78,7 +79,7 @@ def wrong_backlash(
     for name, parameters in changed.items():
         robot = ChangedRobot(model.fmu, parameters, name)
         path = robot.simulate(command, loads, "dynamic")
-        found.append(WrongBacklash(name, measure(path, desired)))
+        found.append(WrongGears(name, measure(path, desired)))
     return tuple(found)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.case.file import Case
-from coupling.check.backlash import WrongBacklash, wrong_backlash
+from coupling.check.backlash import WrongGears, wrong_gears
 from coupling.check.room import Clearance, room_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
@@ -43,7 +43,8 @@ class CheckedRobot:
         gears: What the gears go through.
         backlash: What a command that is right leaves with another backlash in all gears; none where no
             gear has any.
-        unknown: Why that is not known, or empty.
+        hysteresis: The same of other slip torques; None where no gear has elements.
+        unknown: Why they are not known, or empty.
         warnings: Rated loads and gear torques that are passed.
     """
 
@@ -54,7 +55,8 @@ class CheckedRobot:
     demands: tuple[DriveMotion, ...]
     room: Clearance
     gears: tuple[GearDiagnosis, ...]
-    backlash: tuple[WrongBacklash, ...]
+    backlash: tuple[WrongGears, ...]
+    hysteresis: tuple[WrongGears, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
 
@@ -81,7 +83,12 @@ def checked(
             moving = MovingRobot(placed.description, placed.torque_curve)
             gears = diagnose(moving, wanted)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)
-            backlash, unknown = _with_wrong_backlash(moving, models, wanted, watch)
+            slips = any(joint.hysteresis for joint in moving.robot.joints)
+            wrong, unknown = _with_wrong_gears(moving, slips, models, wanted, watch)
+            backlash, hysteresis = (
+                tuple(own for own in wrong if own.name.startswith(kind))
+                for kind in ("backlash", "hysteresis")
+            )
             found.append(
                 CheckedRobot(
                     placed.description.name,
@@ -92,6 +99,7 @@ def checked(
                     room_around(placed.description, path, q),
                     gears,
                     backlash,
+                    hysteresis if slips else None,
                     unknown,
                     tuple(passed(placed.ratings, wanted.wrench, gears)),
                 )
@@ -99,14 +107,14 @@ def checked(
     return tuple(found)
 
 
-def _with_wrong_backlash(
-    moving: MovingRobot, models: Models, wanted: DesiredMotion, watch: Watch
-) -> tuple[tuple[WrongBacklash, ...], str]:
-    """Return what a wrong backlash leaves, or why that is not known: no reason to say nothing else."""
-    if not np.any(moving.backlash):
+def _with_wrong_gears(
+    moving: MovingRobot, slips: bool, models: Models, wanted: DesiredMotion, watch: Watch
+) -> tuple[tuple[WrongGears, ...], str]:
+    """Return what wrong gears leave, or why that is not known: no reason to say nothing else."""
+    if not (slips or np.any(moving.backlash)):
         return (), ""
     try:
         model = models.of(moving.robot, moving.torque_curve)
-        return wrong_backlash(moving, model, wanted, watch), ""
+        return wrong_gears(moving, model, wanted, watch), ""
     except (BuildError, HostError, SimulationError) as error:
         return (), str(error)

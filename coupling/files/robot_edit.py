@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import MutableMapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import tomlkit
+from tomlkit.container import OutOfOrderTableProxy
 from tomlkit.items import AoT
 
-from coupling.files.sources import SOURCES
+from coupling.files.robot_schema import JointTable, UrdfJoint
+from coupling.files.sources import SOURCES, lost_places, numbers
 from coupling.files.toml_file import document
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
@@ -50,8 +53,15 @@ class RobotEdit:
         self._tilt_remarks: dict[tuple[int, int], str] = {}
 
     def change(self, name: str, value: object, source: str = "") -> None:
-        """Give a parameter another value, with what [sources] says of it."""
+        """Give a parameter another value, with what [sources] says of it.
+
+        The elements of a gear's hysteresis stay as they are: those of a data sheet, which follow from
+        stiffness and backlash, take its place in the file before one of these changes.
+        """
         place, table, key = self._found(name)
+        joint, tilt = place_of(name)
+        if key in ("stiffness", "backlash") and not tilt:
+            self._write_elements(joint)
         table[key] = value
         if source:
             self._set_source(f"{place}.{key}", source)
@@ -94,6 +104,31 @@ class RobotEdit:
             urdf["file"] = Path(os.path.relpath(file, target.parent.resolve())).as_posix()
         above = "".join(f"{f'# {line}'.rstrip()}\n" for line in head.splitlines())
         return f"{above}\n{tomlkit.dumps(self._content)}"
+
+    def _write_elements(self, joint: int) -> None:
+        """Write backlash and elements of a gear for the numbers of its data sheet, if it has these."""
+        at, table = self._joints[joint]
+        data = self._content.unwrap()
+        schema = UrdfJoint if "urdf" in data else JointTable
+        own = schema.model_validate(data["joint"][at - 1])
+        if not own.gear.from_sheet:
+            return
+        sheet = [n for n in numbers(data) if n.place.startswith(f"joint[{at}].gear.")]
+        source = "from " + ", ".join(f"{n.place.rpartition('.')[2]} = {n.value}" for n in sheet)
+        source += "".join(f"; {text}" for text in dict.fromkeys(n.source for n in sheet) if text)
+        backlash, elements = own.hysteresis()
+        if isinstance(table["gear"], OutOfOrderTableProxy):  # dotted keys, which cannot be deleted
+            del table["gear"]
+            table["gear"] = tomlkit.inline_table()
+        for key in list(table["gear"]):
+            del table["gear"][key]
+        table["gear"]["hysteresis"] = [asdict(element) for element in elements]
+        self._set_source(f"joint[{at}].gear.hysteresis", source)
+        if own.gear.lost_motion_arcmin is not None:
+            table["backlash"] = backlash
+            self._set_source(f"joint[{at}].backlash", source)
+        for key in lost_places(self._content.unwrap()):
+            del self._content[SOURCES][key]
 
     def _set_source(self, place: str, source: str) -> None:
         """Set what [sources] says of a number."""

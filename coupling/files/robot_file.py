@@ -26,7 +26,7 @@ from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, StopElement, Tilt
+from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
 
@@ -65,14 +65,40 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    data = load_toml(path, RobotFileError)
-    schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
-    file = validate(data, schema, RobotFileError, str(path))
+    data, file = _validated(path)
     try:
         require_places(data)
     except ValueError as cause:
         raise RobotFileError(f"{path}: {cause}") from cause
     return file.name, numbers(data)
+
+
+def hysteresis_in_words(path: Path) -> list[str]:
+    """Return a line for each gear of a robot file that has hysteresis; a URDF is not opened.
+
+    Raises:
+        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
+    """
+    lines = []
+    for number, joint in enumerate(_validated(path)[1].joint, start=1):
+        try:
+            backlash, elements = joint.hysteresis()
+        except ValueError as cause:
+            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+        if elements:
+            each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
+            lines.append(
+                f"joint[{number}].gear: hysteresis"
+                f" {sum(element.slip_torque for element in elements):.4g} N m ({each}), backlash"
+                f" {backlash:.4g} rad"
+            )
+    return lines
+
+
+def _validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
+    data = load_toml(path, RobotFileError)
+    schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
+    return data, validate(data, schema, RobotFileError, str(path))
 
 
 def load_robot(path: str | Path) -> Robot:
@@ -201,15 +227,13 @@ def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, wh
             max_rate=rigid.max_rate if keys.max_rate is None else keys.max_rate,
             max_acceleration=keys.max_acceleration,
             torque_table=tuple((a, t) for a, t in keys.torque_table or []) or None,
-            hysteresis=tuple(
-                StopElement(stop.slip_torque, stop.slip_angle) for stop in keys.gear.hysteresis
-            ),
         )
         if elastic.torque_table:
             akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between
+        backlash, elements = keys.hysteresis()
     except ValueError as cause:
         raise RobotFileError(f"{where}: {cause}") from cause
-    return elastic
+    return replace(elastic, backlash=backlash, hysteresis=elements)
 
 
 def _payload(given: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:

@@ -6,8 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.files.gear_table import GearTable
 from coupling.files.toml_file import Positive, Schema, Vector3
-from elastic_robot.description import Body
+from elastic_robot.description import Body, StopElement
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -49,19 +50,6 @@ class GearTorque(Schema):
         return self
 
 
-class StopElementTable(Schema):
-    """An entry of a gear's `hysteresis`."""
-
-    slip_torque: float
-    slip_angle: float
-
-
-class GearTable(Schema):
-    """[joint.gear]: what a gear has beside stiffness, damping and backlash."""
-
-    hysteresis: list[StopElementTable] = []
-
-
 class JointElasticity(Schema):
     """Elasticity of a joint, and the limits of its drive and its gear."""
 
@@ -83,7 +71,32 @@ class JointElasticity(Schema):
                 "gear_torque_Nm: expected a stiffness beside it, as the torque is that of a gear that"
                 " gives way, got none: give one, or leave gear_torque_Nm out"
             )
+        if self.gear.model_fields_set and self.stiffness is None:
+            raise ValueError("gear: expected a stiffness beside it, got none: the joint is rigid")
+        if self.gear.from_sheet and self.torque_table is not None:
+            raise ValueError(
+                "gear: hysteresis_width_arcmin: expected no torque_table beside it, as the width is that"
+                " of a gear with one stiffness, got one: give the elements of hysteresis"
+            )
+        if self.gear.lost_motion_arcmin is not None and "backlash" in self.model_fields_set:
+            raise ValueError(
+                "gear: lost_motion_arcmin: expected no backlash beside it, as it tells the backlash, got"
+                f" backlash = {self.backlash!r}"
+            )
         return self
+
+    def hysteresis(self) -> tuple[float, tuple[StopElement, ...]]:
+        """Return the half width of the gear's backlash [rad] and the elements of its hysteresis.
+
+        Raises:
+            ValueError: If no gear has them.
+        """
+        if self.stiffness is None:
+            return self.backlash, ()
+        try:
+            return self.gear.hysteresis_of(self.stiffness, self.backlash)
+        except ValueError as cause:
+            raise ValueError(f"gear: {cause}") from cause
 
 
 class JointTable(BodyTable, JointElasticity):

@@ -69,17 +69,22 @@ def by_source(numbers: Sequence[Number]) -> dict[str, list[str]]:
     return found
 
 
+def lost_places(data: Mapping[str, Any]) -> list[str]:
+    """Return the keys of [sources] that are not the place of any number."""
+    places = [place for place, _ in _places(data)]
+    keys = data.get(SOURCES, {})
+    return [key for key in keys if not any(_covers(key, place) for place in places)]
+
+
 def require_places(data: Mapping[str, Any]) -> None:
     """Refuse a key of [sources] that is not the place of any number.
 
     Raises:
         ValueError: With the key, and what it may be.
     """
-    places = [place for place, _ in _places(data)]
-    for key in data.get(SOURCES, {}):
-        if not any(_covers(key, place) for place in places):
-            known = dict.fromkeys(_INDEX.sub("", place) for place in places)
-            raise ValueError(f"{SOURCES}: {one_of(known, key, ' (with or without [number])')}")
+    for key in lost_places(data):
+        known = dict.fromkeys(_INDEX.sub("", place) for place, _ in _places(data))
+        raise ValueError(f"{SOURCES}: {one_of(known, key, ' (with or without [number])')}")
 
 
 def _places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

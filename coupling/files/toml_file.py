@@ -46,7 +46,7 @@ def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
             return tomllib.load(stream)
     except OSError as cause:
         raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as cause:
+    except ValueError as cause:  # of the syntax, the encoding, or an integer of thousands of digits
         raise error(f"{path}: is not valid TOML: {cause}") from cause
 
 
@@ -117,7 +117,8 @@ def problem(item: Any, schema: type[BaseModel]) -> str:
     expected = item["msg"]
     for said, noun in _AS_A_NOUN.items():
         expected = re.sub(said, noun, expected)
-    return f"{_join(place)}expected {expected}, got {item['input']!r}"
+    got = item["ctx"]["actual_length"] if item["type"] == "too_long" else repr(item["input"])
+    return f"{_join(place)}expected {expected}, got {got}"
 
 
 def _join(place: Sequence[str | int]) -> str:

@@ -1,4 +1,4 @@
-"""The elastic parameters of a robot: stiffness and damping of gears and tilts, backlash of gears."""
+"""The elastic parameters of a robot: stiffness and damping of gears and tilts, the gears' backlash."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
+# What is fitted.
 KINDS = ("backlash", "stiffness", "damping")
 
 
@@ -21,10 +22,10 @@ class RobotParameter:
 
     Attributes:
         name: Name in the FMU, `joint[1].stiffness`.
-        kind: One of `KINDS`.
+        kind: One of `KINDS`, or "hysteresis", the torque at which all elements of a gear slip.
         coordinate: Number of its elastic coordinate.
         gear: Number of its gear; None for a tilt.
-        value: Value in the robot file [N m/rad, N m s/rad, rad].
+        value: Value in the robot file [N m/rad, N m s/rad, rad, N m].
     """
 
     name: str
@@ -48,7 +49,7 @@ def robot_parameters(
         robot: The robot.
         torque_curve: A name of `TORQUE_CURVES`; a linear one has no backlash, and a gear with a table of
             its own under "spline" neither backlash nor stiffness.
-        kinds: Those of `KINDS` that count, in their order.
+        kinds: Those that count, in their order.
     """
     chain, nominal = build_chain(robot), Parameters.of(robot)
     found = []
@@ -60,7 +61,7 @@ def robot_parameters(
                 continue
             value = float(getattr(nominal, kind)[row])
             gear = None if tilt else int(np.flatnonzero(chain.torsions == row)[0])
-            if value > 0.0 and (kind == "damping" or not tabled):
+            if value > 0.0 and (kind in ("damping", "hysteresis") or not tabled):
                 found.append(RobotParameter(f"{name}.{kind}", kind, row, gear, value))
     return tuple(found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from coupling.fmu_export.grouping import Groups
@@ -114,18 +114,24 @@ def _tool(robot: Robot) -> str:
     )
 
 
-def _joints(joints: Iterable[Joint]) -> str:
+def _joints(joints: Sequence[Joint]) -> str:
     rows = []
+    hysteresis = ["hysteresis: slip torque [N m] at slip angle [rad]"]
+    if not any(joint.hysteresis for joint in joints):
+        hysteresis = []
     for number, joint in enumerate(joints, start=1):
         limits = _vector(joint.limits) if joint.limits else ""
         highest = [f"{v:.6g}" if v else "" for v in (joint.max_rate, joint.max_acceleration)]
         elastic = ["rigid", "", ""]
         if joint.stiffness is not None:
             elastic = [f"{v:.6g}" for v in (joint.stiffness, joint.damping, joint.backlash)]
+        if hysteresis:
+            slips = [(own.slip_torque, own.slip_angle) for own in joint.hysteresis]
+            elastic.append(", ".join(f"{torque:.6g} at {angle:.6g}" for torque, angle in slips))
         geometry = [_vector(joint.origin), _vector(joint.axis)]
         rows.append([f"joint[{number}]", joint.name, *geometry, limits, *highest, *elastic])
         for k, tilt in enumerate(joint.tilt, start=1):
-            elastic = [f"{tilt.stiffness:.6g}", f"{tilt.damping:.6g}", ""]
+            elastic = [f"{tilt.stiffness:.6g}", f"{tilt.damping:.6g}", "", *[""] * len(hysteresis)]
             name = f"joint[{number}].tilt[{k}]"
             rows.append([name, "", "", _vector(tilt.axis), "", "", "", *elastic])
     return _table(
@@ -134,6 +140,7 @@ def _joints(joints: Iterable[Joint]) -> str:
             *["", "name", "origin [m]", "axis"],
             *["limits [rad]", "rate [rad/s]", "acceleration [rad/s&sup2;]"],
             *["stiffness [N m/rad]", "damping [N m s/rad]", "backlash [rad]"],
+            *hysteresis,
         ],
         rows,
     )

@@ -7,15 +7,15 @@ from dataclasses import asdict
 
 import pinocchio as pin
 
-from elastic_robot.description import Body, Joint, Robot
+from coupling.files.gear_table import MOST_ELEMENTS
+from elastic_robot.description import Body, Drive, Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.settings import SETTINGS
 
 VERSION = 2
-# What the C core's arrays hold (ER_MAX_JOINTS, ER_MAX_KNOTS and ER_MAX_STOPS in robot_data.h).
+# What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
-MOST_ELEMENTS = 6
 
 
 def robot_text(robot: Robot, guid: str) -> str:
@@ -80,8 +80,27 @@ def _joint_lines(number: int, joint: Joint) -> list[str]:
             f" got {len(joint.hysteresis)}"
         )
     lines += [_line("stop", [stop.slip_torque, stop.slip_angle]) for stop in joint.hysteresis]
+    if joint.drive is not None:
+        lines.append(_motor_line(joint.drive))
     lines += [_line("tilt", [*t.axis, t.stiffness, t.damping]) for t in joint.tilt]
     return [*lines, _body_line(joint.body)]
+
+
+def _motor_line(drive: Drive) -> str:
+    numbers = (
+        drive.inertia,
+        drive.friction,
+        drive.slip_angle,
+        drive.viscous,
+        drive.stribeck,
+        drive.stribeck_rate,
+        drive.position_gain,
+        drive.rate_gain,
+        drive.integral_gain,
+        drive.feed_forward,
+        drive.torque_limit or 0.0,  # without a limit
+    )
+    return _line("motor", numbers)
 
 
 def _body_line(body: Body) -> str:

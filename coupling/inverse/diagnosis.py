@@ -15,7 +15,13 @@ import pinocchio as pin
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import Weights
 from coupling.inverse.links import LinkProblem
-from coupling.inverse.reversals import backlash_miss, backlash_reversals, margin, no_torque
+from coupling.inverse.reversals import (
+    backlash_miss,
+    backlash_reversals,
+    hysteresis_miss,
+    margin,
+    no_torque,
+)
 from coupling.inverse.spline import UniformSpline
 from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
@@ -84,6 +90,8 @@ class GearDiagnosis:
         torque_time: Instant of it [s].
         base_tilt: Smallest tilt of the base that would keep it from reversing; None where it keeps it,
             or none does.
+        slip_miss: Error of the tool at rest behind a reversal if the slip torques of its elements are
+            30 % off [m]; None where it has none.
     """
 
     joint: int
@@ -95,6 +103,7 @@ class GearDiagnosis:
     torque: float
     torque_time: float
     base_tilt: PreloadTilt | None = None
+    slip_miss: float | None = None
 
     @property
     def bias(self) -> float:
@@ -137,7 +146,10 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]
     in_backlash = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
-    miss = backlash_miss(backlash, loads.lever.max(axis=0))
+    lever = loads.lever.max(axis=0)
+    miss = backlash_miss(backlash, lever)
+    slip_torque = model.parameters.hysteresis[model.gears]
+    slip_miss = hysteresis_miss(slip_torque, model.parameters.stiffness[model.gears], lever)
     gravity = np.asarray(model.parameters.gravity)
     return tuple(
         GearDiagnosis(
@@ -152,6 +164,7 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
             base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
             if clear[gear] < 0.0
             else None,
+            slip_miss=float(slip_miss[gear]) if slip_torque[gear] > 0.0 else None,
         )
         for gear, joint in enumerate(model.gear_joint)
     )

@@ -13,8 +13,9 @@ from elastic_robot.settings import SETTINGS
 
 # A torque that would need longer to push a gear through its backlash counts as none [s].
 _LONG = 1.0
-# An error in the backlash that nobody can rule out, as a part of it.
+# Errors in the backlash and in the slip torques that nobody can rule out, as parts of them.
 UNKNOWN_PART = 0.2
+_UNKNOWN_SLIP = 0.3
 
 
 def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
@@ -112,4 +113,21 @@ def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
         lever: Displacement of the TCP by the gear's wind_up, |J| [m/rad], the same shape.
     """
     miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever
+    return miss
+
+
+def hysteresis_miss(
+    slip_torque: np.ndarray, stiffness: np.ndarray, lever: np.ndarray
+) -> np.ndarray:
+    """Return the error of the tool at rest behind a reversal by slip torques 30 % off [m].
+
+    Under one torque, all elements slipping at F together, the wind-up differs by 2 F / k from side to
+    side; 0.3 of it, times how far the tool moves with the gear.
+
+    Args:
+        slip_torque: Slip torque F of all elements of the gear [N m], any shape.
+        stiffness: Stiffness k of the gear beside them [N m/rad], the same shape.
+        lever: Displacement of the TCP by the gear's wind-up, |J| [m/rad], the same shape.
+    """
+    miss: np.ndarray = _UNKNOWN_SLIP * 2.0 * slip_torque / stiffness * lever
     return miss

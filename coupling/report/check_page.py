@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.check.backlash import WrongGears
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
@@ -68,29 +69,34 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
     )
     return [
         Section(robot.name, sentences),
-        Section(f"{robot.name} under {loads}", list(_of_backlash(robot))),
+        Section(f"{robot.name} under {loads}", list(_of_gears(robot))),
         *gear_loads([GearResult.of(gear) for gear in robot.gears]),
         *warned(map(str, robot.warnings)),
     ]
 
 
-def _of_backlash(robot: CheckedRobot) -> Iterator[str]:
-    """Yield what a wrong backlash would leave, and whether any gear reverses."""
-    if not any(gear.backlash for gear in robot.gears):
-        yield "No gear has backlash: a wrong one would not show."
-        return
-    if robot.backlash:
-        deviations = [own.deviation for own in robot.backlash]
-        most = 1e6 * max(own.maximum for own in deviations)
-        rest = 1e6 * max(own.maximum_less_constant for own in deviations)
-        yield (
-            f"{' or '.join(own.name for own in robot.backlash)} in all gears: simulated, a command that"
-            f" is right leaves up to {most:.1f} um, {rest:.1f} um less a constant."
-        )
+def _of_gears(robot: CheckedRobot) -> Iterator[str]:
+    """Yield what a wrong backlash and hysteresis would leave, and whether any gear reverses."""
+    if any(gear.backlash for gear in robot.gears):
+        yield _left("backlash", robot.backlash, robot.unknown)
+        if not any(gear.at_risk for gear in robot.gears):
+            yield "No gear reverses: a wrong backlash shows as little but a constant."
     else:
-        yield f"What a wrong backlash leaves is not known: {robot.unknown}"
-    if not any(gear.at_risk for gear in robot.gears):
-        yield "No gear reverses: a wrong backlash shows as little but a constant."
+        yield "No gear has backlash: a wrong one would not show."
+    if robot.hysteresis is not None:
+        yield _left("hysteresis", robot.hysteresis, robot.unknown)
+
+
+def _left(what: str, wrong: Sequence[WrongGears], unknown: str) -> str:
+    """Return what wrong gears leave, or why that is not known."""
+    if not wrong:
+        return f"What a wrong {what} leaves is not known: {unknown}"
+    most = 1e6 * max(own.deviation.maximum for own in wrong)
+    rest = 1e6 * max(own.deviation.maximum_less_constant for own in wrong)
+    return (
+        f"{' or '.join(own.name for own in wrong)} in all gears: simulated, a command that is right"
+        f" leaves up to {most:.1f} um, {rest:.1f} um less a constant."
+    )
 
 
 def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:

@@ -173,12 +173,14 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
     if not gears:
         return []
     several = len({gear.robot for gear in gears}) > 1
+    slips = any(gear.hysteresis_30_percent_m is not None for gear in gears)
     rows = [
         (
             f"{gear.robot} joint {gear.joint}" if several else f"joint {gear.joint}",
             str(gear.backlash_reversals),
             f"{gear.in_backlash_s:.2f}",
             f"{_UM * gear.backlash_20_percent_m:.0f}",
+            *([f"{_UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
             f"{max(gear.margin_Nm, 0.0):.0f}",
             f"{-gear.margin_Nm:.0f}" if gear.margin_Nm < 0.0 else "-",
             "-" if gear.base_tilt_rad is None else f"{degrees(gear.base_tilt_rad):.1f}",
@@ -190,6 +192,7 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
         "backlash reversals",
         "in backlash [s]",
         "backlash 20 % off, at rest [um]",
+        *(["hysteresis 30 % off, at rest [um]"] if slips else []),
         "clear of zero by [N m]",
         "preload that avoids reversals [N m]",
         "or a base tilted by [deg]",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from coupling.report.section import Section
 from coupling.report.tables import mode_names
-from coupling.results.run_result import RunResult
+from coupling.results.run_result import ReplayResult, RunResult
 
 _UM = 1e6
 
@@ -44,16 +46,28 @@ def sentence(figures: RunResult, process: str) -> str:
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
     return (
         f"{what}, for the {own} {robots} as {count}, under the process {process} on the path that the"
-        f" tool really takes; {_of_backlash(figures)}."
+        f" tool really takes; {_of_gears(figures)}."
     )
+
+
+def _of_gears(figures: RunResult) -> str:
+    """Return what an error of the backlash would do, and one of the hysteresis where gears have any."""
+    rows = [row for row in figures.robustness if row.name.startswith("hysteresis")]
+    if not rows:
+        return _of_backlash(figures)
+    return f"{_of_backlash(figures)}; {_worst(rows)}"
+
+
+def _worst(rows: Sequence[ReplayResult]) -> str:
+    worst = max(rows, key=lambda row: row.deviation_m.maximum)
+    return f"{worst.name} in all gears would leave {_um(worst.deviation_m.maximum)}"
 
 
 def _of_backlash(figures: RunResult) -> str:
     """Return what an error of the backlash would do."""
     rows = [row for row in figures.robustness if row.name.startswith("backlash")]
     if rows:
-        worst = max(rows, key=lambda row: row.deviation_m.maximum)
-        return f"{worst.name} in all gears would leave {_um(worst.deviation_m.maximum)}"
+        return _worst(rows)
     with_backlash = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
     if figures.gears and not with_backlash:
         return "no gear has backlash in this model"

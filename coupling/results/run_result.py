@@ -86,7 +86,7 @@ class ReversalResult(ResultPart):
 class GearResult(ResultPart):
     """What a gear goes through along a path."""
 
-    sparse: ClassVar = ("robot", "swing_Nm")
+    sparse: ClassVar = ("robot", "hysteresis_30_percent_m", "swing_Nm")
 
     robot: str | None = None
     joint: int
@@ -95,6 +95,7 @@ class GearResult(ResultPart):
     in_backlash_s: float
     margin_Nm: float
     backlash_20_percent_m: Annotated[float, From("miss")]
+    hysteresis_30_percent_m: Annotated[float | None, From("slip_miss")] = None
     torque_Nm: float
     torque_time_s: float
     base_tilt_rad: Annotated[float | None, From("base_tilt.angle")]

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.fit.parameters import KINDS, robot_parameters
+from coupling.fit.parameters import robot_parameters
 from elastic_robot.description import Body, Robot, Vector
 
 _NOTHING = (0.0, 0.0, 0.0)
+# Parameters that may differ by a factor, in the order in which they are told.
+FACTORS = ("stiffness", "damping", "backlash", "hysteresis")
 
 
 @dataclass(frozen=True)
@@ -18,8 +20,8 @@ class ModelMismatch:
     """Differences of one robot from its description.
 
     Attributes:
-        stiffness, damping, backlash: Factors of the parameters of the gears and of the tilts at their
-            joints; one for all joints, or one for each, (joints,).
+        stiffness, damping, backlash, hysteresis: Factors of the parameters of the gears and of the tilts
+            at their joints; one for all joints, or one for each, (joints,).
         payload: Mass that the last body carries in addition, as a point [kg], >= 0.
         payload_position: Place of that mass in the last body's frame [m], (3,); None: at the TCP.
 
@@ -34,11 +36,12 @@ class ModelMismatch:
     stiffness: Vector = (1.0,)
     damping: Vector = (1.0,)
     backlash: Vector = (1.0,)
+    hysteresis: Vector = (1.0,)
     payload: float = 0.0
     payload_position: Vector | None = None
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "damping", "backlash"):
+        for name in FACTORS:
             factors = np.array(getattr(self, name))
             least = factors.min(initial=1.0)
             if not np.all(np.isfinite(factors)) or least < 0.0 or (name, least) == ("stiffness", 0):
@@ -74,10 +77,10 @@ class ModelMismatch:
         Raises:
             ValueError: If there are neither one nor as many factors as joints.
         """
-        factors = {kind: self._by_coordinate(kind, robot) for kind in KINDS}
+        factors = {kind: self._by_coordinate(kind, robot) for kind in FACTORS}
         return {
             own.name: value
-            for own in robot_parameters(robot, torque_curve)
+            for own in robot_parameters(robot, torque_curve, FACTORS)
             if (value := float(factors[own.kind][own.coordinate] * own.value)) != own.value
         }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.case.file import Case
+from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable
 
@@ -81,6 +82,12 @@ EXPECTED = {
     "joint.backlash": UsualRange(
         1e-6, 3e-3, "rad", "half a backlash of up to 20 arc minutes", or_none=True
     ),
+    "joint.gear.hysteresis": UsualRange(
+        1e-3, 1e4, "N m", "friction in gears, from small arms to the heaviest robots", or_none=True
+    ),
+    "joint.gear.slip_angle": UsualRange(
+        1e-7, 3e-3, "rad", "up to the width of a loop of 10 arc minutes"
+    ),
     "milling.axial_depth": UsualRange(
         0.0, 2.0, "diameters of the cutter", "slots to about one deep, walls to two"
     ),
@@ -100,11 +107,11 @@ MISTAKEN = {
     "N/m": {"N/mm": 1e3, "N/um": 1e6},
     "N m/rad": {
         "N m/deg": 180.0 / np.pi,
-        "N m/arcmin": 10800.0 / np.pi,
+        "N m/arcmin": 1.0 / ARCMIN,
         "kN m/rad": 1e3,
         "MN m/rad": 1e6,
     },
-    "rad": {"arcmin": np.pi / 10800.0, "deg": np.pi / 180.0},
+    "rad": {"arcmin": ARCMIN, "deg": np.pi / 180.0},
     "1/min": {"1/s": 60.0, "rad/s": 30.0 / np.pi},
     "N": {"kN": 1e3, "mN": 1e-3},
 }
@@ -169,6 +176,10 @@ def _values(case: Case, wrench: WrenchHistory | None) -> Iterator[tuple[str, str
             if joint.stiffness is not None:
                 yield f"{place}: stiffness", "joint.stiffness", joint.stiffness
                 yield f"{place}: backlash", "joint.backlash", joint.backlash
+                slip = sum(element.slip_torque for element in joint.hysteresis)
+                yield f"{place}: hysteresis", "joint.gear.hysteresis", slip
+            for element in joint.hysteresis:
+                yield f"{place}: slip angle", "joint.gear.slip_angle", element.slip_angle
             for tilt in joint.tilt:
                 yield f"{place}: stiffness of a tilt", "joint.tilt.stiffness", tilt.stiffness
     yield from _of_milling(case)

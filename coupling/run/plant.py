@@ -14,7 +14,7 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Process, ProcessResponse
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import ModelMismatch, Plant
+from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant
 from coupling.run.models import Models
 from coupling.run.robustness import differing
 from coupling.solve.correction import Correction
@@ -165,7 +165,7 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
 
 def _of_difference(difference: ModelMismatch) -> list[str]:
     phrases = []
-    for name in ("stiffness", "damping", "backlash"):
+    for name in FACTORS:
         factors = getattr(difference, name)
         if set(factors) != {1.0}:
             phrases.append(f"{name} x {', '.join(f'{factor:g}' for factor in factors)}")

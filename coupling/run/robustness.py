@@ -44,6 +44,8 @@ VARIATIONS = (
     RobotVariation("damping -20 %", ModelMismatch(damping=(0.8,))),
     RobotVariation("backlash +20 %", ModelMismatch(backlash=(1.2,))),
     RobotVariation("backlash -20 %", ModelMismatch(backlash=(0.8,))),
+    RobotVariation("hysteresis +30 %", ModelMismatch(hysteresis=(1.3,))),
+    RobotVariation("hysteresis -30 %", ModelMismatch(hysteresis=(0.7,))),
     RobotVariation("force +5 %", force=1.05),
 )
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import truncnorm
 
 from coupling.case.file import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, Distribution, StudyTable
-from coupling.robot.mismatch import ModelMismatch
-
-_FACTORS = ("stiffness", "damping", "backlash")
+from coupling.robot.mismatch import FACTORS, ModelMismatch
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,8 @@ class StudyParameters:
         silent = []
         for key, spread in table.spreads().items():
             names = _names(key, table, case) if _shows(key, case, loaded) else ()
-            if not names:
+            # Without elements a default is none of the case's: nothing is left out.
+            if not names and (key != "hysteresis_factor" or table.hysteresis_factor is not None):
                 silent.append(key)
             entries += [StudyParameter(name, spread) for name in names]
         place = table.payload_position_m
@@ -132,12 +132,12 @@ class StudyParameters:
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
-            stiffness, damping, backlash = (
-                self._factors(by_name, f"{key}_factor", robot, joints) for key in _FACTORS
-            )
+            factors = {
+                key: self._factors(by_name, f"{key}_factor", robot, joints) for key in FACTORS
+            }
             payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
             differences.append(
-                ModelMismatch(stiffness, damping, backlash, payload, self.payload_position)
+                ModelMismatch(**factors, payload=payload, payload_position=self.payload_position)
             )
         return SampledRobots(tuple(differences), by_name.get("force_factor", 1.0))
 
@@ -158,7 +158,7 @@ def _who(robot: str, robots: int) -> str:
 
 def _names(key: str, table: StudyTable, case: Case) -> tuple[str, ...]:
     """Return the names of a key's parameters."""
-    if table.joints == "alike" or key.removesuffix("_factor") not in _FACTORS:
+    if table.joints == "alike" or key.removesuffix("_factor") not in FACTORS:
         return (key,)
     return tuple(
         f"{_who(robot.name, len(case.robots))}{key}[{i + 1}]"
@@ -172,7 +172,7 @@ def _shows(key: str, case: Case, loaded: bool) -> bool:
     """Return whether a parameter changes anything in a case."""
     if key == "force_factor":
         return loaded
-    if key.removesuffix("_factor") not in _FACTORS:
+    if key.removesuffix("_factor") not in FACTORS:
         return True
     return any(
         _changes(robot, key, i)
@@ -184,10 +184,6 @@ def _shows(key: str, case: Case, loaded: bool) -> bool:
 def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     """Return whether a factor at one joint changes a parameter of the robot."""
     factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
-    by_key = {
-        "stiffness_factor": ModelMismatch(stiffness=factors),
-        "damping_factor": ModelMismatch(damping=factors),
-        "backlash_factor": ModelMismatch(backlash=factors),
-    }
-    other = by_key[key]
+    changed: dict[str, Any] = {key.removesuffix("_factor"): factors}
+    other = ModelMismatch(**changed)
     return bool(other.parameters(robot.description, robot.torque_curve))

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from elastic_robot.description import Body, Robot
 from elastic_robot.errors import ElasticRobotError
+from elastic_robot.hysteresis import Elements
 
 # Smallest eigenvalue of the elastic mass matrix relative to its largest diagonal entry.  Below it
 # an elastic coordinate moves no inertia of its own and its equation of motion cannot be solved.
@@ -31,6 +32,7 @@ class Chain:
         elastic: Index in theta of each elastic coordinate, (m,).
         elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
         elastic_tilt: Number of its tilt, 1 or 2, or 0 for the torsion about the joint's axis, (m,).
+        elements: Elements of the gears' hysteresis.
     """
 
     model: pin.Model
@@ -40,6 +42,7 @@ class Chain:
     elastic: np.ndarray
     elastic_joint: np.ndarray
     elastic_tilt: np.ndarray
+    elements: Elements
 
     @cached_property
     def selection(self) -> np.ndarray:
@@ -130,6 +133,7 @@ def build_chain(robot: Robot) -> Chain:
         elastic=np.array(elastic, dtype=int),
         elastic_joint=np.array(elastic_joint, dtype=int),
         elastic_tilt=np.array(elastic_tilt, dtype=int),
+        elements=Elements.of(robot),
     )
     _require_inertia(chain, robot)
     return chain

@@ -144,8 +144,8 @@ class StopElement:
     """Element of a gear's hysteresis: a spring in series with dry friction.
 
     Its torque follows the gear's wind-up e as h = f clip(s / a, +-1): the elongation s takes every
-    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator, Maxwell-slip
-    element; Brokate and Sprekels 1996, docs/references.md).
+    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator,
+    Maxwell-slip element; Brokate and Sprekels 1996, docs/references.md).
 
     Attributes:
         slip_torque: Torque f at which it slips [N m], > 0.
@@ -173,6 +173,76 @@ class StopElement:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """Motor, servo and friction of a joint, seen at the gear's output.
+
+    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link, the friction f
+    with the elongation s of a stop element, and tau of a servo, a rate loop in a position loop:
+
+        f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q',
+        tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
+
+    Rotors are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
+
+    Attributes:
+        inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
+        friction: Friction that must be overcome at rest, F [N m], >= 0.
+        slip_angle: Angle over which it builds up (presliding), a [rad], > 0.
+        viscous: Viscous friction b [N m s/rad], >= 0.
+        stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
+        stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
+        position_gain: Gain Kv of the position loop [1/s], > 0.
+        rate_gain: Gain Kp of the rate loop [N m s/rad], > 0.
+        integral_gain: Its integral gain Ki [N m/rad], >= 0.
+        feed_forward: Part kff of the commanded rate that is fed forward.
+        torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    inertia: float
+    position_gain: float
+    rate_gain: float
+    integral_gain: float = 0.0
+    feed_forward: float = 1.0
+    friction: float = 0.0
+    slip_angle: float = 2e-5
+    viscous: float = 0.0
+    stribeck: float = 0.0
+    stribeck_rate: float = 0.05
+    torque_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, unit in (
+            ("inertia", "kg m^2"),
+            ("position_gain", "1/s"),
+            ("rate_gain", "N m s/rad"),
+            ("slip_angle", "rad"),
+            ("stribeck_rate", "rad/s"),
+        ):
+            _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+        for key, unit in (
+            ("integral_gain", "N m/rad"),
+            ("friction", "N m"),
+            ("viscous", "N m s/rad"),
+            ("stribeck", "1"),
+            ("feed_forward", "1"),
+        ):
+            _require_number(key, getattr(self, key), minimum=0.0, open_end=False, unit=unit)
+        if self.stribeck > 1.0:
+            raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
+        if self.torque_limit is not None:
+            limit = self.torque_limit
+            _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
+
+    def friction_torque(self, friction: float, part: float, rate: float) -> float:
+        """Return f [N m] with F [N m], at s / a and q' [rad/s]."""
+        lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
+        return float(friction * part * (1.0 - lost) + self.viscous * rate)
+
+
+@dataclass(frozen=True)
 class Joint:
     """Revolute joint with the body it carries.
 
@@ -190,6 +260,7 @@ class Joint:
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
         hysteresis: Elements of the gear's hysteresis, beside its torque curve; none for a rigid joint.
+        drive: Motor and servo, or None for a drive that follows its command exactly.
         name: Name for messages.
 
     Raises:
@@ -208,6 +279,7 @@ class Joint:
     max_acceleration: float | None = None
     torque_table: Table | None = None
     hysteresis: tuple[StopElement, ...] = ()
+    drive: Drive | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -225,8 +297,13 @@ class Joint:
             )
         elif self.hysteresis:
             raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint has"
-                " no hysteresis"
+                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint"
+                " has no hysteresis"
+            )
+        if self.drive is not None and self.stiffness is None:
+            raise ValueError(
+                "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor turns a gear that"
+                " gives way, got none"
             )
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
@@ -322,6 +399,7 @@ class Robot:
                     "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
                     "limits": tuple(joint["limits"]) if joint["limits"] else None,
                     "torque_table": _table(joint["torque_table"]),
+                    "drive": Drive(**joint["drive"]) if joint["drive"] else None,
                     "hysteresis": tuple(StopElement(**element) for element in joint["hysteresis"]),
                 }
             )

@@ -1,31 +1,33 @@
-"""Hysteresis of the gears: elements of all of them as arrays.
+"""Hysteresis of the gears: their elements, what these carry and how they follow a motion.
 
 Element j of a gear with wind-up e = x[k] has an elongation s_j, which takes every change of e until it
 reaches the slip angle a_j, and a torque in proportion to it (Prandtl's stop operator, [Brokate1996] in
 docs/references.md):
 
     s_j = clip(s_j + de, +-a_j)        along a monotone change de of e
-    H_k = F_k sum_j p_j s_j / a_j
+    H_k = F_k sum_j p_j s_j / a_j      beside the torque curve S_k(e)
 
-with the torque F_k at which all elements of the gear slip and the shares p_j of it, sum p_j = 1.
+with the torque F_k at which all elements of the gear slip, and the shares p_j of it, sum p_j = 1.  An
+element sticks while s' = e', and slips while s' = 0.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from elastic_robot.description import Robot
 
-# Time [s] by which the rate of a slipping element is a way to its reversal, as that of a sticking one to its
-# slip angle.
+# A rate times this [s] is how far a slipping element is from its reversal [rad], as a sticking one is
+# some way from its slip angle.
 REVERSAL_TIME = 1e-3
 
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements of the hysteresis of all gears, e of them, in the order of the gears.
+    """Elements of all gears, e of them, in the order of the gears.
 
     Attributes:
         coordinate: Index of the gear's wind-up among the elastic coordinates, rising, (e,).
@@ -66,3 +68,164 @@ class Elements:
     def count(self) -> int:
         """Number of elements e."""
         return len(self.coordinate)
+
+
+@dataclass(frozen=True)
+class HeldHysteresis:
+    """What the elements add to the equation of motion at a state, each sticking or slipping as it does.
+
+    Attributes:
+        torque: H [N m], (m,) or of k states (k, m), or 0.
+        slope: dH/dx of those that stick [N m/rad], likewise.
+        gradient: dH/dF at fixed elongations [1], likewise.
+    """
+
+    torque: np.ndarray
+    slope: np.ndarray
+    gradient: np.ndarray
+
+
+NO_HYSTERESIS = HeldHysteresis(*np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """Law of the elements; elongations are (e,) or of k states (k, e).
+
+    Attributes:
+        elements: The elements.
+        slip_torque: Torque F of each elastic coordinate at which all its elements slip [N m], (m,).
+
+    Example:
+        >>> one = np.array([1])
+        >>> two_slip = Elements(0 * one.repeat(2), np.array([1, 2]), np.array([2e-5, 6e-5]), one / 2)
+        >>> gear = Hysteresis(two_slip, np.array([40.0]))
+        >>> s = gear.moved(np.zeros(2), np.array([3e-5]))
+        >>> s, gear.torque(s)
+        (array([2.e-05, 3.e-05]), array([30.]))
+    """
+
+    elements: Elements
+    slip_torque: np.ndarray
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness of each element while it sticks, F p / a [N m/rad], (e,)."""
+        return self.slip_torque[self.elements.coordinate] * self._compliant
+
+    @cached_property
+    def acts(self) -> bool:
+        """Whether any element has a torque."""
+        return bool(self.stiffness.any())
+
+    def torque(self, elongation: np.ndarray) -> np.ndarray:
+        """H [N m], (m,) or (k, m)."""
+        return (elongation * self.stiffness) @ self._gear
+
+    def gradient(self, elongation: np.ndarray) -> np.ndarray:
+        """dH/dF at fixed elongations, sum p s / a [1], (m,) or (k, m)."""
+        return (elongation * self._compliant) @ self._gear
+
+    def slope(self, sticks: np.ndarray) -> np.ndarray:
+        """dH/dx of the elements that stick, a mask (e,) [N m/rad], (m,)."""
+        return (self.stiffness * sticks) @ self._gear
+
+    def sticks(self, elongation: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return the mask of elements that stick, (e,); at rest one at its slip angle slips.
+
+        Args:
+            elongation: s [rad], (e,).
+            rate: Rates of the elastic coordinates [rad/s], (m,).
+        """
+        away = elongation * rate[self.elements.coordinate] < 0.0
+        return away | (np.abs(elongation) < self.elements.slip_angle)
+
+    def rate(self, elongation: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return s' [rad/s], (e,); arguments as of `sticks`."""
+        return self.sticks(elongation, rate) * rate[self.elements.coordinate]
+
+    def ways(self, elongation: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """How far each element is from sticking or slipping instead [rad], (e,); as of `sticks`.
+
+        A sticking one has a - |s| to its slip angle; one that slips has its rate times `REVERSAL_TIME`.
+        """
+        slipping = np.abs(rate[self.elements.coordinate]) * REVERSAL_TIME
+        sticking = self.elements.slip_angle - np.abs(elongation)
+        return np.where(self.sticks(elongation, rate), sticking, slipping)
+
+    def moved(self, elongation: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return the elongations [rad], (e,), after a monotone change of x [rad], (m,)."""
+        limit = self.elements.slip_angle
+        return np.clip(elongation + change[self.elements.coordinate], -limit, limit)
+
+    def held(self, elongation: np.ndarray, rate: np.ndarray) -> HeldHysteresis:
+        """Return what the elements add at one state; arguments as of `sticks`."""
+        slope = self.slope(self.sticks(elongation, rate))
+        return HeldHysteresis(self.torque(elongation), slope, self.gradient(elongation))
+
+    @cached_property
+    def _compliant(self) -> np.ndarray:
+        return self.elements.share / self.elements.slip_angle
+
+    @cached_property
+    def _gear(self) -> np.ndarray:
+        """Matrix that sums over the elements of each coordinate, (e, m)."""
+        return np.equal.outer(self.elements.coordinate, np.arange(len(self.slip_torque))).astype(
+            float
+        )
+
+
+@dataclass(frozen=True)
+class Past:
+    """Where the gears come from: each goes monotonously from there to where it rests.
+
+    So what its elements carry is a law of x, rising, and has an energy.
+
+    Attributes:
+        hysteresis: Law of the elements.
+        x: Elastic coordinates that they come from [rad], (m,).
+        elongation: Elongations there [rad], (e,).
+    """
+
+    hysteresis: Hysteresis
+    x: np.ndarray
+    elongation: np.ndarray
+
+    @classmethod
+    def start(cls, hysteresis: Hysteresis, slipped: int = 0) -> Past:
+        """Return that of a robot which has not been loaded before.
+
+        Args:
+            hysteresis: Law of the elements.
+            slipped: 1: it comes from far below, so that all elements slip upwards; -1: from above.
+        """
+        x = np.full(len(hysteresis.slip_torque), -slipped * np.inf if slipped else 0.0)
+        return cls(hysteresis, x, np.zeros(hysteresis.elements.count))
+
+    @property
+    def acts(self) -> bool:
+        """Whether any element has a torque."""
+        return self.hysteresis.acts
+
+    def elongation_at(self, x: np.ndarray) -> np.ndarray:
+        """Return s [rad], (e,), of gears that have gone to x [rad], (m,)."""
+        return self.hysteresis.moved(self.elongation, x - self.x)
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """H [N m], (m,), of gears that have gone to x [rad], (m,)."""
+        return self.hysteresis.torque(self.elongation_at(x)) if self.acts else np.zeros(len(x))
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """dH/dx [N m/rad], (m,)."""
+        if not self.acts:
+            return np.zeros(len(x))
+        sticks = np.abs(self.elongation_at(x)) < self.hysteresis.elements.slip_angle
+        return self.hysteresis.slope(sticks)
+
+    def parts(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return the parts of a step from x [rad], (m,), at which elements stick or slip, (2 e,)."""
+        of = self.hysteresis.elements
+        slips = np.array([[-1.0], [1.0]]) * of.slip_angle - self.elongation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = (slips - (x - self.x)[of.coordinate]) / step[of.coordinate]
+        return found.ravel() if self.acts else np.zeros(0)

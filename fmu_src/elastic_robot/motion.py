@@ -1,10 +1,11 @@
 """The robot in motion under prescribed drives and a load: its equation, integrated by SciPy.
 
-    M theta'' + h - J^T w + S(x) + d x' = 0        rows of x
+    M theta'' + h - J^T w + S(x) + H(s) + d x' = 0        rows of x
 
 is solved for x'' at every instant and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the
-drives' third derivative jumps, where a gear reaches an edge of its backlash and where a contact is
-touched or left, so that what is integrated is smooth.  The native core has an integrator of its own
+drives' third derivative jumps, where a gear reaches an edge of its backlash, where a contact is
+touched or left, and where an element of hysteresis begins or ends to slip, so that what is integrated is
+smooth.  The native core has an integrator of its own
 (docs/model.md): the two share the equation, not its solution.
 """
 
@@ -16,11 +17,14 @@ from typing import Protocol
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import OptimizeResult
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
+from elastic_robot.hysteresis import NO_HYSTERESIS, Hysteresis
 from elastic_robot.residual import OperatingPoint, free_acceleration
 from elastic_robot.settings import SETTINGS
+from elastic_robot.slipping import SlipPiece
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TorqueCurve
 
@@ -33,7 +37,7 @@ _FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
-_Edge = Callable[[float, np.ndarray], float]
+_Event = Callable[[float, np.ndarray], float]
 
 
 class Drives(Protocol):
@@ -58,11 +62,18 @@ class State:
     Attributes:
         time: Time [s].
         x, v: Elastic coordinates and their rates [rad, rad/s], (m,).
+        elongation: Elongations s of the elements of hysteresis [rad], (e,).
     """
 
     time: float
     x: np.ndarray
     v: np.ndarray
+    elongation: np.ndarray
+
+
+def _turn(place: int) -> _Event:
+    """Return the event function of the zeros of one rate, at a place of (x, v)."""
+    return lambda _, y: float(y[place])
 
 
 class DrivenMotion:
@@ -72,14 +83,20 @@ class DrivenMotion:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
+        hysteresis: Law of the elements of the gears.
         local_error: Error of x allowed in a step [rad].
     """
 
     def __init__(
-        self, dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, local_error: float
+        self,
+        dynamics: Dynamics,
+        curve: TorqueCurve,
+        damping: np.ndarray,
+        hysteresis: Hysteresis,
+        local_error: float,
     ) -> None:
         self._dynamics, self._curve, self._damping = dynamics, curve, damping
-        self._local_error = local_error
+        self._hysteresis, self._local_error = hysteresis, local_error
 
     def advance(self, state: State, end: float, drives: Drives, load: Load) -> State:
         """Integrate to a time.
@@ -100,7 +117,8 @@ class DrivenMotion:
             raise ParameterError(
                 f"step size: expected at most {SETTINGS.most_step:g} s at a time, got {length:.9g} s"
             )
-        steps = _MOST_STEPS + _STEPS_PER_SECOND * length
+        elements = self._hysteresis.elements.count
+        steps = (1 + elements) * (_MOST_STEPS + _STEPS_PER_SECOND * length)
         left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
         forces = self._dynamics, self._curve, self._damping
 
@@ -120,42 +138,80 @@ class DrivenMotion:
                 np.stack([x, v, np.zeros_like(x)]),
                 load.at(time - start),
                 self._curve.region(x),
+                slipping.held(x) if elements else NO_HYSTERESIS,
             )
             return np.append(v, free_acceleration(*forces, point))
 
         def bends(_: float, y: np.ndarray) -> float:
             return most - float(np.abs(y[: len(state.x)]).max())
 
-        bends.terminal = True  # type: ignore[attr-defined]
-        accuracy = max(_ACCURACY * self._local_error, _LEAST)
-        jump, time, watched = SETTINGS.jump(self._local_error), start, True
-        y = np.concatenate([state.x, state.v])
-        while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
-            piece = (time, min(end, drives.next_kink(time, jump)))
-            edge = self._edge(time, y, drives, load, start) if watched else None
-            solved = solve_ivp(
+        def slips(_: float, y: np.ndarray) -> float:
+            return float(slipping.ways(*y.reshape(2, -1)).min())
+
+        def solve(
+            piece: tuple[float, float], y: np.ndarray, events: list[_Event]
+        ) -> OptimizeResult:
+            return solve_ivp(
                 rate,
                 piece,
                 y,
                 "DOP853",
                 rtol=accuracy / _USUAL_DEFLECTION,
                 atol=accuracy,
-                first_step=min(piece[1] - time, _FIRST_STEP),
-                events=[bends] if edge is None else [bends, edge],
+                first_step=min(piece[1] - piece[0], _FIRST_STEP),
+                events=events,
             )
+
+        turns = [_turn(len(state.x) + k) for k in self._hysteresis.elements.gears]
+        bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
+        slips.direction = -1.0  # type: ignore[attr-defined]
+        accuracy = max(_ACCURACY * self._local_error, _LEAST)
+        jump, time, watched = SETTINGS.jump(self._local_error), start, True
+        y = np.concatenate([state.x, state.v])
+        slipping = SlipPiece.starting(self._hysteresis, state.x, state.v, state.elongation)
+        while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
+            piece = (time, min(end, drives.next_kink(time, jump)))
+            edge = self._edge(time, y, drives, load, start) if watched else None
+            events = [
+                bends,
+                *([slips, *turns] if elements else []),
+                *([] if edge is None else [edge]),
+            ]
+            solved = solve(piece, y, events)
+            overshot = self._overshot(solved, slipping)
+            if overshot is not None:
+                solved = solve((time, overshot), y, events)
             time, y = float(solved.t[-1]), solved.y[:, -1]
             if solved.status < 0:
                 raise given_up(time, f"needs steps below {10.0 * np.spacing(time):.1g} s")
             if not bends(time, y) > 1e-9:
                 most_bent = np.abs(y[: len(state.x)]).argmax()
                 raise given_up(time, f"bends deflection[{most_bent + 1}] beyond {most:.3g} rad")
+            changes = elements > 0 and len(solved.t_events[1]) > 0
+            if changes:
+                slipping = slipping.after(*y.reshape(2, -1))
             # Who grazes an edge, or rests on it, is not asked again where it stands.
-            watched = time - piece[0] > _LATER
-        return State(end, *y.reshape(2, -1))
+            watched = changes or time - piece[0] > _LATER
+        x, v = y.reshape(2, -1)
+        return State(end, x, v, slipping.end(x))
+
+    def _overshot(self, solved: OptimizeResult, slipping: SlipPiece) -> float | None:
+        """Return when a gear first turns with an element beyond its slip angle; None if none does.
+
+        `solve_ivp` sees only what lasts to a step's end.
+        """
+        turns = range(2, 2 + len(self._hysteresis.elements.gears))
+        times = [
+            float(time)
+            for k in turns
+            for time, y in zip(solved.t_events[k], solved.y_events[k], strict=True)
+            if slipping.ways(*y.reshape(2, -1)).min() < 0.0
+        ]
+        return min(times, default=None)
 
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
-    ) -> _Edge | None:
+    ) -> _Event | None:
         """Return the event function of edges of backlash and of a contact's plane; None without."""
         width = self._curve.half_width
         gears = np.flatnonzero(np.isfinite(width))

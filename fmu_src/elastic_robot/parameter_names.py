@@ -11,7 +11,7 @@ from elastic_robot.errors import ParameterError
 
 
 def parameter_names(chain: Chain) -> tuple[str, ...]:
-    """Return gravity.x .y .z, then every stiffness, every damping and every backlash.
+    """Return gravity.x .y .z, then every stiffness, damping, backlash and hysteresis.
 
     For instance joint[1].stiffness, joint[1].tilt[1].damping and joint[1].backlash.
     """
@@ -21,6 +21,7 @@ def parameter_names(chain: Chain) -> tuple[str, ...]:
         *(f"{name}.stiffness" for name in elastic),
         *(f"{name}.damping" for name in elastic),
         *(f"{elastic[row]}.backlash" for row in chain.torsions),
+        *(f"{elastic[row]}.hysteresis" for row in chain.elements.gears),
     )
 
 
@@ -31,7 +32,7 @@ class ByParameter:
     Attributes:
         names: Names of the parameters, p of them, as `parameter_names` has them.
         values: One column for each name, (..., p); the quantity's unit per unit of the parameter:
-            m/s^2 (gravity), N m/rad (stiffness), N m s/rad (damping), rad (backlash).
+            m/s^2 (gravity), N m/rad (stiffness), N m s/rad (damping), rad (backlash), N m (hysteresis).
 
     Example:
         >>> ByParameter(("gravity.x", "gravity.y"), np.array([[1.0, 2.0], [3.0, 4.0]]))["gravity.y"]

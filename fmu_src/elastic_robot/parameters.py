@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,7 @@ class Parameters:
             elements keep their slip angles and their shares of it.
         tables: Points of the characteristic curve (angle [rad], torque [N m]) of each coordinate
             that has its own, else None, (m,); used by the curve "spline" alone.
+        friction: Friction at rest of the motors of the joints that have a drive [N m], (d,).
     """
 
     gravity: np.ndarray
@@ -30,6 +31,7 @@ class Parameters:
     backlash: np.ndarray
     hysteresis: np.ndarray
     tables: tuple[Table | None, ...]
+    friction: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(cls, robot: Robot) -> Parameters:
@@ -38,10 +40,14 @@ class Parameters:
         tables: list[Table | None] = []
         for joint in robot.joints:
             if joint.stiffness is not None:
-                slip = sum(stop.slip_torque for stop in joint.hysteresis)
-                rows.append((joint.stiffness, joint.damping, joint.backlash, slip))
+                torque = sum(stop.slip_torque for stop in joint.hysteresis)
+                rows.append((joint.stiffness, joint.damping, joint.backlash, torque))
                 tables.append(joint.torque_table)
             tables += [None] * len(joint.tilt)
             rows += [(tilt.stiffness, tilt.damping, 0.0, 0.0) for tilt in joint.tilt]
-        springs = np.array(rows, dtype=float).reshape(-1, 4).T
-        return cls(np.array(robot.gravity, dtype=float), *springs, tuple(tables))
+        friction = np.array(
+            [joint.drive.friction for joint in robot.joints if joint.drive], dtype=float
+        )
+        gravity = np.array(robot.gravity, dtype=float)
+        stiffness, damping, backlash, slip = np.array(rows, dtype=float).reshape(-1, 4).T
+        return cls(gravity, stiffness, damping, backlash, slip, tuple(tables), friction)

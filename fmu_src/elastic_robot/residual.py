@@ -1,8 +1,9 @@
 """The equation of motion as a residual, and its derivatives with respect to all it depends on.
 
-    r = M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x'        rows of x
+    r = M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + H(s) + d x'        rows of x
 
-with the force K (a - p) of a spring at the TCP in the wrench w.
+with the force K (a - p) of a spring at the TCP in the wrench w, and the torque H of the elements of the
+gears' hysteresis (`hysteresis.py`).
 
 `docs/derivatives.md` has the formulas and where they come from.
 """
@@ -15,6 +16,7 @@ import numpy as np
 
 from elastic_robot.chain import Chain
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.hysteresis import NO_HYSTERESIS, HeldHysteresis
 from elastic_robot.parameter_names import ByParameter, parameter_names
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import Branch, TorqueCurve
@@ -29,12 +31,14 @@ class OperatingPoint:
         motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
         acting: Loads on the tool, in the one state, in all or in each of them.
         region: Number of each coordinate's branch of the torque curve, `TorqueCurve.region`, (m,).
+        hysteresis: What the elements of the gears add in each state.
     """
 
     drives: np.ndarray
     motion: np.ndarray
     acting: ToolLoad
     region: np.ndarray
+    hysteresis: HeldHysteresis = NO_HYSTERESIS
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ def residual(
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
     loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.acting)
     torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
-    return torque + loads.reshape(x.shape)
+    return torque + point.hysteresis.torque + loads.reshape(x.shape)
 
 
 def residual_derivatives(
@@ -85,7 +89,8 @@ def residual_derivatives(
 ) -> ResidualDerivatives:
     """Return the derivatives of `residual` [N m per unit], (m, ..); the arguments are the same.
 
-    A state on the edge of a backlash has the derivatives of the branch that `point.region` names.
+    A state on the edge of a backlash has the derivatives of the branch that `point.region` names; the
+    elements of hysteresis stick or slip as they do there.
     """
     chain, branch = dynamics.chain, curve.in_region(point.region)
     theta, theta_rate, theta_acceleration = _states(chain, point)
@@ -99,7 +104,7 @@ def residual_derivatives(
     by_x = columns(loads.angle, chain.elastic)
     by_rate = columns(loads.rate, chain.elastic)
     diagonal = np.arange(chain.elastic_count)
-    by_x[..., diagonal, diagonal] += branch.slope(x)
+    by_x[..., diagonal, diagonal] += branch.slope(x) + point.hysteresis.slope
     by_rate[..., diagonal, diagonal] += damping
     return ResidualDerivatives(
         x=by_x,
@@ -111,12 +116,19 @@ def residual_derivatives(
         wrench=columns(loads.wrench, np.arange(6)),
         anchor=columns(loads.anchor, np.arange(3)),
         spring=columns(loads.spring, np.arange(6)),
-        parameters=by_parameter(chain, branch, x, rate, columns(loads.gravity, np.arange(3))),
+        parameters=by_parameter(
+            chain, branch, x, rate, columns(loads.gravity, np.arange(3)), point.hysteresis
+        ),
     )
 
 
 def by_parameter(
-    chain: Chain, curve: Branch, x: np.ndarray, rate: np.ndarray, of_gravity: np.ndarray
+    chain: Chain,
+    curve: Branch,
+    x: np.ndarray,
+    rate: np.ndarray,
+    of_gravity: np.ndarray,
+    hysteresis: HeldHysteresis,
 ) -> ByParameter:
     """Return the columns of the parameters: a spring's or damper's own only act on its coordinate.
 
@@ -125,6 +137,7 @@ def by_parameter(
         curve: Torque curve, or a branch of it.
         x, rate: Elastic coordinates and their rates [rad, rad/s], (..., m).
         of_gravity: Columns of gravity [kg m], (..., m, 3).
+        hysteresis: What the elements of the gears add.
     """
     names, m, torsions = parameter_names(chain), chain.elastic_count, chain.torsions
     values, rows = np.zeros((*x.shape, len(names))), np.arange(m)
@@ -134,6 +147,9 @@ def by_parameter(
     values[..., torsions, 3 + 2 * m + np.arange(len(torsions))] = curve.backlash_gradient(x)[
         ..., torsions
     ]
+    gears = chain.elements.gears
+    by_slip_torque = np.broadcast_to(hysteresis.gradient, x.shape)[..., gears]
+    values[..., gears, len(names) - len(gears) + np.arange(len(gears))] = by_slip_torque
     return ByParameter(names, values)
 
 
@@ -146,7 +162,7 @@ def free_acceleration(
     """
     chain, (x, rate, _) = dynamics.chain, point.motion
     theta, theta_rate, of_drives = chain.theta(point.drives, np.array([x, rate, 0.0 * x]))[:, None]
-    torque = curve.in_region(point.region).torque(x) + damping * rate
+    torque = curve.in_region(point.region).torque(x) + damping * rate + point.hysteresis.torque
     torque += dynamics.loads(theta, theta_rate, of_drives, point.acting)[0]
     return np.linalg.solve(dynamics.mass_matrix(theta[0]), -torque)
 

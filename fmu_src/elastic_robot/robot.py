@@ -11,6 +11,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
+from elastic_robot.hysteresis import HeldHysteresis, Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives, State
@@ -29,7 +30,7 @@ from elastic_robot.static_sensitivity import (
     tcp_compliance,
 )
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve, ways_to_bends
 from elastic_robot.turns import Turns
 
@@ -73,6 +74,7 @@ class ElasticRobot:
                 f"torque_curve: expected one of {', '.join(TORQUE_CURVES)}, got {torque_curve!r}"
             )
         self.chain = build_chain(robot)
+        self._drives = [joint.drive for joint in robot.joints]
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
@@ -83,7 +85,7 @@ class ElasticRobot:
 
     @property
     def parameters(self) -> Parameters:
-        """Stiffness, damping, backlash and gravity; assigning takes effect with the next step."""
+        """Gravity and the numbers of the gears; assigning takes effect with the next step."""
         return self._parameters
 
     @parameters.setter
@@ -91,6 +93,7 @@ class ElasticRobot:
         self._parameters = parameters
         self._dynamics.gravity = parameters.gravity
         self._curve: TorqueCurve = self._curve_class.build(parameters)
+        self._hysteresis = Hysteresis(self.chain.elements, parameters.hysteresis)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -109,7 +112,14 @@ class ElasticRobot:
         """Present time [s]."""
         return self._now().time
 
-    def reset(self, time: float, drives: Drives, load: Load, undeflected: bool = False) -> None:
+    def reset(
+        self,
+        time: float,
+        drives: Drives,
+        load: Load,
+        undeflected: bool = False,
+        slipped: int = 0,
+    ) -> None:
         """Start at a time, at rest relative to the drives.
 
         Args:
@@ -117,16 +127,19 @@ class ElasticRobot:
             drives: Motion of the drives.
             load: Loads on the tool; of a moving anchor, its position then.
             undeflected: Start with x = 0 instead of the equilibrium under gravity and load.
+            slipped: How the gears went to their equilibrium: 0: from no load; 1: from far below, so that
+                all elements of hysteresis slip upwards; -1: from far above.
 
         Raises:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
         held = HeldInputs.at(time, drives, load.at(0.0))
+        past = Past.start(self._hysteresis, 0 if undeflected else slipped)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
-            x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
-        self._state = State(time, x, np.zeros_like(x))
+            x = equilibrium(self._dynamics, self._curve, held.q, held.acting, past)
+        self._state = State(time, x, np.zeros_like(x), past.elongation_at(x))
         self._held = held
         self._opposite = (False, False)
         self._opposite = bool(self.tcp()[6] < 0.0), bool(self.rigid()[6] < 0.0)
@@ -141,8 +154,9 @@ class ElasticRobot:
         state = self._now()
         held = HeldInputs.at(end, drives, load.at(end - state.time))
         if self._quasistatic or self.chain.elastic_count == 0:
-            x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
-            self._state = replace(state, time=end, x=x)
+            past = Past(self._hysteresis, state.x, state.elongation)
+            x = equilibrium(self._dynamics, self._curve, held.q, held.acting, past)
+            self._state = replace(state, time=end, x=x, elongation=past.elongation_at(x))
         else:
             self._state = self._advance(state, held, end, drives, load)
         self._held = held
@@ -152,7 +166,9 @@ class ElasticRobot:
     ) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
         damping = self._parameters.damping
-        motion = DrivenMotion(self._dynamics, self._curve, damping, self._local_error)
+        motion = DrivenMotion(
+            self._dynamics, self._curve, damping, self._hysteresis, self._local_error
+        )
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 return motion.advance(state, end, drives, load)
@@ -201,6 +217,18 @@ class ElasticRobot:
         """Return their rates x' [rad/s], (m,); zero in quasi-static mode."""
         return self._now().v
 
+    def elongation(self) -> np.ndarray:
+        """Return the elongations s of the elements of the gears' hysteresis [rad], (e,)."""
+        return self._now().elongation
+
+    def elongation_derivative(self) -> np.ndarray:
+        """Return s' [rad/s], (e,); zero in quasi-static mode."""
+        return self._hysteresis.rate(self._now().elongation, self._now().v)
+
+    def slip(self) -> np.ndarray:
+        """Return how far the elements are from sticking or slipping instead [rad], (e,)."""
+        return self._hysteresis.ways(self._now().elongation, self._now().v)
+
     def deflection_derivative(self) -> np.ndarray:
         """Return x' [rad/s], (m,), as the derivative of `deflection` by time."""
         return self.deflection_rate()
@@ -219,11 +247,24 @@ class ElasticRobot:
         """Return the torque of each gear on its link, about the joint's axis [N m], (torsions,)."""
         state, damping = self._now(), self._parameters.damping
         rate = np.zeros_like(state.v) if self._quasistatic else state.v
-        return -(self._curve.torque(state.x) + damping * rate)[self.chain.torsions]
+        of_elements = self._hysteresis.torque(state.elongation)
+        return -(self._curve.torque(state.x) + of_elements + damping * rate)[self.chain.torsions]
 
     def motor_torque(self) -> np.ndarray:
-        """Return the torque of each motor at its gear's output [N m], (torsions,): it has no mass."""
-        return self.gear_torque()
+        """Return the torque of each motor at its gear's output [N m], (torsions,).
+
+        What gives it the commanded motion: its gear's torque, its rotor's inertia, the friction of a
+        motor that has slipped; in quasi-static mode the gear's torque alone.
+        """
+        torque = self.gear_torque()
+        held, frictions = self._held, iter(self._parameters.friction)
+        for row, joint in enumerate(self.chain.elastic_joint[self.chain.torsions]):
+            drive = self._drives[joint]
+            if drive is not None and not self._quasistatic:
+                rate = float(held.qd[joint])
+                torque[row] += drive.inertia * held.qdd[joint]
+                torque[row] += drive.friction_torque(next(frictions), np.sign(rate), rate)
+        return torque
 
     def motor_angle(self) -> np.ndarray:
         """Return the angles of the drives at the gears' output [rad], (n,)."""
@@ -273,14 +314,20 @@ class ElasticRobot:
         Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring or
         a contact at the TCP the force is shared with it, its anchor at rest.
         """
-        return tcp_compliance(
-            self._dynamics, self._curve, self._held.q, self._now().x, self._held.acting
-        )
+        return tcp_compliance(*self._at_rest())
 
     def static_sensitivities(self) -> StaticSensitivities:
         """Return the derivatives of equilibrium and TCP by load, drives and parameters."""
-        x = self._now().x
-        return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.acting)
+        return static_sensitivities(*self._at_rest())
+
+    def _at_rest(
+        self,
+    ) -> tuple[Dynamics, TorqueCurve, np.ndarray, np.ndarray, ToolLoad, HeldHysteresis]:
+        x, held, hysteresis = self._now().x, self._held, self._held_hysteresis()
+        return self._dynamics, self._curve, held.q, x, held.acting, hysteresis
+
+    def _held_hysteresis(self) -> HeldHysteresis:
+        return self._hysteresis.held(self._now().elongation, self._now().v)
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there."""
@@ -299,7 +346,8 @@ class ElasticRobot:
         if not self._quasistatic:
             drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
         acting = self._held.acting.resting if self._quasistatic else self._held.acting
-        point = OperatingPoint(drives, motion, acting, self._curve.region(state.x))
+        region, hysteresis = self._curve.region(state.x), self._held_hysteresis()
+        point = OperatingPoint(drives, motion, acting, region, hysteresis)
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

@@ -39,7 +39,7 @@ class Snapshot:
     """State of an ElasticRobot; frozen, so that a copy costs nothing.
 
     Attributes:
-        state: Elastic coordinates and time.
+        state: Elastic coordinates, elongations and time.
         held: Drives and load at that time.
         parameters: Parameters that the state was computed with.
         opposite: Whether qw of the elastic and of the rigid tool was below 0 at the start.
@@ -60,6 +60,7 @@ class Snapshot:
             "clock": np.array(state.time),
             "x": state.x,
             "v": state.v,
+            "elongation": state.elongation,
             "opposite": np.array(self.opposite),
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
@@ -75,14 +76,14 @@ class Snapshot:
             arrays: The arrays of `to_arrays`, of any unit and shape.
             parameters: Parameters of the same robot; their tables are used.
         """
-        state = State(float(arrays["clock"]), arrays["x"], arrays["v"])
+        state = State(float(arrays["clock"]), *(arrays[key] for key in ("x", "v", "elongation")))
         numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
         contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
         acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
         held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
-        numbers_of = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
-        computed = Parameters(*numbers_of, parameters.tables)
+        numbers_of = {key: arrays[f"parameters_{key}"] for key in _PARAMETERS}
+        computed = Parameters(**numbers_of, tables=parameters.tables)
         elastic, rigid = arrays["opposite"].tolist()
         return cls(state, held, computed, (elastic, rigid))
 
@@ -90,4 +91,4 @@ class Snapshot:
 _HELD = ("q", "qd", "qdd")
 _ACTING = ("wrench", "anchor", "stiffness", "velocity")
 _CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
-_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
+_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis", "friction")

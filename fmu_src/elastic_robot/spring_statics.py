@@ -1,6 +1,7 @@
-"""Static equilibrium of the elastic coordinates with a spring at the TCP, or a contact.
+"""Static equilibrium of the elastic coordinates with a spring at the TCP, a contact, or hysteresis.
 
-Rest is where an energy is least: of springs, weight and the spring at the TCP.  Newton's method walks
+Rest is where an energy is least: of springs, weight, the spring at the TCP, and what the elements of the
+gears' hysteresis store and lose on a monotone way from where they were.  Newton's method walks
 down to it, with an exact search along a step that leads beyond the valley.  A gear in its backlash,
 which has no place of its own there under a given force, rests against the spring.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.hysteresis import Past
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import ToolLoad
@@ -42,13 +44,15 @@ class SpringStatics:
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         acting: Loads on the tool.
+        past: Where the gears come from.
     """
 
     def __init__(
-        self, dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
+        self, dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad, past: Past
     ) -> None:
         self._dynamics = dynamics
         self._curve = curve
+        self._past = past
         self._acting = acting
         self._rigid = dynamics.chain.theta(q)
         self._backlash = np.isfinite(curve.half_width)
@@ -62,7 +66,8 @@ class SpringStatics:
         """Return x [rad], (m,); None if there is no equilibrium.
 
         Where a gear that the spring does not support could rest on either flank, the one with the TCP
-        nearer to the anchor is taken: a contact is touched there.
+        nearer to the anchor is taken: a contact is touched there.  Without spring and contact it is the
+        one that carries less.
         """
         try:
             start, neutral = self._start()
@@ -77,7 +82,7 @@ class SpringStatics:
             other = self._descend(mirrored, neutral)
             if other is None or other[k] * x[k] > 0.0:
                 continue
-            if self._gap(other) < self._gap(x) - _NEARER:
+            if self._is_better(other, x, k):
                 x = other
         return x
 
@@ -89,11 +94,13 @@ class SpringStatics:
         """
         rigid, acting = self._rigid, self._acting
         support = self._dynamics.support(rigid, acting)
-        given = self._dynamics.static_torque(rigid, ToolLoad(acting.wrench))
+        slipped = self._past.torque(np.zeros(len(self._width)))
+        given = self._dynamics.static_torque(rigid, ToolLoad(acting.wrench)) - slipped
         neutral = self._backlash & (np.abs(given) < SETTINGS.neutral_torque)
         neutral &= support.diagonal() * self._width < SETTINGS.neutral_torque
         flanks = np.diag(self._curve.flank_slope(np.zeros(len(given))))
-        x = np.linalg.solve(flanks + support, self._dynamics.static_torque(rigid, acting))
+        torque = self._dynamics.static_torque(rigid, acting) - slipped
+        x = np.linalg.solve(flanks + support, torque)
         return np.where(neutral, 0.0, x + self._width * np.sign(x)), neutral
 
     def _descend(self, x: np.ndarray, neutral: np.ndarray) -> np.ndarray | None:
@@ -128,7 +135,7 @@ class SpringStatics:
         one that the load drives on crosses its backlash.
         """
         inside = self._backlash & (self._curve.region(x) == 0)
-        slope = self._curve.slope(x)
+        slope = self._curve.slope(x) + self._past.slope(x)
         slope = slope + inside * np.abs(free) / np.where(inside, 2.0 * self._width, 1.0)
         gradient = self._dynamics.static_torque_gradient(self._theta(x), self._acting)
         driven = inside * np.maximum(gradient.diagonal(), 0.0)
@@ -177,16 +184,16 @@ class SpringStatics:
         return part, residual
 
     def _edges(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the parts of a step, rising, at which gears leave or take up their flanks."""
+        """Return the parts of a step, rising, at which a gear's law changes: flanks and elements."""
         with np.errstate(divide="ignore", invalid="ignore"):
             parts = (np.array([[-1.0], [1.0]]) * self._width - x) / step
-        parts = parts[:, self._backlash]
+        parts = np.append(parts[:, self._backlash], self._past.parts(x, step))
         return np.sort(parts[(parts > 0.0) & (parts < 1.0)])
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:
         """Return the gears that might rest on their other flank too, driven on through backlash."""
         theta = self._theta(x)
-        torque = self._dynamics.static_torque(theta, self._acting)
+        torque = self._dynamics.static_torque(theta, self._acting) - self._past.torque(x)
         driven = self._dynamics.static_torque_gradient(theta, self._acting).diagonal()
         lost = 2.0 * self._width * driven
         on_flank = self._backlash & (self._curve.region(x) != 0)
@@ -195,7 +202,14 @@ class SpringStatics:
     def _residual(self, x: np.ndarray) -> np.ndarray:
         """Return the torque that is left to balance [N m], (m,)."""
         torque = self._dynamics.static_torque(self._theta(x), self._acting)
-        return torque - self._curve.torque(x)
+        return torque - self._curve.torque(x) - self._past.torque(x)
+
+    def _is_better(self, other: np.ndarray, x: np.ndarray, gear: int) -> bool:
+        """Return whether a gear should rest on its other flank."""
+        if self._past.acts and not self._acting.is_sprung:
+            before, after = (abs(self._curve.torque(at)[gear]) for at in (x, other))
+            return bool(after < before)
+        return self._gap(other) < self._gap(x) - _NEARER
 
     def _gap(self, x: np.ndarray) -> float:
         """Return the distance from the TCP to the anchor, or without a spring to the plane [m]."""

@@ -1,6 +1,6 @@
 """Derivatives of the static equilibrium by the load on the tool, the drives and every parameter.
 
-The equilibrium satisfies F(x; w, q, p) = S(x; p) + g(theta) - J(theta)^T w = 0.  By the implicit
+The equilibrium satisfies F(x; w, q, p) = S(x; p) + H + g(theta) - J(theta)^T w = 0.  By the implicit
 function theorem dx/dy = -K^-1 dF/dy with K = dF/dx, for y the wrench w, anchor and stiffness of the
 spring at the TCP, the drives q or a parameter p (docs/derivatives.md).
 """
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.hysteresis import NO_HYSTERESIS, HeldHysteresis
 from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameter_names import ByParameter
 from elastic_robot.residual import by_parameter
@@ -54,12 +55,17 @@ class StaticSensitivities:
 
 
 def static_sensitivities(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
+    dynamics: Dynamics,
+    curve: TorqueCurve,
+    q: np.ndarray,
+    x: np.ndarray,
+    acting: ToolLoad,
+    hysteresis: HeldHysteresis = NO_HYSTERESIS,
 ) -> StaticSensitivities:
     """Return the derivatives of the equilibrium at the present state.
 
     A gear inside its backlash counts with the stiffness of its flank: the backlash is a jump, not a
-    compliance.
+    compliance.  Elements of hysteresis stick or slip as they do in this state.
 
     Args:
         dynamics: Forces of the robot.
@@ -67,14 +73,16 @@ def static_sensitivities(
         q: Drive angles [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
         acting: Loads on the tool.
+        hysteresis: What the elements of the gears add.
     """
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
     loads = dynamics.load_derivatives(theta, rest, rest, acting.resting)
-    parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0])
+    parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0], hysteresis)
     forces = [loads.wrench[0], loads.anchor[0], loads.spring[0]]
     forces += [loads.angle[0][:, chain.drive], parameters.values]
-    moved = -np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), np.hstack(forces))
+    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
+    moved = -np.linalg.solve(stiffness, np.hstack(forces))
     ends = np.cumsum([matrix.shape[1] for matrix in forces[:-1]])
     by_wrench, by_anchor, by_spring, by_drives, by_parameters = np.split(moved, ends, axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
@@ -94,18 +102,29 @@ def static_sensitivities(
 
 
 def tcp_compliance(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
+    dynamics: Dynamics,
+    curve: TorqueCurve,
+    q: np.ndarray,
+    x: np.ndarray,
+    acting: ToolLoad,
+    hysteresis: HeldHysteresis = NO_HYSTERESIS,
 ) -> np.ndarray:
     """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone [m/N, ..], (6, 6)."""
     chain = dynamics.chain
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
-    return jacobian @ np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), jacobian.T)
+    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
+    return jacobian @ np.linalg.solve(stiffness, jacobian.T)
 
 
 def _stiffness(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: ToolLoad
+    dynamics: Dynamics,
+    curve: TorqueCurve,
+    q: np.ndarray,
+    x: np.ndarray,
+    acting: ToolLoad,
+    hysteresis: HeldHysteresis,
 ) -> np.ndarray:
     """Return K = dF/dx [N m/rad], (m, m)."""
     stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), acting)
-    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x)
+    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x) + hysteresis.slope
     return stiffness

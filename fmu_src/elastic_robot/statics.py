@@ -10,6 +10,7 @@ from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
+from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.plane_contact import NO_CONTACT
 from elastic_robot.settings import SETTINGS
@@ -19,20 +20,24 @@ from elastic_robot.torque_curves import TorqueCurve
 
 
 def equilibrium(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
+    dynamics: Dynamics,
+    curve: TorqueCurve,
+    q: np.ndarray,
+    acting: ToolLoad,
+    past: Past | None = None,
 ) -> np.ndarray:
-    """Return the elastic coordinates at rest: S(x) = J^T w - g.
+    """Return the elastic coordinates at rest: S(x) + H(x) = J^T w - g.
 
-    The result does not depend on history.  With a spring at the TCP, or a
-    contact that is touched, it is found by `SpringStatics`, and
-    without one where branches follow each other in a ring: two gears, one in its backlash, that turn
-    each other's torque.
+    Without elements of hysteresis, H = 0, it does not depend on history.  With them, with a spring at
+    the TCP or a contact that is touched it is found by `SpringStatics`, and else where branches follow
+    each other in a ring: two gears, one in its backlash, that turn each other's torque.
 
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         acting: Loads on the tool.
+        past: Where the gears come from, with their elements; None leaves these out.
 
     Returns:
         x [rad], (m,).
@@ -44,8 +49,9 @@ def equilibrium(
     if dynamics.chain.elastic_count == 0:
         return np.zeros(0)
     sprung = acting.has_spring
+    past = past or Past.start(Hysteresis(dynamics.chain.elements, np.zeros(len(curve.half_width))))
     with np.errstate(over="ignore", invalid="ignore"):
-        rest = _rest(dynamics, curve, q, acting)
+        rest = _rest(dynamics, curve, q, acting, past)
     if rest is None or not np.abs(rest).max() <= SETTINGS.most_deflection:
         spring = (
             f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"
@@ -61,13 +67,13 @@ def equilibrium(
 
 
 def _rest(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad, past: Past
 ) -> np.ndarray | None:
     """Return the rest; a contact that is not touched without it changes nothing."""
     apart = replace(acting, contact=NO_CONTACT) if acting.contact.holds else acting
-    rest = None if apart.is_sprung else _free_rest(dynamics, curve, q, apart)
+    rest = None if apart.is_sprung or past.acts else _free_rest(dynamics, curve, q, apart)
     if rest is None:
-        rest = SpringStatics(dynamics, curve, q, apart).rest()
+        rest = SpringStatics(dynamics, curve, q, apart, past).rest()
     if apart is acting:
         return rest
     if rest is not None and np.abs(rest).max() <= SETTINGS.most_deflection:
@@ -75,13 +81,13 @@ def _rest(
         tcp = base_from_tool(dynamics.chain, dynamics.data, theta).translation
         if not acting.contact.depth(acting.anchor - tcp) > 0.0:
             return rest
-    return SpringStatics(dynamics, curve, q, acting).rest()
+    return SpringStatics(dynamics, curve, q, acting, past).rest()
 
 
 def _free_rest(
     dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: ToolLoad
 ) -> np.ndarray | None:
-    """Return the rest without a spring at the TCP, (m,); None if Newton's method finds none.
+    """Return the rest without spring and hysteresis, (m,); None if Newton's method finds none.
 
     Newton's method on one branch of the curve per coordinate, started at the deflection under the
     load of the undeflected robot.  A gear with backlash rests on the flank that its load pushes it to;

@@ -11,10 +11,13 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
+from coupling.check.backlash import WrongGears
 from coupling.check.room import DIRECTIONS, room_around
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
+from coupling.files.robot_file import find_robot
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.deviation import Deviation
 from coupling.path.histories import JointPath, ToolPath
 from coupling.report.check_page import joint_table
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -83,11 +86,46 @@ def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
     def refused(*args: object) -> None:
         raise SimulationError("step 7: no equilibrium")
 
-    monkeypatch.setattr("coupling.check.checked.wrong_backlash", refused)
+    monkeypatch.setattr("coupling.check.checked.wrong_gears", refused)
     status, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert status == 0, said
     assert "What a wrong backlash leaves is not known: step 7: no equilibrium" in said
     assert "backlash reversals" in said
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_wrong_slip_torques_are_told_where_gears_have_elements(
+    tmp_path, checked, monkeypatch, known
+):
+    """Apart from a wrong backlash; elsewhere nothing is said of them."""
+    deviations = {"backlash +20 %": 3e-6, "hysteresis +30 %": 2e-6, "hysteresis -30 %": 1e-6}
+
+    def wrong(*args: object) -> tuple[WrongGears, ...]:
+        if not known:
+            raise SimulationError("step 7: no equilibrium")
+        return tuple(
+            WrongGears(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
+            for name, size in deviations.items()
+        )
+
+    monkeypatch.setattr("coupling.check.checked.wrong_gears", wrong)
+    gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
+    text = find_robot("icme2008").read_text()
+    (tmp_path / "robot.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))
+    status, said = checked(short(tmp_path, "cone", **{'"icme2008"': '"robot.toml"'}), "--evaluate")
+    assert status == 0, said
+    said = " ".join(said.split())
+    if known:
+        told = "in all gears: simulated, a command that is right leaves up to"
+        assert f"backlash +20 % {told} 3.0 um, 1.5 um less a constant." in said
+        assert (
+            f"hysteresis +30 % or hysteresis -30 % {told} 2.0 um, 1.0 um less a constant." in said
+        )
+    else:
+        for what in ("backlash", "hysteresis"):
+            assert f"What a wrong {what} leaves is not known: step 7: no equilibrium" in said
+    _, said = checked(short(tmp_path, "cone"), "--evaluate")
+    assert "hysteresis" not in said
 
 
 def test_noise_of_a_measured_force_is_told_and_moves_no_gear(tmp_path, checked):

@@ -56,7 +56,7 @@ def test_gears_and_motors_carry_what_the_links_need(tmp_path, seed, curve):
     slave = fmu.slave()
     slave.setupExperiment(startTime=0.0)
     slave.setReal(of["tolerance"], [1e-9])
-    slave.setString(fmu.of(names["strings"]), ["", curve, "dynamic", "equilibrium"])
+    slave.setString(fmu.of(names["strings"]), ["", curve, "dynamic", "equilibrium", "ideal"])
     slave.enterInitializationMode()
     slave.setReal(of["q_cmd"], [0.3] * n)
     slave.exitInitializationMode()

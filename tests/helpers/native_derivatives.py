@@ -117,7 +117,7 @@ def instance_of(
     slave = fmu.slave()
     slave.setupExperiment(startTime=0.0)
     slave.setReal(references["tolerance"], [case.tolerance])
-    texts = [trajectory, case.curve, case.mode, case.initial_state]
+    texts = [trajectory, case.curve, case.mode, case.initial_state, "ideal"]
     slave.setString(references["strings"], texts)
     slave.enterInitializationMode()
     inputs = case.before if case.length > 0.0 else case.inputs

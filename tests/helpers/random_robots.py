@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
-from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.description import Body, Joint, Robot, StopElement, Tilt
 
 
 def _unit(rng: np.random.Generator) -> tuple[float, ...]:
@@ -62,6 +64,22 @@ def make_robot(seed: int, joints: int, backlash: float = 1e-4) -> Robot:
         tcp_position=tuple(rng.uniform(-0.3, 0.3, 3).tolist()),
         tcp_rpy=tuple(rng.uniform(-3.0, 3.0, 3).tolist()),
     )
+
+
+def with_hysteresis(robot: Robot, seed: int) -> Robot:
+    """Return the robot with up to three elements in each gear, of 10 to 60 N m over 10 to 200 urad."""
+    rng = np.random.default_rng(seed)
+
+    def elements() -> tuple[StopElement, ...]:
+        count = rng.integers(0, 4)
+        slips = zip(rng.uniform(10.0, 60.0, count), rng.uniform(1e-5, 2e-4, count), strict=True)
+        return tuple(StopElement(float(torque), float(angle)) for torque, angle in slips)
+
+    joints = [
+        joint if joint.stiffness is None else replace(joint, hysteresis=elements())
+        for joint in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
 
 
 def robots(backlash: float = 1e-4) -> st.SearchStrategy[Robot]:

@@ -13,7 +13,10 @@ from coupling.inverse.gears import solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.report.tables import gear_loads as gear_tables
+from coupling.results.run_result import GearResult
 from coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.description import StopElement
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -118,6 +121,31 @@ def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(e
     assert of_tilt(1.05).margin > 0.0
     assert of_tilt(1.05).changes == 0
     assert of_tilt(0.75).margin < 0.0
+
+
+def test_wrong_slip_torques_are_off_by_their_width_times_the_arm(example):
+    """0.6 F |J| / k; none of a gear without elements, and in the table a column where there are any."""
+    elements = (StopElement(40.0, 2e-5), StopElement(80.0, 1e-4))
+    first = replace(example.joints[0], hysteresis=elements)
+    robot = replace(example, joints=(first, *example.joints[1:]))
+    slipping, *others = diagnose(MovingRobot(robot, "linear"), circle(example))
+    assert slipping.slip_miss == pytest.approx(0.6 * 120.0 / first.stiffness * 1.65, rel=1e-3)
+    assert [gear.slip_miss for gear in others] == [None] * 4
+    tables = []
+    for gears in ((slipping, *others), others):
+        told = [GearResult.of(gear) for gear in gears]
+        assert ["hysteresis_30_percent_m" in gear.model_dump() for gear in told] == [
+            gear.slip_miss is not None for gear in gears
+        ]
+        (section,) = gear_tables(told)
+        tables.append(section.parts[1])
+    column = tables[0].columns.index("hysteresis 30 % off, at rest [um]")
+    assert [row[column] for row in tables[0].rows] == [
+        f"{1e6 * slipping.slip_miss:.0f}",
+        *4 * ["0"],
+    ]
+    assert not any("hysteresis" in name for name in tables[1].columns)
+    assert {len(row) for table in tables for row in table.rows} == {7, 8}
 
 
 def test_a_gear_is_unloaded_without_a_force_and_has_no_flank_without_backlash(example):

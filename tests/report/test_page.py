@@ -216,6 +216,12 @@ def test_the_verdict_states_its_conditions(finished):
     stiff = [gear.model_copy(update={"backlash_20_percent_m": 0.0}) for gear in own.gears]
     rigid = own.model_copy(update={"robustness": (), "gears": stiff})
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
+    slips = [rows[0].model_copy(update={"name": f"hysteresis {sign}30 %"}) for sign in "+-"]
+    more = own.model_copy(update={"robustness": (*own.robustness, *slips)})
+    known = float(f"{1e6 * rows[0].deviation_m.maximum:.3g}")
+    assert sentence(more, "elastic-wall") == (
+        f"{said[:-1]}; hysteresis +30 % in all gears would leave {known:g} um."
+    )
     coupled = sentence(own.model_copy(update={"robustness": ()}), "elastic-wall")
     assert re.search(r"a wrong backlash would show, .*\(joint 1[,)]", coupled)
     assert "um" not in coupled.partition("backlash would")[2]  # without a replay there is no figure

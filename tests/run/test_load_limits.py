@@ -226,6 +226,20 @@ def test_the_page_tells_every_range():
         assert f"| `{key}` | {span} | {usual.why} |" in page
 
 
+def test_a_gear_with_slip_angles_in_arc_minutes_is_remarked_upon(tmp_path):
+    """And with 30 kN m of friction; what is usual beside it is not."""
+    usual = "{ slip_torque = 40.0, slip_angle = 2e-5 }"
+    gear = f"gear.hysteresis = [{usual}, {{ slip_torque = 3e4, slip_angle = 0.5 }}]\n"
+    (tmp_path / "robot.toml").write_text(ICME.read_text().replace(JOINT_2, JOINT_2 + gear))
+    (tmp_path / "line.toml").write_text(moving_line(('"icme2008"', '"robot.toml"')))
+    torque, angle = remarks(load_case(tmp_path / "line.toml"))
+    place = "robot icme2008-example: joint 2: "
+    assert torque.startswith(f"{place}hysteresis: expected 0.001 to 1e+04 N m")
+    assert torque.endswith("got 30040 N m")
+    assert angle.startswith(f"{place}slip angle: expected 1e-07 to 0.003 rad")
+    assert angle.endswith("got 0.5 rad: did you mean 0.0001454 rad (0.5 arcmin)?")
+
+
 @pytest.fixture
 def forced(tmp_path, monkeypatch, command):
     """Function that runs a command on a short line under 20 kN; returns what was said."""

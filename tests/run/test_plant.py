@@ -21,6 +21,7 @@ from coupling.path.linear import interpolated
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
+from coupling.run.plant import in_words
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Body, Robot
 
@@ -85,6 +86,18 @@ def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_b
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "On the plant" in page
     assert f"<td>{1e6 * left:.2f}</td>" in page
+
+
+def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):
+    gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
+    text = shipped_robots()["icme2008"].read_text()
+    (tmp_path / "slips.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))
+    case = load_case(moving(tmp_path, 'description = "slips.toml"\nhysteresis_factor = 0.5'))
+    (robot,) = case.plant.robots
+    assert robot.difference.parameters(robot.description, robot.torque_curve) == {
+        "joint[1].hysteresis": 20.0
+    }
+    assert in_words(case.plant, case.robots)[-1] == "hysteresis x 0.5"
 
 
 def test_another_robot_file_and_curve_move_in_place_of_the_model(tmp_path, example):

@@ -19,12 +19,14 @@ from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.frame import AT_THE_ORIGIN
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import run_summary
 from coupling.report.terminal import tell
 from coupling.report.thinning import extremes
+from coupling.robot.cell import Cell, Member
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.console import RunView
@@ -32,11 +34,12 @@ from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.gear_loads import diagnose_robots
-from coupling.run.robustness import VARIATIONS
+from coupling.run.robustness import VARIATIONS, SimulatedModel, replayed
 from coupling.run.stored_run import read_run
-from elastic_robot.description import Robot
+from elastic_robot.description import Robot, StopElement
 
-NAMES = [variation.name for variation in VARIATIONS]
+# No gear of the example robot has elements.
+NAMES = [variation.name for variation in VARIATIONS if "hysteresis" not in variation.name]
 
 
 @pytest.fixture(scope="module")
@@ -130,6 +133,67 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
     assert "joint[1].stiffness" not in stiffer.parameters(own, "spline")
     assert "joint[1].tilt[1].stiffness" in stiffer.parameters(own, "spline")
     assert "joint[1].stiffness" in stiffer.parameters(own, "backlash")
+
+
+def with_elements(robot: Robot, *numbers: int) -> Robot:
+    """Return a robot of whose joints some have elements of 120 N m together."""
+    elements = (StopElement(40.0, 2e-5), StopElement(80.0, 1e-4))
+    joints = tuple(
+        replace(joint, hysteresis=elements) if number in numbers else joint
+        for number, joint in enumerate(robot.joints, start=1)
+    )
+    return replace(robot, joints=joints)
+
+
+def test_a_factor_of_the_hysteresis_is_one_of_all_slip_torques_of_a_gear(example):
+    """Whatever its torque curve, beside a table too; nothing where there are no elements."""
+    slipping, own = with_elements(example, 2, 4), ModelMismatch(hysteresis=(1.3,))
+    points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
+    second = replace(slipping.joints[1], torque_table=points)
+    tabled = replace(slipping, joints=(slipping.joints[0], second, *slipping.joints[2:]))
+    for robot in (slipping, tabled):
+        for curve in ("linear", "backlash", "spline"):
+            assert own.parameters(robot, curve) == {
+                "joint[2].hysteresis": pytest.approx(156.0, rel=1e-15),
+                "joint[4].hysteresis": pytest.approx(156.0, rel=1e-15),
+            }
+    assert own.parameters(example, "backlash") == {}
+    none = ModelMismatch(hysteresis=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0))
+    assert none.parameters(slipping, "backlash") == {"joint[2].hysteresis": 0.0}
+    assert "hysteresis" not in str(
+        ModelMismatch((1.1,), (1.1,), (1.1,)).parameters(slipping, "linear")
+    )
+    with pytest.raises(ValueError, match=r"hysteresis: expected finite factors >= 0, got \[-0.3\]"):
+        ModelMismatch(hysteresis=(-0.3,))
+
+
+class Recorder:
+    """An FMU that notes what is changed and moves as it was told."""
+
+    def __init__(self, path: ToolPath) -> None:
+        self.path, self.changed = path, {}
+
+    def simulate(self, command, wrench, mode, changed, what) -> ToolPath:
+        self.changed[what] = dict(changed)
+        return self.path
+
+
+def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements(finished, example):
+    """Thirty percent to both sides, between backlash and force; else as without elements."""
+    _, run, _, _ = finished
+    found = run.correction
+    cell = Cell((Member("one", AT_THE_ORIGIN, None, None),))
+    replays = {}
+    for robot in (example, with_elements(example, 3)):
+        fmu = Recorder(found.achieved)
+        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found)
+        replays[robot] = [row.name for row in rows], fmu.changed
+    (names, before), (more, after) = replays.values()
+    assert names == NAMES
+    assert more == [*NAMES[:-1], "hysteresis +30 %", "hysteresis -30 %", NAMES[-1]]
+    assert after.pop("hysteresis +30 %") == {"joint[3].hysteresis": pytest.approx(156.0, rel=1e-15)}
+    assert after.pop("hysteresis -30 %") == {"joint[3].hysteresis": pytest.approx(84.0, rel=1e-15)}
+    assert before == after
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):

@@ -25,6 +25,7 @@ from coupling.case.plant import Distribution
 from coupling.errors import CaseError, StudyError
 from coupling.events import unwatched
 from coupling.files.csv_table import read_table
+from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
@@ -370,6 +371,35 @@ def test_what_means_nothing_is_left_out(tmp_path):
     assert StudyParameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
     assert StudyParameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
     assert StudyParameters.of(case, loaded=True).names[-1] == "force_factor"
+
+
+def test_slip_torques_are_uncertain_where_gears_have_elements(tmp_path):
+    """By 30 %, all alike or each by itself; without elements it is left out, in silence if not asked."""
+    gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
+    text = find_robot("icme2008").read_text().replace("backlash  =", f"{gear}backlash  =", 2)
+    (tmp_path / "robot.toml").write_text(text)
+    slipping = ('"icme2008"', '"robot.toml"')
+
+    def parameters(more: str, *changes: tuple[str, str]) -> StudyParameters:
+        (tmp_path / "case.toml").write_text(f"{moving_line(*changes)}\n[study]\n{more}\n")
+        return StudyParameters.of(load_case(tmp_path / "case.toml"), loaded=False)
+
+    alike = parameters("", slipping)
+    assert alike.names == tuple(
+        f"{name}_factor" for name in ("stiffness", "damping", "backlash", "hysteresis")
+    )
+    assert alike.entries[-1].range == pytest.approx((0.7, 1.3))
+    (changed,) = alike.sampled([1.0, 1.0, 1.0, 0.9]).differences
+    robot = load_robot(tmp_path / "robot.toml")
+    assert changed.parameters(robot, "backlash") == {
+        f"joint[{i}].hysteresis": pytest.approx(36.0, rel=1e-15) for i in (1, 2)
+    }
+    each = parameters("hysteresis_factor = [0.5, 1.5]\njoints = 'each'", slipping)
+    assert each.names == ("hysteresis_factor[1]", "hysteresis_factor[2]")
+    (changed,) = each.sampled([1.0, 0.5]).differences
+    assert changed.parameters(robot, "linear") == {"joint[2].hysteresis": 20.0}
+    assert "hysteresis_factor" not in (*parameters("").names, *parameters("").silent)
+    assert parameters("hysteresis_factor = [0.5, 1.5]").silent == ("hysteresis_factor",)
 
 
 def test_normal_parameters_have_their_moments():

@@ -6,12 +6,12 @@ from elastic_robot.chain import Chain
 from elastic_robot.fmi.outputs import HELD, REST, STATES, TUNABLE
 from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, DEVIATION, ELONGATION, RATE
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
-from elastic_robot.hysteresis import REVERSAL_TIME, Elements
+from elastic_robot.hysteresis import REVERSAL_TIME
 
 
-def exchange(chain: Chain, elements: Elements) -> dict[str, Block]:
+def exchange(chain: Chain) -> dict[str, Block]:
     """Return, by block, derivatives of the states and event indicators."""
-    names = chain.elastic_names
+    names, elements = chain.elastic_names, chain.elements
     elongated = [f"element {number} of {names[gear]}" for gear, number in elements.places]
     moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", TIME, *STATES)
     bend = "of the torque curve of"

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
-from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING
+from elastic_robot.description import Joint
+from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING, TORQUE
 from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
 
 # Blocks of inputs that are the first derivatives of others.
@@ -23,12 +24,8 @@ def limits_of(variable: Variable) -> tuple[float, float]:
     return -LARGEST if low is None else low, LARGEST if high is None else high
 
 
-def inputs(limits: Sequence[tuple[float, float] | None]) -> dict[str, Block]:
-    """Return the inputs by block: the load, the drives, the contact spring, the contact.
-
-    Args:
-        limits: Lowest and highest angle of every drive [rad]; None where it has none.
-    """
+def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
+    """Return the inputs by block: load, drives, contact spring, contact, motors' torques."""
 
     def block(variables: list[Variable], *arrays: Array) -> Block:
         return Block("input", "continuous", tuple(variables), arrays=arrays)
@@ -36,17 +33,19 @@ def inputs(limits: Sequence[tuple[float, float] | None]) -> dict[str, Block]:
     def drives(name: str, unit: str, text: str, all_text: str) -> Block:
         variables = [
             Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
-            for i in range(1, len(limits) + 1)
+            for i in range(1, len(joints) + 1)
         ]
-        return block(variables, Array(name, all_text, len(limits)))
+        return block(variables, Array(name, all_text, len(joints)))
 
     def limited(angles: Block) -> Block:
         # Inputs start at 0, which is in their range whatever the drive's.
         found = [
             variable
-            if own is None
-            else replace(variable, minimum=min(own[0], 0.0), maximum=max(own[1], 0.0))
-            for variable, own in zip(angles.variables, limits, strict=True)
+            if joint.limits is None
+            else replace(
+                variable, minimum=min(joint.limits[0], 0.0), maximum=max(joint.limits[1], 0.0)
+            )
+            for variable, joint in zip(angles.variables, joints, strict=True)
         ]
         return replace(angles, variables=tuple(found))
 
@@ -161,5 +160,18 @@ def inputs(limits: Sequence[tuple[float, float] | None]) -> dict[str, Block]:
                 for c in AXES
             ],
             Array("contact.normal", f"Normal {of_contact}: x, y, z", 3),
+        ),
+        "torque_cmd": block(
+            [
+                Variable(
+                    f"torque_cmd[{i}]",
+                    "N.m",
+                    f"Torque of the motor of drive {i} over the step, at the gear's output",
+                    0.0,
+                    nominal=TORQUE,
+                )
+                for i, joint in enumerate(joints, start=1)
+                if joint.drive is not None
+            ]
         ),
     }

@@ -15,6 +15,7 @@ from elastic_robot.commands import CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
+from elastic_robot.fmi.interface import SLIPPED
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.fmi.master_values import MasterValues
 from elastic_robot.fmi.tolerance import TOLERANCE, allowed_error
@@ -89,8 +90,9 @@ class Instance:
         model.parameters = self._values.parameters()
         self._trajectory = self._values.read_trajectory(strings)
         undeflected = strings["initial_state"] == "undeflected"
+        slipped = SLIPPED.get(strings["initial_state"], 0)
         self._past = None
-        model.reset(0.0, self._drives(0.0, 0.0), self._values.load(), undeflected)
+        model.reset(0.0, self._drives(0.0, 0.0), self._values.load(), undeflected, slipped)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model

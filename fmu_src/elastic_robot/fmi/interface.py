@@ -20,7 +20,6 @@ from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
-from elastic_robot.hysteresis import Elements
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -36,6 +35,9 @@ INITIAL_STATES = (
     "equilibrium_from_below",
     "equilibrium_from_above",
 )
+DRIVES = ("ideal", "servo", "torque")
+# Of those after which all elements of hysteresis slip: upwards, downwards.
+SLIPPED = {"equilibrium_from_below": 1, "equilibrium_from_above": -1}
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
 _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
@@ -43,14 +45,14 @@ LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH
 
 def blocks(robot: Robot) -> dict[str, Block]:
     """Return the FMU's variables by block; the last block holds the strings."""
-    chain, elements = build_chain(robot), Elements.of(robot)
-    parameters = _parameters(chain, elements, robot)
+    chain = build_chain(robot)
+    parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     table = {
-        **inputs([joint.limits for joint in robot.joints]),
-        **outputs(chain, elements),
+        **inputs(robot.joints),
+        **outputs(chain),
         **parameters,
-        **exchange(chain, elements),
+        **exchange(chain),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}
@@ -76,7 +78,7 @@ def _with_joints(block: Block, robot: Robot) -> Block:
     return replace(block, variables=tuple(map(described, block.variables)))
 
 
-def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Block]:
+def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
     parameters, names = Parameters.of(robot), chain.elastic_names
     curves = tuple(TORQUE_CURVES)
 
@@ -119,7 +121,21 @@ def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Blo
         ),
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
-        "hysteresis": tunable([slip[k] for k in elements.gears]),
+        "hysteresis": tunable([slip[k] for k in chain.elements.gears]),
+        "friction": tunable(
+            [
+                Variable(
+                    f"joint[{i}].friction",
+                    "N.m",
+                    f"Friction at rest of the motor of joint[{i}], at the gear's output",
+                    float(joint.drive.friction),
+                    minimum=0.0,
+                    nominal=joint.drive.friction or None,
+                )
+                for i, joint in enumerate(robot.joints, start=1)
+                if joint.drive is not None
+            ]
+        ),
         "tolerance": Block(
             "parameter",
             "fixed",
@@ -152,6 +168,7 @@ def _parameters(chain: Chain, elements: Elements, robot: Robot) -> dict[str, Blo
                 ),
                 choice("mode", MODES, either(MODES), MODES[0]),
                 choice("initial_state", INITIAL_STATES, either(INITIAL_STATES), INITIAL_STATES[0]),
+                choice("drive", DRIVES, either(DRIVES), DRIVES[0]),
             ),
         ),
     }

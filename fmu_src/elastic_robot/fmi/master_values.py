@@ -11,6 +11,7 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
+from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables
@@ -46,7 +47,8 @@ class MasterValues:
         limits = np.array([limits_of(variable) for variable in self._drives])
         self._low, self._high = limits.T
         self._beyond = np.zeros(len(limits), dtype=bool)
-        self._torsions = build_chain(robot).torsions
+        chain = build_chain(robot)
+        self._torsions, self._gears = chain.torsions, chain.elements.gears
         self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
         anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
         self._anchor = tuple(self.reals.block(key) for key in anchor)
@@ -123,13 +125,16 @@ class MasterValues:
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
         backlash[self._torsions] = reals.block("backlash")
+        hysteresis = np.zeros_like(own.hysteresis)
+        hysteresis[self._gears] = reals.block("hysteresis")
         return Parameters(
             gravity=reals.block("gravity").copy(),
             stiffness=reals.block("stiffness").copy(),
             damping=reals.block("damping").copy(),
             backlash=backlash,
-            hysteresis=own.hysteresis,
+            hysteresis=hysteresis,
             tables=own.tables,
+            friction=reals.block("friction").copy(),
         )
 
     def new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
@@ -139,6 +144,11 @@ class MasterValues:
             strings: Values of the string variables by name.
             tolerance: Error allowed at the TCP over a path [m].
         """
+        if strings["drive"] != "ideal":
+            raise ParameterError(
+                f"drive: expected ideal in an FMU of kind python, got {strings['drive']}: build it with"
+                " --kind native"
+            )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 

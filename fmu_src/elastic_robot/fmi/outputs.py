@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, ELONGATION, FORCE, RATE, TORQUE
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
-from elastic_robot.hysteresis import Elements
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ CONTACT = (
 )
 
 
-def outputs(chain: Chain, elements: Elements) -> dict[str, Block]:
+def outputs(chain: Chain) -> dict[str, Block]:
     """Return the outputs by block."""
 
     def block(
@@ -165,7 +164,7 @@ def outputs(chain: Chain, elements: Elements) -> dict[str, Block]:
     turned = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
     of_contact = "of the contact on the tool, base axes"
-    names = chain.elastic_names
+    names, elements = chain.elastic_names, chain.elements
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
         "velocity": block(

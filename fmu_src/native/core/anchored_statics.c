@@ -76,7 +76,7 @@ static of_hysteresis of_elements(const descent *s, int k, double x)
 {
     of_hysteresis own = {0.0, 0.0};
     if (s->robot->elements > 0)
-        own.torque = er_rest_torque(s->robot, s->gears->hysteresis, s->history, k, x, &own.slope);
+        own.torque = er_rest_torque(s->robot, s->gears->slip_torque, s->history, k, x, &own.slope);
     return own;
 }
 
@@ -272,7 +272,7 @@ static bool begin(descent *s)
     er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
-        s->neutral[k] = er_gear_switches(s->gears, k) && !(s->gears->hysteresis[k] > 0.0) && fabs(given[k]) < least &&
+        s->neutral[k] = er_gear_switches(s->gears, k) && !(s->gears->slip_torque[k] > 0.0) && fabs(given[k]) < least &&
                         stiffness[k * m + k] * er_gear_half_width(s->gears, k) < least;
         stiffness[k * m + k] += er_gear_flank_slope(s->gears, k, 0.0);
     }
@@ -345,7 +345,7 @@ static double distance(const descent *s)
 static bool is_undecided(const descent *s, int k)
 {
     double driven = s->gradient[k * s->m + k];
-    return er_gear_switches(s->gears, k) && !(s->gears->hysteresis[k] > 0.0) && region_of(s, k) != 0 && driven > 0.0 &&
+    return er_gear_switches(s->gears, k) && !(s->gears->slip_torque[k] > 0.0) && region_of(s, k) != 0 && driven > 0.0 &&
            fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_half_width(s->gears, k) * driven;
 }
 

@@ -152,14 +152,15 @@ static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
     }
     if (r->system->robot->elements > 0) {
         memset(laws->stuck, 0, sizeof laws->stuck);
-        er_stops_stiffness(r->system->robot, gears->hysteresis, &state->stops, laws->stuck);
+        er_stops_stiffness(r->system->robot, gears->slip_torque, &state->stops, laws->stuck);
         for (int k = 0; k < r->m; k++)
-            laws->held[k] = er_elements_torque(r->system->robot, k, gears->hysteresis[k], state->stops.elongation) -
+            laws->held[k] = er_elements_torque(r->system->robot, k, gears->slip_torque[k], state->stops.elongation) -
                             laws->stuck[k] * state->x[k];
     }
 }
 
-/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
+/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]; where motors move, w->x and
+ * w->v are wind-ups from then on. */
 static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
                           const step_laws *laws, int states)
 {
@@ -174,6 +175,8 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
                            er_stage_pull(r, nodes, states, laws->touching), w->residual);
+    if (r->motors > 0)
+        er_motors_wind_up(r, states);
     r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
     for (int b = 0; b < laws->bent; b++) {
@@ -186,11 +189,11 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
             w->residual[k][l] += laws->held[k] + laws->stuck[k] * w->x[k][l];
 }
 
-static void place_end(const er_run *r, const er_state *state, er_step *step)
+static void place_end(const er_run *r, const double *x, const double *v, er_step *step)
 {
     size_t bytes = (size_t)r->m * sizeof *step->x;
-    memcpy(step->x, state->x, bytes);
-    memcpy(step->v, state->v, bytes);
+    memcpy(step->x, x, bytes);
+    memcpy(step->v, v, bytes);
     r->means->kernel.finish(r->m, step->length, (const er_lanes *)step->acceleration, step->x, step->v);
     for (int k = 0; k < r->m; k++) {
         step->a[k] = 0.0;
@@ -201,19 +204,24 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
 
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
  * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
-static double estimate_error(const er_run *r, const step_laws *laws, const er_step *step)
+static double estimate_error(const er_run *r, const er_state *state, const step_laws *laws, const er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
-    ER_ALIGNED er_lanes acceleration[MOST];
-    double defect[MOST];
+    ER_ALIGNED er_lanes acceleration[MOST], of_motors[ER_MAX_JOINTS];
+    double defect[MOST], own = 0.0;
     kernel->spread(r->m, step->x, w->x);
     kernel->spread(r->m, step->v, w->v);
     kernel->spread(r->m, step->a, acceleration);
     find_residual(r, &w->end, (const er_lanes *)acceleration, laws, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    return step->length * step->length * kernel->filter(r->m, w->inverse, defect);
+    if (r->motors > 0) {
+        kernel->spread(r->motors, step->motors.pa, of_motors);
+        er_motors_residual(r, state, &w->end, (const er_lanes *)of_motors, 1);
+        own = er_motors_defect(r, defect);
+    }
+    return step->length * step->length * fmax(kernel->filter(r->m, w->inverse, defect), own);
 }
 
 /* Depths of the contact at nodes, from w->x. */
@@ -230,6 +238,30 @@ static void find_depth(const er_run *r, const er_nodes *nodes, int states, doubl
     }
 }
 
+/* What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
+typedef struct {
+    const double *x, *v;
+} start;
+
+static start find_start(const er_run *r, const er_state *state)
+{
+    if (r->motors == 0)
+        return (start){state->x, state->v};
+    er_motors_begin(r, state);
+    return (start){r->work->motors.x, r->work->motors.v};
+}
+
+/* Counts the end of a step from the motors. */
+static void wind_up_end(const er_run *r, er_step *step)
+{
+    for (int d = 0; d < r->motors; d++) {
+        int k = r->system->robot->motor[d].coordinate;
+        step->x[k] -= step->motors.p[d];
+        step->v[k] -= step->motors.pv[d];
+        step->a[k] -= step->motors.pa[d];
+    }
+}
+
 double er_contact_depth(const er_run *r, const er_state *state)
 {
     er_workspace *w = r->work;
@@ -238,7 +270,7 @@ double er_contact_depth(const er_run *r, const er_state *state)
     for (int l = 0; l < ER_LANES; l++)
         time[l] = state->time;
     drive_nodes(r, time, &w->start);
-    r->means->kernel.spread(r->m, state->x, w->x);
+    r->means->kernel.spread(r->m, find_start(r, state).x, w->x);
     find_depth(r, &w->start, 1, &depth);
     return depth;
 }
@@ -248,17 +280,21 @@ double er_end_approach(const er_run *r, const er_step *step)
     er_workspace *w = r->work;
     r->means->kernel.spread(r->m, step->x, w->x);
     r->means->kernel.spread(r->m, step->v, w->v);
+    for (int d = 0; d < r->motors; d++) { /* from wind-ups to the chain */
+        w->x[r->system->robot->motor[d].coordinate][0] += step->motors.p[d];
+        w->v[r->system->robot->motor[d].coordinate][0] += step->motors.pv[d];
+    }
     er_stage_contact(r, &w->end, 1);
     return er_contact_approach(&w->contact[0].touch);
 }
 
 /* Depths of the contact along a solved step. */
-static void find_depths(const er_run *r, const er_state *state, er_step *step)
+static void find_depths(const er_run *r, const er_state *state, const start *from, er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
     step->depth[0] = er_contact_depth(r, state);
-    kernel->stages(r->m, step->length, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
+    kernel->stages(r->m, step->length, from->x, from->v, (const er_lanes *)step->acceleration, w->x,
                    w->v);
     find_depth(r, &w->stages, ER_STAGES, step->depth + 1);
     kernel->spread(r->m, step->x, w->x);
@@ -274,22 +310,30 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     double target = accuracy / (h * fmax(h, r->settings->longest_step)), last = 0.0;
     bool converged = false;
     step_laws laws;
+    const start from = find_start(r, state);
     step->length = h;
     drive_step(r, state->time, h);
     find_laws(r, state, &laws);
     if (laws.touching) {
-        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x, w->v);
+        kernel->stages(r->m, h, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
         er_stage_contact(r, &w->stages, ER_STAGES);
     }
     if (!er_linearise(r, state, h))
         return false;
     for (step->passes = 1; step->passes <= r->settings->most_passes && !converged; step->passes++) {
         double size, rate = RATE_SAFETY * state->rate;
-        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
-                       w->v);
+        kernel->stages(r->m, h, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
+        if (r->motors > 0)
+            er_motors_stages(r, state, step);
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
+        if (r->motors > 0) {
+            er_motors_residual(r, state, &w->stages, (const er_lanes *)step->motor_acceleration, ER_STAGES);
+            er_motors_before(r, step);
+        }
         size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
                                step->acceleration);
+        if (r->motors > 0)
+            size = hypot(size, er_motors_after(r, step));
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;
         } else {
@@ -305,9 +349,12 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     if (!converged)
         return false;
     step->passes--;
-    place_end(r, state, step);
+    place_end(r, from.x, from.v, step);
     if (r->system->contacting)
-        find_depths(r, state, step);
-    step->error = estimate_error(r, &laws, step);
+        find_depths(r, state, &from, step);
+    if (r->motors > 0)
+        er_motors_end(r, state, step);
+    step->error = estimate_error(r, state, &laws, step);
+    wind_up_end(r, step);
     return step->error < INFINITY;
 }

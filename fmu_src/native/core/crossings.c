@@ -66,18 +66,47 @@ typedef struct {
     double control[ER_CONTROL], lowest, highest;
 } course;
 
-static void find_course(int k, const er_state *state, const er_step *step, course *x)
+static void find_course(double h, double x0, double v0, const er_lanes acceleration, course *x)
 {
-    double h = step->length;
     x->highest = -INFINITY, x->lowest = INFINITY;
     for (int c = 0; c < ER_CONTROL; c++) {
         const double *weight = er_gauss_bernstein[c];
         double bend = 0.0;
         for (int j = 0; j < ER_STAGES; j++)
-            bend += weight[2 + j] * step->acceleration[k][j];
-        x->control[c] = weight[0] * state->x[k] + h * (weight[1] * state->v[k] + h * bend);
+            bend += weight[2 + j] * acceleration[j];
+        x->control[c] = weight[0] * x0 + h * (weight[1] * v0 + h * bend);
         x->highest = x->control[c] > x->highest ? x->control[c] : x->highest;
         x->lowest = x->control[c] < x->lowest ? x->control[c] : x->lowest;
+    }
+}
+
+/* That of an entry of x, counted from its motor where that moves. */
+static void find_wind_up(const er_run *r, int k, const er_state *state, const er_step *step, course *x)
+{
+    er_lanes acceleration;
+    memcpy(acceleration, step->acceleration[k], sizeof acceleration);
+    for (int d = 0; d < r->motors; d++)
+        for (int l = 0; r->system->robot->motor[d].coordinate == k && l < ER_STAGES; l++)
+            acceleration[l] -= step->motor_acceleration[d][l];
+    find_course(step->length, state->x[k], state->v[k], (const double *)acceleration, x);
+}
+
+/* That of a motor: of p, and of its command at the nodes. */
+static void find_motor_course(const er_run *r, int d, const er_step *step, course *x)
+{
+    const er_motor_work *work = &r->work->motors;
+    int i = r->system->robot->motor[d].joint;
+    double command[ER_CONTROL];
+    find_course(step->length, work->p[d], work->pv[d], step->motor_acceleration[d], x);
+    command[0] = work->command[d];
+    memcpy(command + 1, r->work->stages.q[i], ER_STAGES * sizeof *command);
+    command[ER_DEGREE] = r->work->end.q[i][0];
+    x->highest = -INFINITY, x->lowest = INFINITY;
+    for (int c = 0; c < ER_CONTROL; c++) {
+        for (int j = 0; j < ER_CONTROL; j++)
+            x->control[c] += er_gauss_bernstein_from_value[c][j] * command[j];
+        x->highest = fmax(x->highest, x->control[c]);
+        x->lowest = fmin(x->lowest, x->control[c]);
     }
 }
 
@@ -115,15 +144,17 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
     double tolerance = r->means->tolerance, rate[ER_CONTROL];
     course x;
     int last = -1, reversing = -1; /* coordinates that `x` and the last reversal belong to */
-    for (int j = 0; j < robot->elements; j++) {
+    for (int j = 0; j < robot->elements + r->motors; j++) {
         int k = robot->element[j].coordinate, outward = -stops->slipping[j];
-        if (k != last)
-            find_course(k, state, step, &x);
+        if (k >= r->m)
+            find_motor_course(r, k - r->m, step, &x);
+        else if (k != last)
+            find_wind_up(r, k, state, step, &x);
         last = k;
         if (outward == 0) {
             double way = robot->element[j].angle + er_stop_slack(robot, j, tolerance);
             for (outward = -1; outward <= 1; outward += 2) {
-                double edge = state->x[k] - stops->elongation[j] + outward * way;
+                double edge = x.control[0] - stops->elongation[j] + outward * way;
                 if (outward > 0 ? x.highest > edge : x.lowest < edge)
                     take_earlier(x.control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
             }
@@ -144,10 +175,10 @@ bool er_first_crossing(const er_run *r, const er_state *state, const er_step *st
         course x;
         if (!er_gear_switches(r->system->gears, k))
             continue;
-        find_course(k, state, step, &x);
+        find_wind_up(r, k, state, step, &x);
         find_edges(r, state, k, &x, first, &found);
     }
-    if (r->system->robot->elements > 0)
+    if (r->system->robot->elements + r->motors > 0)
         find_slips(r, state, step, first, &found);
     return found;
 }
@@ -204,6 +235,18 @@ static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *st
     }
 }
 
+/* What elements that begin to slip had of changes of their elongations [N m]. */
+static double find_released(const er_run *r, const er_state *state, const er_crossing *crossing,
+                            const double *elongation)
+{
+    const er_robot *robot = r->system->robot;
+    double sum = 0.0;
+    for (int j = 0; j < robot->elements; j++)
+        if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+            sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
+    return sum;
+}
+
 /* The torque is continuous where a coordinate x_k passes the edge of its backlash, or where an element of its
  * hysteresis begins to slip, only its slope jumps.
  * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
@@ -235,8 +278,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     if (slips) {
         edge = crossing->outward * system->robot->element[crossing->element].angle;
         beyond = crossing->outward * (state->stops.elongation[crossing->element] - edge);
-        jump = -crossing->outward * beyond *
-               er_element_stiffness(system->robot, system->gears->hysteresis, crossing->element);
+        jump = -crossing->outward * beyond; /* of 1 N m/rad */
     } else {
         edge = copysign(er_gear_half_width(system->gears, k), crossing->boundary);
         beyond = crossing->outward * (step->x[k] - edge);
@@ -260,7 +302,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
         double beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
         if (slips)
-            beyond_change = s->elongation[column][crossing->element];
+            beyond_change = find_released(r, state, crossing, s->elongation[column]);
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;
     }

@@ -104,12 +104,14 @@ void er_gears_build(er_gears *gears, int law, const er_robot *robot, const er_pa
 {
     gears->law = law;
     gears->count = robot->elastics;
+    for (int d = 0; d < robot->motors; d++)
+        gears->slip_torque[robot->elastics + d] = parameters->friction[d];
     for (int k = 0; k < gears->count; k++) {
         gears->stiffness[k] = parameters->stiffness[k];
         gears->damping[k] = parameters->damping[k];
         gears->backlash[k] = law == LINEAR ? 0.0 : parameters->backlash[k];
         gears->half_width[k] = INFINITY;
-        gears->hysteresis[k] = parameters->hysteresis[k];
+        gears->slip_torque[k] = parameters->hysteresis[k];
         gears->spline[k].points = 0;
         if (law == SPLINE)
             build_spline(gears, k, &robot->table[k]);

@@ -34,7 +34,7 @@ typedef struct {
     double damping[ER_MAX_ANGLES];   /* [N m s/rad] */
     double backlash[ER_MAX_ANGLES];  /* [rad] */
     double half_width[ER_MAX_ANGLES]; /* [rad], infinite where the law never changes */
-    double hysteresis[ER_MAX_ANGLES]; /* at which all elements slip [N m] */
+    double slip_torque[ER_MAX_COORDINATES]; /* at which all elements slip [N m], of the motors too */
     er_spline spline[ER_MAX_ANGLES];
 } er_gears;
 

@@ -5,7 +5,7 @@
 
 void er_stops_copy(const er_robot *robot, er_stops *to, const er_stops *from)
 {
-    size_t elements = (size_t)robot->elements;
+    size_t elements = (size_t)er_all_elements(robot);
     memcpy(to->elongation, from->elongation, elements * sizeof *to->elongation);
     memcpy(to->slipping, from->slipping, elements * sizeof *to->slipping);
 }
@@ -13,7 +13,7 @@ void er_stops_copy(const er_robot *robot, er_stops *to, const er_stops *from)
 double er_elements_torque(const er_robot *robot, int k, double slip_torque, const double *elongation)
 {
     double sum = 0.0;
-    for (int j = 0; j < robot->elements; j++)
+    for (int j = 0; j < er_all_elements(robot); j++)
         if (robot->element[j].coordinate == k)
             sum += robot->element[j].share / robot->element[j].angle * elongation[j];
     return slip_torque * sum;
@@ -42,15 +42,29 @@ void er_stops_follow(const er_robot *robot, er_stops *stops, const double *befor
     er_stops_follow_along(robot, stops, before, after, stops->elongation);
 }
 
+void er_stops_follow_motors(const er_robot *robot, er_stops *stops, const double *before, const double *after)
+{
+    for (int d = 0; d < robot->motors; d++)
+        if (stops->slipping[robot->elements + d] == 0)
+            stops->elongation[robot->elements + d] += after[d] - before[d];
+}
+
 void er_stops_slip(const er_robot *robot, er_stops *stops, int j, int direction)
 {
     stops->slipping[j] = direction;
     stops->elongation[j] = direction * robot->element[j].angle;
 }
 
+bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int first, int direction)
+{
+    const er_element *element = &robot->element[j];
+    return j == first || (element->coordinate == robot->element[first].coordinate && stops->slipping[j] == 0 &&
+                          direction * stops->elongation[j] >= element->angle);
+}
+
 void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate)
 {
-    for (int j = 0; j < robot->elements; j++)
+    for (int j = 0; j < er_all_elements(robot); j++)
         if (robot->element[j].coordinate == coordinate)
             stops->slipping[j] = 0;
 }
@@ -65,7 +79,7 @@ double er_stop_slack(const er_robot *robot, int j, double tolerance)
 double er_reversal_slack(const er_robot *robot, int coordinate, double tolerance)
 {
     double least = INFINITY;
-    for (int j = 0; j < robot->elements; j++)
+    for (int j = 0; j < er_all_elements(robot); j++)
         if (robot->element[j].coordinate == coordinate)
             least = fmin(least, er_stop_slack(robot, j, tolerance));
     return least / robot->settings.first_step;

@@ -1,4 +1,4 @@
-/* Hysteresis of gears: stop elements beside the torque curve, springs that slip (Maxwell slip).
+/* Hysteresis of gears and friction of motors: stop elements, springs that slip (Maxwell slip).
  *
  * An element's elongation s follows its coordinate, s = clip(s + dx, +-a), and its torque is F share s / a,
  * with the torque F at which all elements of the gear slip.  While it sticks it is a spring, while it slips a
@@ -33,8 +33,9 @@ double er_elements_torque(const er_robot *robot, int k, double slip_torque, cons
 void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops,
                         double *stiffness);
 
-/* Lets the elements that stick follow their coordinates. */
+/* Lets the elements that stick follow x, or the motors. */
 void er_stops_follow(const er_robot *robot, er_stops *stops, const double *before, const double *after);
+void er_stops_follow_motors(const er_robot *robot, er_stops *stops, const double *before, const double *after);
 
 /* The derivative of that, of the elongations of one column. */
 void er_stops_follow_along(const er_robot *robot, const er_stops *stops, const double *before,
@@ -42,6 +43,10 @@ void er_stops_follow_along(const er_robot *robot, const er_stops *stops, const d
 
 /* Lets an element slip in a direction, or all that slip on a coordinate stick again. */
 void er_stops_slip(const er_robot *robot, er_stops *stops, int j, int direction);
+
+/* Whether another element of the same coordinate slips as one begins to: at the end of a loop all of them return
+ * to their slip angles at once. */
+bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int first, int direction);
 void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate);
 
 /* How far beyond its slip angle an element sticks [rad], so that rounding does not undo it; and the rate of a

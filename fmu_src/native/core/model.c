@@ -51,6 +51,18 @@ static er_drives own_drives(er_model *model)
     return drives;
 }
 
+/* Motors without a servo are counted from where they would be at the rate they have. */
+static void coast(const er_model *model, er_drives *drives)
+{
+    const er_motors *motors = &model->memory.state.motors;
+    for (int d = 0; d < er_model_motors(model); d++) {
+        double *powers = drives->powers[model->robot.motor[d].joint];
+        memset(powers, 0, sizeof *drives->powers);
+        powers[0] = motors->angle[d];
+        powers[1] = motors->rate[d];
+    }
+}
+
 /* The same, or those that follow a command through a step. */
 static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
 {
@@ -58,6 +70,8 @@ static er_drives drives_of(er_model *model, double start, double end, const er_c
     if (drives.trajectory == NULL) {
         drives.start = start;
         er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
+        if (model->memory.options.drive == ER_TORQUE && end > start)
+            coast(model, &drives);
     }
     return drives;
 }
@@ -153,12 +167,44 @@ static bool rest_at(er_model *model, const er_held *held, er_failure *failure)
     return true;
 }
 
+/* Motors begin with the motion of their commands, and servos with the torque for it. */
+static void start_motors(er_model *model, const er_command *command)
+{
+    er_memory *memory = &model->memory;
+    er_motors *motors = &memory->state.motors;
+    memcpy(memory->held.torque, command->torque, sizeof memory->held.torque);
+    for (int d = 0; d < model->robot.motors; d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double rate = memory->held.qd[motor->joint], slope;
+        motors->angle[d] = memory->held.q[motor->joint];
+        motors->rate[d] = rate;
+        motors->integral[d] = motor->inertia * memory->held.qdd[motor->joint] +
+                              er_model_gear_torque(model, motor->coordinate) +
+                              er_motor_friction(motor, memory->parameters.friction[d], 0.0, rate, &slope) -
+                              motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, rate);
+    }
+}
+
+/* Whether drives may be what they are told to be. */
+static bool require_drives(const er_model *model, er_failure *failure)
+{
+    const er_options *options = &model->memory.options;
+    if (options->drive != ER_IDEAL && model->robot.motors == 0)
+        return er_fail(failure, "drive: expected ideal, as no joint of the robot has a drive, got %s",
+                       options->drive == ER_SERVO ? "servo" : "torque");
+    if (options->drive == ER_TORQUE && (options->quasistatic || options->trajectory[0] != '\0'))
+        return er_fail(failure, "drive torque: expected mode dynamic and no trajectory, as torques are not told at"
+                                " rest or by one, got %s",
+                       options->quasistatic ? "mode quasistatic" : "a trajectory");
+    return true;
+}
+
 bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure)
 {
     er_memory *memory = &model->memory;
     er_drives drives;
-    if (!require_trajectory(model, memory->options.trajectory, 0, failure))
+    if (!require_drives(model, failure) || !require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
@@ -176,6 +222,7 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
     if (memory->options.initial != ER_UNDEFLECTED && !rest_at(model, &memory->held, failure))
         return false;
     er_state_start(&memory->state, &model->robot, &model->gears, 0.0);
+    start_motors(model, command);
     er_model_orient(model);
     return true;
 }
@@ -270,7 +317,7 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
     const double start = state->time;
     er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
                         start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
-                        er_contact_holds(&load->contact)};
+                        er_contact_holds(&load->contact), model->memory.options.drive, held->torque};
     const er_means *means = &model->means;
     er_means finer;
     double most = model->robot.settings.most_step;
@@ -319,6 +366,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
     er_state_copy(&model->robot, began, state);
+    memcpy(held.torque, command->torque, sizeof held.torque);
     if (!find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
     if (!(still ? rest_at(model, &held, failure)
@@ -328,6 +376,11 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     }
     if (still)
         er_state_start(state, &model->robot, &model->gears, end);
+    if (model->memory.options.drive == ER_TORQUE)
+        for (int d = 0; d < model->robot.motors; d++) {
+            held.q[model->robot.motor[d].joint] = state->motors.angle[d];
+            held.qd[model->robot.motor[d].joint] = state->motors.rate[d];
+        }
     model->memory.held = held;
     remember(model, end - start, command);
     return true;

@@ -16,6 +16,7 @@
 typedef struct {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* of the drives */
     er_load load; /* on the tool; its anchor is where it is now */
+    double torque[ER_MAX_JOINTS]; /* of motors without a servo [N m] */
 } er_held;
 
 /* How a simulation starts: in equilibrium, of elements of hysteresis without load before, or with x = 0, or in
@@ -27,6 +28,7 @@ typedef struct {
     int curve; /* law of the gears, by its place in TORQUE_CURVES */
     bool quasistatic; /* equilibrium at every step's end instead of the equation of motion */
     er_initial initial; /* how a simulation starts */
+    er_drive_kind drive; /* how drives follow their commands */
     double tolerance; /* error allowed at the TCP over a path [m], in dynamic mode */
     char trajectory[ER_MAX_PATH]; /* file of the joint motion; empty: commands */
 } er_options;
@@ -136,6 +138,20 @@ const er_posture *er_model_posture(er_model *model, bool rigid);
 
 /* Velocity [m/s] and angular velocity [rad/s] of the TCP; in quasi-static mode those of the rigid robot. */
 void er_model_velocity(const er_model *model, double velocity[6]);
+
+/* Motors that move by themselves: none of them under ideal drives, and in quasi-static mode. */
+int er_model_motors(const er_model *model);
+
+/* Angles and rates of the chain, those of the motors in it; of the rigid robot those of the commands. */
+void er_model_angles(const er_model *model, bool rigid, double *theta);
+void er_model_rates(const er_model *model, bool rigid, double *rate);
+
+/* Angle, rate [rad, rad/s] and torque [N m] of a joint's drive at the gear's output: of its motor where there is one. */
+typedef struct {
+    double angle, rate, torque;
+} er_drive_state;
+
+er_drive_state er_model_drive(const er_model *model, int joint);
 
 /* Torque of the gear of entry k of x on its link [N m]. */
 double er_model_gear_torque(const er_model *model, int k);

@@ -92,7 +92,7 @@ static bool is_any(const double values[ER_SYMMETRIC])
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
-static bool invert(const er_run *r)
+static bool invert(const er_run *r, const er_state *state)
 {
     er_workspace *w = r->work;
     const er_linearisation *at = &w->linearisation;
@@ -111,6 +111,8 @@ static bool invert(const er_run *r)
             diagonal->im[p] += im * damping + 2.0 * re * im * at->slope[k];
         }
     }
+    if (r->motors > 0)
+        er_motors_eliminate(r, state, w->matrix);
     if (is_any(at->anchor) || is_any(at->contact))
         add_support(r);
     if (is_any(at->damper))
@@ -175,13 +177,13 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     }
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_gear_slope(system->gears, k, state->region[k], state->x[k]);
-    er_stops_stiffness(system->robot, system->gears->hysteresis, &state->stops, at->slope);
+    er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, at->slope);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
     memcpy(at->contact, now->stiffness, sizeof at->contact);
     memcpy(at->damper, now->damping, sizeof at->damper);
     memcpy(at->offset, now->offset, sizeof at->offset);
     at->length = h;
-    if (invert(r))
+    if (invert(r, state))
         return true;
     er_relinearise(w);
     return false;
@@ -198,16 +200,21 @@ static bool same(const er_run *r, const er_linearisation *a, const er_linearisat
            memcmp((const char *)a + first, (const char *)b + first, sizeof *a - first) == 0;
 }
 
-void er_linearise_as(const er_run *r, const er_linearisation *linearisation)
+void er_linearise_as(const er_run *r, const er_state *state)
 {
     er_workspace *w = r->work;
+    const er_linearisation *linearisation = &state->linearisation;
+    if (r->motors > 0) { /* their slopes are not kept */
+        er_relinearise(w);
+        return;
+    }
     if (same(r, linearisation, &w->linearisation))
         return;
     w->linearisation = *linearisation;
     if (w->linearisation.has_mass)
         find_mass(r);
     if (w->linearisation.length > 0.0)
-        invert(r); /* which succeeded when they were first made */
+        invert(r, state); /* which succeeded when they were first made */
 }
 
 void er_relinearise(er_workspace *work)

@@ -9,17 +9,43 @@
 /* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
 #define SMALL_ANGLE 0.1
 
-static void place(const er_model *model, const double *x, er_placement *placement)
+int er_model_motors(const er_model *model)
+{
+    const er_options *options = &model->memory.options;
+    return options->drive == ER_IDEAL || options->quasistatic ? 0 : model->robot.motors;
+}
+
+void er_model_angles(const er_model *model, bool rigid, double *theta)
+{
+    const er_memory *memory = &model->memory;
+    er_angles(&model->robot, memory->held.q, rigid ? NULL : memory->state.x, theta);
+    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
+        int joint = model->robot.motor[d].joint;
+        theta[model->robot.drive_angle[joint]] += memory->state.motors.angle[d] - memory->held.q[joint];
+    }
+}
+
+void er_model_rates(const er_model *model, bool rigid, double *rate)
+{
+    const er_memory *memory = &model->memory;
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
+        int joint = model->robot.motor[d].joint;
+        rate[model->robot.drive_angle[joint]] += memory->state.motors.rate[d] - memory->held.qd[joint];
+    }
+}
+
+static void place(const er_model *model, bool rigid, er_placement *placement)
 {
     double theta[ER_MAX_ANGLES];
-    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_model_angles(model, rigid, theta);
     er_place(&model->robot, theta, placement);
 }
 
-static void place_tool(const er_model *model, const double *x, double position[3], double rotation[9])
+static void place_tool(const er_model *model, bool rigid, double position[3], double rotation[9])
 {
     double theta[ER_MAX_ANGLES];
-    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_model_angles(model, rigid, theta);
     er_place_tool(&model->robot, theta, position, rotation);
 }
 
@@ -36,7 +62,7 @@ static void orient(er_model *model, bool rigid, const double *theta, double pose
 static void pose_at(er_model *model, bool rigid, double pose[7])
 {
     double theta[ER_MAX_ANGLES], position[3], rotation[9];
-    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    er_model_angles(model, rigid, theta);
     er_place_tool(&model->robot, theta, position, rotation);
     er_pose(position, rotation, pose);
     orient(model, rigid, theta, pose);
@@ -68,7 +94,7 @@ const er_posture *er_model_posture(er_model *model, bool rigid)
     er_posture *posture = &model->posture[rigid];
     double theta[ER_MAX_ANGLES];
     size_t bytes = (size_t)model->robot.angles * sizeof *theta;
-    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    er_model_angles(model, rigid, theta);
     if (posture->pose[6] == 0.0 || posture->opposite != model->memory.opposite[rigid] ||
         memcmp(theta, posture->theta, bytes) != 0) {
         posture->opposite = model->memory.opposite[rigid];
@@ -117,8 +143,8 @@ void er_model_velocity(const er_model *model, double velocity[6])
     bool rigid = memory->options.quasistatic;
     double rate[ER_MAX_ANGLES];
     er_placement placement;
-    place(model, rigid ? NULL : memory->state.x, &placement);
-    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    place(model, rigid, &placement);
+    er_model_rates(model, rigid, rate);
     memset(velocity, 0, 6 * sizeof *velocity);
     for (int i = 0; i < model->robot.angles; i++)
         for (int c = 0; c < 3; c++) {
@@ -134,7 +160,7 @@ void er_velocity_along(const er_model *model, const er_change *change, double ve
     double rate[ER_MAX_ANGLES], rate_change[ER_MAX_ANGLES];
     er_moved p;
     er_move_along(model, change, rigid, false, &p);
-    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    er_model_rates(model, rigid, rate);
     er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
     memset(velocity, 0, 6 * sizeof *velocity);
     for (int i = 0; i < model->robot.angles; i++)
@@ -154,7 +180,59 @@ double er_model_gear_torque(const er_model *model, int k)
     const er_gears *gears = &model->gears;
     double x = model->memory.state.x[k];
     return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * rate_of(model, k) +
-             er_elements_torque(&model->robot, k, gears->hysteresis[k], model->memory.state.stops.elongation));
+             er_elements_torque(&model->robot, k, gears->slip_torque[k], model->memory.state.stops.elongation));
+}
+
+/* The torque that gives a motor the motion of its command, with the friction of one that has slipped. */
+static double ideal_torque(const er_model *model, const er_motor *motor, double slip_torque)
+{
+    const er_held *held = &model->memory.held;
+    double rate = held->qd[motor->joint], slope;
+    if (model->memory.options.quasistatic)
+        return 0.0;
+    return motor->inertia * held->qdd[motor->joint] +
+           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, rate, &slope);
+}
+
+er_drive_state er_model_drive(const er_model *model, int joint)
+{
+    const er_memory *memory = &model->memory;
+    const er_motors *motors = &memory->state.motors;
+    er_drive_state drive = {memory->held.q[joint], memory->held.qd[joint], 0.0};
+    for (int k = 0; k < model->robot.elastics; k++)
+        if (model->robot.elastic_joint[k] == joint && model->robot.elastic_tilt[k] == 0)
+            drive.torque = er_model_gear_torque(model, k);
+    for (int d = 0; d < model->robot.motors; d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double p = motors->angle[d] - drive.angle, pv = motors->rate[d] - drive.rate;
+        if (motor->joint != joint)
+            continue;
+        if (er_model_motors(model) == 0)
+            drive.torque += ideal_torque(model, motor, memory->parameters.friction[d]);
+        else if (memory->options.drive == ER_TORQUE)
+            drive = (er_drive_state){motors->angle[d], motors->rate[d], memory->held.torque[d]};
+        else
+            drive = (er_drive_state){motors->angle[d], motors->rate[d],
+                                     er_servo_torque(motor, er_servo_wanted(motor, p, pv, drive.rate),
+                                                     motors->integral[d])};
+    }
+    return drive;
+}
+
+double er_ideal_torque_along(const er_model *model, const er_change *change, int joint)
+{
+    double slope, rate = model->memory.held.qd[joint], along = 0.0;
+    for (int d = 0; d < model->robot.motors; d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, at;
+        if (motor->joint != joint || model->memory.options.quasistatic)
+            continue;
+        er_motor_friction(motor, model->memory.parameters.friction[d], side, rate, &slope);
+        at = er_motor_friction(motor, 1.0, side, rate, &(double){0.0}) - motor->viscous * rate;
+        along += motor->inertia * change->held.qdd[joint] + slope * change->held.qd[joint] +
+                 at * change->parameters.friction[d];
+    }
+    return along;
 }
 
 double er_gear_torque_along(const er_model *model, const er_change *change, int k)
@@ -165,7 +243,7 @@ double er_gear_torque_along(const er_model *model, const er_change *change, int 
     int region = er_gear_region(gears, k, x);
     double along = er_gear_slope(gears, k, region, x) * change->x[k] +
                    er_gear_along(gears, k, region, x, parameters->stiffness[k], parameters->backlash[k]) +
-                   er_elements_torque(&model->robot, k, gears->hysteresis[k], change->elongation) +
+                   er_elements_torque(&model->robot, k, gears->slip_torque[k], change->elongation) +
                    er_elements_torque(&model->robot, k, parameters->hysteresis[k],
                                       model->memory.state.stops.elongation);
     if (!model->memory.options.quasistatic)
@@ -176,8 +254,8 @@ double er_gear_torque_along(const er_model *model, const er_change *change, int 
 void er_model_deviation(const er_model *model, double deviation[6])
 {
     double elastic[3], rigid[3], elastic_rotation[9], rigid_rotation[9];
-    place_tool(model, model->memory.state.x, elastic, elastic_rotation);
-    place_tool(model, NULL, rigid, rigid_rotation);
+    place_tool(model, false, elastic, elastic_rotation);
+    place_tool(model, true, rigid, rigid_rotation);
     for (int c = 0; c < 3; c++)
         deviation[c] = elastic[c] - rigid[c];
     er_rotation_between(elastic_rotation, rigid_rotation, deviation + 3);
@@ -222,17 +300,17 @@ void er_deviation_along(const er_model *model, const er_change *change, double d
 void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6])
 {
     const er_memory *memory = &model->memory;
-    static const double rest[ER_MAX_ANGLES];
     bool still = memory->options.quasistatic;
-    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES];
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES] = {0.0};
     er_load load = memory->held.load;
     memset(wrench, 0, 6 * sizeof *wrench);
     if (!er_contact_holds(&load.contact))
         return;
     if (still)
         memset(load.anchor.velocity, 0, sizeof load.anchor.velocity);
-    er_angles(&model->robot, memory->held.q, memory->state.x, theta);
-    er_angles(&model->robot, still ? rest : memory->held.qd, still ? NULL : memory->state.v, rate);
+    er_model_angles(model, false, theta);
+    if (!still)
+        er_model_rates(model, false, rate);
     er_contact_move(&model->robot, &load, 0.0, theta, rate, motion);
     er_contact_wrench(motion, wrench);
 }

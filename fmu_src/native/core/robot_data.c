@@ -124,10 +124,31 @@ static bool read_stop(er_robot *robot, er_lines *lines)
     return true;
 }
 
-static void find_shares(er_robot *robot)
+/* Inertia; friction, its slip angle, viscous, Stribeck's part and rate; gains, feed-forward, limit. */
+static bool read_motor(er_robot *robot, er_lines *lines)
+{
+    double v[11];
+    if (!is_spring(robot) || (robot->motors > 0 && robot->motor[robot->motors - 1].joint == robot->joints - 1))
+        return er_lines_refuse(lines, "at most one motor for each joint, behind its spring");
+    if (!er_lines_numbers(lines, 11, v))
+        return false;
+    if (!(v[0] > 0.0 && v[2] > 0.0 && v[5] > 0.0))
+        return er_lines_refuse(lines, "inertia, slip angle and Stribeck's rate above zero");
+    robot->parameters.friction[robot->motors] = v[1];
+    robot->motor[robot->motors++] =
+        (er_motor){robot->joints - 1, robot->elastics - 1, v[0], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9],
+                   v[10] > 0.0 ? v[10] : INFINITY};
+    return true;
+}
+
+/* Those of the motors come last; shares were torques. */
+static void finish_elements(er_robot *robot)
 {
     for (int j = 0; j < robot->elements; j++)
         robot->element[j].share /= robot->parameters.hysteresis[robot->element[j].coordinate];
+    for (int d = 0; d < robot->motors; d++)
+        robot->element[robot->elements + d] =
+            (er_element){robot->elastics + d, 1.0, robot->motor[d].slip_angle};
 }
 
 /* Adds a body, given by mass, centre of mass and inertia about that, to the last rotation. */
@@ -197,11 +218,13 @@ static bool read_line(er_robot *robot, er_lines *lines)
         return read_table(robot, lines);
     if (strcmp(lines->word, "stop") == 0)
         return read_stop(robot, lines);
+    if (strcmp(lines->word, "motor") == 0)
+        return read_motor(robot, lines);
     if (strcmp(lines->word, "tilt") == 0)
         return read_tilt(robot, lines);
     if (strcmp(lines->word, "body") == 0)
         return read_body(robot, lines);
-    return er_lines_refuse(lines, "joint, spring, table, stop, tilt, body or end");
+    return er_lines_refuse(lines, "joint, spring, table, stop, motor, tilt, body or end");
 }
 
 static double length_of(const double v[3])
@@ -233,6 +256,6 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
     if (robot->joints == 0)
         return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
     find_reach(robot);
-    find_shares(robot);
+    finish_elements(robot);
     return require_settings(robot, lines);
 }

@@ -77,7 +77,8 @@ static inline double er_slack_at(const er_settings *settings, double time)
 #define ER_MAX_ANGLES (3 * ER_MAX_JOINTS) /* each joint's own rotation and two tilts */
 #define ER_MAX_KNOTS 64                   /* points of a joint's own torque table */
 #define ER_MAX_STOPS 6                    /* elements of a gear's hysteresis */
-#define ER_MAX_ELEMENTS (ER_MAX_STOPS * ER_MAX_JOINTS)
+#define ER_MAX_ELEMENTS ((ER_MAX_STOPS + 1) * ER_MAX_JOINTS) /* and one of each motor's friction */
+#define ER_MAX_COORDINATES (ER_MAX_ANGLES + ER_MAX_JOINTS)   /* entries of x, then motors */
 #define ER_MAX_GUID 64
 
 /* An axis along none of the coordinates. */
@@ -109,12 +110,27 @@ typedef struct {
     double torque[ER_MAX_KNOTS]; /* rising [N m] */
 } er_table;
 
-/* An element of a gear's hysteresis: a spring in series with dry friction. */
+/* An element of a gear's hysteresis or of a motor's friction: a spring in series with dry friction. */
 typedef struct {
-    int coordinate; /* the entry of x that it acts on */
-    double share;   /* of the torque at which all of the gear's elements slip */
+    int coordinate; /* the entry of x that it acts on; of motors, their number behind the last entry */
+    double share;   /* of the torque at which all of the coordinate's elements slip */
     double angle;   /* elongation at which it slips [rad] */
 } er_element;
+
+/* Motor and servo of a joint, seen at the gear's output. */
+typedef struct {
+    int joint, coordinate;  /* that it drives, and the entry of x of its gear */
+    double inertia;         /* of the rotor [kg m^2] */
+    double slip_angle;      /* of its friction [rad] */
+    double viscous;         /* [N m s/rad] */
+    double stribeck;        /* part of the friction at rest that is lost at higher rates */
+    double stribeck_rate;   /* at which 63 % of that are lost [rad/s] */
+    double position_gain;   /* rate over angle [1/s] */
+    double rate_gain;       /* torque over rate [N m s/rad] */
+    double integral_gain;   /* torque over angle, of the integrated rate [N m/rad] */
+    double feed_forward;    /* part of the commanded rate that is fed forward */
+    double torque_limit;    /* [N m]; infinite: none */
+} er_motor;
 
 /* The numbers that may change while the model runs; the first m entries of each array count. */
 typedef struct {
@@ -123,6 +139,7 @@ typedef struct {
     double damping[ER_MAX_ANGLES];    /* [N m s/rad] */
     double backlash[ER_MAX_ANGLES];   /* half width of the backlash [rad]; 0 for tilts */
     double hysteresis[ER_MAX_ANGLES]; /* torque at which all elements slip [N m]; 0 without any */
+    double friction[ER_MAX_JOINTS];   /* of each motor at rest [N m] */
 } er_parameters;
 
 typedef struct {
@@ -140,10 +157,18 @@ typedef struct {
     double tool_rotation[9];          /* body_from_tool, by rows */
     er_table table[ER_MAX_ANGLES];    /* by entry of x */
     int elements;                     /* of hysteresis, in the order of their entries of x */
-    er_element element[ER_MAX_ELEMENTS];
+    er_element element[ER_MAX_ELEMENTS]; /* those, then that of each motor */
+    int motors;
+    er_motor motor[ER_MAX_JOINTS];
     er_parameters parameters;         /* start values */
     er_settings settings;
 } er_robot;
+
+/* Elements of gears and motors. */
+static inline int er_all_elements(const er_robot *robot)
+{
+    return robot->elements + robot->motors;
+}
 
 /* Reads the lines that `coupling.fmu_export.robot_text` writes, up to `end`. */
 bool er_robot_parse(er_robot *robot, er_lines *lines);

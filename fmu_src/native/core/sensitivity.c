@@ -18,7 +18,7 @@
 static int columns_of(const er_robot *robot, int cause)
 {
     const int n = robot->joints, m = robot->elastics;
-    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m, m};
+    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m, m, robot->motors, robot->motors};
     return columns[cause];
 }
 
@@ -47,6 +47,7 @@ void er_parameter_along(const er_robot *robot, int column, double factor, er_par
     case ER_BY_DAMPING: change->damping[entry] += factor; break;
     case ER_BY_BACKLASH: change->backlash[entry] += factor; break;
     case ER_BY_HYSTERESIS: change->hysteresis[entry] += factor; break;
+    case ER_BY_FRICTION: change->friction[entry] += factor; break;
     default: break;
     }
 }
@@ -122,7 +123,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
                           system->loaded ? system->load.wrench : NULL,
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
     memset(s->stuck, 0, sizeof s->stuck);
-    er_stops_stiffness(system->robot, system->gears->hysteresis, &state->stops, s->stuck);
+    er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]) + s->stuck[k];
@@ -262,7 +263,7 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
     if (!is_any)
         memset(load, 0, (size_t)r->m * sizeof *load);
     for (int k = 0; k < r->m; k++) {
-        double held = er_elements_torque(robot, k, r->system->gears->hysteresis[k], s->elongation[column]) -
+        double held = er_elements_torque(robot, k, r->system->gears->slip_torque[k], s->elongation[column]) -
                       s->stuck[k] * s->x[column][k];
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] += held;

@@ -288,7 +288,7 @@ bool er_compliance(const er_robot *robot, const er_gears *gears, const er_stops 
     er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
-    er_stops_stiffness(robot, gears->hysteresis, stops, stuck);
+    er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
     for (int k = 0; k < m; k++)
         stiffness[k * m + k] += er_gear_flank_slope(gears, k, x[k]) + stuck[k];
     if (er_load_yields(load)) {

@@ -15,7 +15,7 @@
 #include "kernel.h"
 #include "trajectory.h"
 #include "gear.h"
-#include "hysteresis.h"
+#include "motors.h"
 #include "gauss.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
@@ -42,7 +42,8 @@ typedef struct {
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
     int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
-    er_stops stops;                      /* of hysteresis; the last, as few robots have any */
+    er_stops stops;                      /* of hysteresis and friction; these last, as few robots have any */
+    er_motors motors;
 } er_state;
 
 /* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + H + d x' = 0,
@@ -58,6 +59,8 @@ typedef struct {
     bool anchored; /* the stiffness of the contact spring is not zero */
     bool changing; /* the rate of the wrench is not zero */
     bool contacting; /* there is a contact that may press */
+    er_drive_kind drive; /* ideal: the motors do not move by themselves */
+    const double *torque; /* that motors without servo exert [N m] */
 } er_system;
 
 /* How accurate it shall be, and with which arithmetic. */
@@ -74,6 +77,8 @@ typedef struct {
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];         /* of the stages [rad/s^2] */
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];               /* at its end */
     double a[ER_MAX_ANGLES];                                 /* of the polynomial, at its end */
+    ER_ALIGNED er_lanes motor_acceleration[ER_MAX_JOINTS];   /* p'' of the stages [rad/s^2] */
+    er_motor_end motors;
     double error;                                            /* estimate of the local error [rad] */
     int passes;                                              /* of Newton's method */
     double rate;                                             /* at which it converges */
@@ -89,6 +94,7 @@ typedef struct {
     ER_ALIGNED er_vector gap; /* from the TCP to the anchor [m] */
     ER_ALIGNED er_pull pull;
     er_contact_motion contact[ER_LANES];
+    er_motor_work motors;
     er_motion motion;
     er_placement placement;
     er_linearisation linearisation; /* of the matrices that follow */
@@ -134,6 +140,7 @@ typedef struct {
     const er_means *means;
     er_workspace *work;
     int m;
+    int motors; /* that move by themselves */
 } er_run;
 
 /* The first crossing of a coordinate in a solved step, if any. */
@@ -164,6 +171,34 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
  * w->pull; NULL without all three. */
 const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
 
+/* The motors in a step (motors.c), where there are any that move by themselves.
+ *
+ * Where x and x' of the state are counted from the commands, as the chain moves: w->motors.x and .v. */
+void er_motors_begin(const er_run *r, const er_state *state);
+
+/* p, p', w and z at the stages, from the accelerations in a step; at its end, and what the step has of it. */
+void er_motors_stages(const er_run *r, const er_state *state, const er_step *step);
+void er_motors_end(const er_run *r, const er_state *state, er_step *step);
+
+/* Turns w->x and w->v, of the chain, into wind-ups, and keeps w->residual as what acts on gears beside their torque. */
+void er_motors_wind_up(const er_run *r, int states);
+
+/* Residuals of the motors from w->residual, where the gears' torques are now, and p''. */
+void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
+                        int states);
+
+/* Takes the motors out of Newton's matrix: the slope of each gear becomes less. */
+void er_motors_eliminate(const er_run *r, const er_state *state, er_complex_pair *matrix);
+
+/* Takes the motors' residuals into w->residual before a pass of Newton's method, and what the pass does to the
+ * motors into the step behind it; returns the length of that [rad/s^2]. */
+void er_motors_before(const er_run *r, const er_step *step);
+double er_motors_after(const er_run *r, er_step *step);
+
+/* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
+ * acceleration. */
+double er_motors_defect(const er_run *r, double *defect);
+
 /* The matrices of Newton's method for a step's stages. */
 
 /* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of
@@ -171,8 +206,8 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
  * finite. */
 bool er_linearise(const er_run *r, const er_state *state, double h);
 
-/* Has the matrices of a linearisation in the workspace, which may hold them already. */
-void er_linearise_as(const er_run *r, const er_linearisation *linearisation);
+/* Has the matrices of a state's linearisation in the workspace, which may hold them already. */
+void er_linearise_as(const er_run *r, const er_state *state);
 
 /* Lets the next step have matrices of its own. */
 void er_relinearise(er_workspace *work);

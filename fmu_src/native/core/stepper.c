@@ -28,12 +28,16 @@ void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)
 {
     memcpy(to, from, offsetof(er_state, stops)); /* a library's copy is faster than an assignment of this size */
     er_stops_copy(robot, &to->stops, &from->stops);
+    if (robot->motors > 0)
+        to->motors = from->motors;
 }
 
 /* Stage accelerations at other nodes of a step's polynomial. */
 static void interpolate(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
 {
     double weight[ER_STAGES][ER_STAGES];
+    if (m == 0)
+        return;
     er_gauss_interpolation(start, ratio, weight);
     for (int k = 0; k < m; k++) {
         er_lanes values;
@@ -49,11 +53,21 @@ static void interpolate(int m, double start, double ratio, const er_lanes *known
 /* Stage accelerations to start from: the last step's polynomial, continued. */
 static void guess(const er_run *r, const er_state *state, double h, er_step *step)
 {
-    if (state->predictor_step > 0.0)
-        interpolate(r->m, 1.0, h / state->predictor_step, (const er_lanes *)state->predictor,
-                    step->acceleration);
-    else
+    if (state->predictor_step > 0.0) {
+        double ratio = h / state->predictor_step;
+        interpolate(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
+        interpolate(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
+    } else {
         memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
+        memset(step->motor_acceleration, 0, (size_t)r->motors * sizeof *step->motor_acceleration);
+    }
+}
+
+/* Those of a part of a step that was tried. */
+static void guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step)
+{
+    interpolate(r->m, 0.0, ratio, (const er_lanes *)tried->acceleration, step->acceleration);
+    interpolate(r->motors, 0.0, ratio, (const er_lanes *)tried->motor_acceleration, step->motor_acceleration);
 }
 
 /* Solves a step as one of the tries that are left. */
@@ -71,11 +85,12 @@ static bool try_step(const er_run *r, const er_state *state, double h, double ac
 static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
 {
     int k = crossing->coordinate;
-    double value = step->x[k];
-    *rate = step->v[k];
+    bool of_motor = crossing->at != ER_AT_CONTACT && k >= r->m;
+    double value = of_motor ? step->motors.angle[k - r->m] : step->x[k];
+    *rate = of_motor ? step->motors.rate[k - r->m] : step->v[k];
     if (crossing->at == ER_AT_REVERSAL) {
-        value = step->v[k];
-        *rate = step->a[k];
+        value = *rate;
+        *rate = of_motor ? step->motors.acceleration[k - r->m] : step->a[k];
     } else if (crossing->at == ER_AT_CONTACT) {
         value = step->depth[ER_DEGREE];
         *rate = er_end_approach(r, step);
@@ -107,11 +122,11 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
     double allowed = find_allowed(r, crossing), accuracy = r->settings->landing_iteration * allowed;
     if (crossing->at == ER_AT_REVERSAL)
         accuracy *= r->settings->longest_step; /* of x for that of x' (er_solve_step) */
-    memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
+    guess_part(r, h / from, step, landed);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
-        interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
-                    landed->acceleration);
+        if (trial > 0)
+            guess_part(r, h / from, landed, landed);
         if (!try_step(r, state, h, accuracy, landed))
             return false;
         beyond = find_beyond(r, crossing, landed, &rate);
@@ -130,10 +145,29 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
     if (r->work->sensitivity != NULL)
         er_sensitivity_follow(r->work->sensitivity, r, state, step);
     er_stops_follow(r->system->robot, &state->stops, state->x, step->x);
+    if (r->motors > 0) {
+        er_motors *motors = &state->motors;
+        er_stops_follow_motors(r->system->robot, &state->stops, motors->angle, step->motors.angle);
+        memcpy(motors->angle, step->motors.angle, sizeof motors->angle);
+        memcpy(motors->rate, step->motors.rate, sizeof motors->rate);
+        memcpy(motors->integral, step->motors.integral, sizeof motors->integral);
+    }
     memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
     memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
     state->predictor_step = step->length;
     state->rate = fmin(step->rate, 1.0);
+}
+
+static void slip(const er_run *r, er_state *state, const er_crossing *crossing)
+{
+    const er_robot *robot = r->system->robot;
+    for (int j = 0; j < er_all_elements(robot); j++) {
+        if (!er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+            continue;
+        if (r->work->sensitivity != NULL)
+            er_sensitivity_slip(r->work->sensitivity, j);
+        er_stops_slip(robot, &state->stops, j, crossing->outward);
+    }
 }
 
 static void take_crossing(const er_run *r, er_state *state, const er_step *step,
@@ -145,11 +179,7 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     state->time += step->length;
     switch (crossing->at) {
     case ER_AT_EDGE: state->region[crossing->coordinate] = crossing->region; break;
-    case ER_AT_SLIP:
-        if (r->work->sensitivity != NULL)
-            er_sensitivity_slip(r->work->sensitivity, crossing->element);
-        er_stops_slip(r->system->robot, &state->stops, crossing->element, crossing->outward);
-        break;
+    case ER_AT_SLIP: slip(r, state, crossing); break;
     case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
     case ER_AT_CONTACT: state->touching = crossing->region; break;
     }
@@ -158,6 +188,11 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             state->predictor[k][l] = step->a[k];
+    for (int d = 0; d < r->motors; d++)
+        for (int l = 0; l < ER_STAGES; l++) {
+            state->motors.predictor[d][l] = step->motors.pa[d];
+            state->predictor[r->system->robot->motor[d].coordinate][l] += step->motors.pa[d];
+        }
     state->rate = 1.0;
     r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
@@ -205,8 +240,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
             } else {
                 shorter = h * fmax(settings->strongest_cut, factor);
             }
-            interpolate(r->m, 0.0, shorter / h, (const er_lanes *)step->acceleration,
-                        step->acceleration);
+            guess_part(r, shorter / h, step, step);
             h = shorter;
         }
         wanted = h;
@@ -224,6 +258,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     state->time = reaches_target ? target : state->time + h;
     state->step = fmin(proposal, settings->longest_step);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
+    memcpy(state->motors.predictor, step->motor_acceleration, (size_t)r->motors * sizeof *state->predictor);
     if (step->passes > settings->usual_passes)
         er_relinearise(r->work);
     return true;
@@ -292,14 +327,15 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
                 er_workspace *work, er_failure *failure)
 {
     const er_settings *settings = &system->robot->settings;
-    er_run r = {system, settings, means, work, system->robot->elastics};
+    er_run r = {system, settings, means, work, system->robot->elastics,
+                system->drive == ER_IDEAL ? 0 : system->robot->motors};
     const double start = state->time, length = end - start;
     /* What is left after a crossing just before the end may be less than any step. */
     double longest = settings->longest_step;
     double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
     work->tries = most_tries(settings, means->tolerance, length);
     work->made = 0;
-    er_linearise_as(&r, &state->linearisation);
+    er_linearise_as(&r, state);
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */

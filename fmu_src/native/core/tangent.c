@@ -156,11 +156,11 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
     er_load_support(&memory->held.load, p.at.tool_position, yielding);
     er_add_support(robot, &p.at, yielding, support);
-    er_stops_stiffness(robot, gears->hysteresis, stops, stuck);
+    er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its backlash, whatever the others do. */
-        bool neutral = er_gear_switches(gears, k) && !(gears->hysteresis[k] > 0.0) && at == 0.0;
+        bool neutral = er_gear_switches(gears, k) && !(gears->slip_torque[k] > 0.0) && at == 0.0;
         for (int j = 0; j < m; j++)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
@@ -232,7 +232,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     }
     er_load_support(&memory->held.load, p.at.tool_position, support);
     er_add_support(robot, &p.at, support, stiffness);
-    er_stops_stiffness(robot, model->gears.hysteresis, &memory->state.stops, stuck);
+    er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
     er_stops_stiffness(robot, change->parameters.hysteresis, &memory->state.stops, of_hysteresis);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];

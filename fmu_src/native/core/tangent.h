@@ -54,6 +54,9 @@ void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
 void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
 void er_velocity_along(const er_model *model, const er_change *change, double velocity[6]);
 double er_gear_torque_along(const er_model *model, const er_change *change, int k);
+
+/* What the motor of a joint under an ideal drive exerts beside its gear's torque, along a change [N m]. */
+double er_ideal_torque_along(const er_model *model, const er_change *change, int joint);
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
 

@@ -23,6 +23,7 @@ enum { ER_COMMAND_ORDERS = 3 };
 typedef struct {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* [rad, rad/s, rad/s^2] */
     double jerk[ER_MAX_JOINTS]; /* of q'' over the step [rad/s^3]; NaN: not told */
+    double torque[ER_MAX_JOINTS]; /* of motors without a servo [N m], by motor */
 } er_command;
 
 /* What the last step leaves to the next one. */

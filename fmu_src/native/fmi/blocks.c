@@ -99,6 +99,24 @@ static bool gear_torque_along(er_instance *instance, const er_change *change, do
     return true;
 }
 
+static bool find_motor_torque(er_instance *instance, double *values)
+{
+    const er_robot *robot = &instance->model->robot;
+    for (int i = 0; i < instance->interface.torsions; i++)
+        values[i] = er_model_drive(instance->model, robot->elastic_joint[instance->interface.torsion[i]]).torque;
+    return true;
+}
+
+static bool motor_torque_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    const er_robot *robot = &instance->model->robot;
+    gear_torque_along(instance, change, derivatives);
+    for (int i = 0; i < instance->interface.torsions; i++)
+        derivatives[i] += er_ideal_torque_along(instance->model, change,
+                                                robot->elastic_joint[instance->interface.torsion[i]]);
+    return true;
+}
+
 static size_t size_of_q(const er_instance *instance)
 {
     return (size_t)instance->model->robot.joints * sizeof(double);
@@ -106,7 +124,8 @@ static size_t size_of_q(const er_instance *instance)
 
 static bool find_motor_angle(er_instance *instance, double *values)
 {
-    memcpy(values, instance->model->memory.held.q, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        values[i] = er_model_drive(instance->model, i).angle;
     return true;
 }
 
@@ -118,7 +137,8 @@ static bool motor_angle_along(er_instance *instance, const er_change *change, do
 
 static bool find_motor_rate(er_instance *instance, double *values)
 {
-    memcpy(values, instance->model->memory.held.qd, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        values[i] = er_model_drive(instance->model, i).rate;
     return true;
 }
 
@@ -265,6 +285,7 @@ const er_block er_blocks[] = {
      .cause = ER_BY_CONTACT},
     {"contact_normal", ER_INPUT, .fixed = 3, AT(load.contact.normal, held.load.contact.normal),
      .cause = ER_BY_NORMAL},
+    {"torque_cmd", ER_INPUT, .motor = 1, AT(command.torque, held.torque), .cause = ER_BY_TORQUE},
 
     {"tcp", ER_OUTPUT, .fixed = 7, .find = find_tcp, .differentiate = tcp_along},
     {"velocity", ER_OUTPUT, .fixed = 6, .find = find_velocity, .differentiate = velocity_along},
@@ -281,8 +302,8 @@ const er_block er_blocks[] = {
      .differentiate = contact_force_along},
     {"gear_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque,
      .differentiate = gear_torque_along},
-    {"motor_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque, /* the drives have no mass */
-     .differentiate = gear_torque_along},
+    {"motor_torque", ER_OUTPUT, .torsion = 1, .find = find_motor_torque,
+     .differentiate = motor_torque_along},
     {"motor_angle", ER_OUTPUT, .joint = 1, .find = find_motor_angle,
      .differentiate = motor_angle_along},
     {"motor_rate", ER_OUTPUT, .joint = 1, .find = find_motor_rate, .differentiate = motor_rate_along},
@@ -297,6 +318,8 @@ const er_block er_blocks[] = {
      AT(parameters.backlash, parameters.backlash), .cause = ER_BY_BACKLASH},
     {"hysteresis", ER_TUNABLE, .hysteretic = 1, .range = ER_NOT_NEGATIVE,
      AT(parameters.hysteresis, parameters.hysteresis), .cause = ER_BY_HYSTERESIS},
+    {"friction", ER_TUNABLE, .motor = 1, .range = ER_NOT_NEGATIVE, AT(parameters.friction, parameters.friction),
+     .cause = ER_BY_FRICTION},
     {"tolerance", ER_FIXED, .fixed = 1, .range = ER_NOT_NEGATIVE,
      .place = offsetof(er_inputs, tcp_tolerance)},
 

@@ -263,6 +263,10 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return false;
     if (unknown_count == 0)
         return true;
+    if (er_model_motors(instance->model) > 0)
+        return er_fail(&instance->failure, "derivative: expected drive ideal, as there are none yet of motors that"
+                                           " move by themselves, got drive %s",
+                       instance->model->memory.options.drive == ER_SERVO ? "servo" : "torque");
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
     if (!find_change(instance, knowns, known_count, seed, &change))

@@ -85,6 +85,7 @@ void er_instance_reset(er_instance *instance)
     instance->inputs.parameters = model->robot.parameters;
     model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
+    model->memory.options.drive = (er_drive_kind)interface->string[ER_DRIVE].start;
     model->memory.options.initial = (er_initial)interface->string[ER_INITIAL_STATE].start;
     model->memory.options.tolerance = interface->tolerance.usual;
     instance->exchange.held = false;
@@ -215,6 +216,9 @@ static void watch_trajectory(er_instance *instance)
 
 bool er_instance_start(er_instance *instance)
 {
+    if (instance->exchange.on && instance->model->memory.options.drive != ER_IDEAL)
+        return er_fail(&instance->failure, "drive: expected ideal in model exchange, got %s",
+                       instance->model->memory.options.drive == ER_SERVO ? "servo" : "torque");
     if (!er_instance_initialise(instance))
         return false;
     watch_trajectory(instance);

@@ -98,7 +98,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
         const er_block *block = &er_blocks[k];
         int size = block->fixed + block->joint * robot->joints + block->elastic * robot->elastics +
                    block->torsion * in->torsions + block->hysteretic * in->hysteretics +
-                   block->element * robot->elements;
+                   block->element * robot->elements + block->motor * robot->motors;
         if (in->size[k] != size)
             return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
                                            " got %d: build the FMU again",
@@ -109,7 +109,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
 
 bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    const int choices[ER_STRINGS] = {0, er_gear_laws, 2, ER_INITIALS};
+    const int choices[ER_STRINGS] = {0, er_gear_laws, 2, ER_INITIALS, ER_DRIVES};
     double tolerance[4];
     memset(in, 0, sizeof *in);
     if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||

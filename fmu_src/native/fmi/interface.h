@@ -36,7 +36,7 @@ typedef struct {
     const char *name; /* in the table */
     er_kind kind;
     /* Variables: so many, and so many for each of the robot's; `hysteretic` are torsions with elements. */
-    int fixed, joint, elastic, torsion, hysteretic, element;
+    int fixed, joint, elastic, torsion, hysteretic, element, motor;
     er_range range;
     /* Of inputs and parameters: their place in er_inputs, in bytes; of states that in er_state. */
     size_t place;
@@ -55,8 +55,8 @@ typedef struct {
 extern const er_block er_blocks[];
 extern const int er_block_count;
 
-/* String variables, in their order; the choices of the last three are those of er_options. */
-enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
+/* String variables, in their order; the choices of all but the first are those of er_options. */
+enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_DRIVE, ER_STRINGS };
 
 #define ER_MAX_CHOICES ER_MAX_LAWS
 #define ER_NAME 64

@@ -215,7 +215,8 @@ static bool require_string(er_instance *instance, unsigned reference, unsigned *
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value)
 {
     const er_options *options = &instance->model->memory.options;
-    const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->initial};
+    const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->initial,
+                                      options->drive};
     unsigned which;
     if (!require_string(instance, reference, &which))
         return false;
@@ -268,6 +269,7 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
+    case ER_DRIVE: options->drive = (er_drive_kind)(chosen > 0 ? chosen : 0); break;
     case ER_INITIAL_STATE: options->initial = (er_initial)(chosen > 0 ? chosen : 0); break;
     }
     return chosen >= 0 || er_let_retry(&instance->failure);

@@ -1,0 +1,63 @@
+/* Motors with rotor, friction and servo, which the drives are where they do not follow their command exactly.
+ *
+ * A motor's angle is its command plus p, that of its joint behind the gear the command plus y: the wind-up is
+ * y - p, and the chain moves with y as it does with x under ideal drives.  The motor obeys
+ *
+ *     J q'' = tau + S(e) + H + d e' - f,    tau = sat(Kp w + z),    z' = Ki w,
+ *     w = Kv (q_cmd - q) + kff q_cmd' - q',
+ *
+ * f its friction: a stop element times 1 - s (1 - exp(-(q'/v)^2)), after Stribeck, and a viscous part.  In
+ * Newton's method a motor is eliminated: with G = l d + l^2 k of its gear and A = J + l (Kp + b) +
+ * l^2 (Kp Kv + Ki + k_f) + l^3 Ki Kv of itself, l an eigenvalue of the step, the gear's G becomes G A / (G + A).
+ */
+#ifndef ER_MOTORS_H
+#define ER_MOTORS_H
+
+#include "hysteresis.h"
+#include "kernel.h"
+
+/* How drives follow their commands. */
+typedef enum { ER_IDEAL, ER_SERVO, ER_TORQUE, ER_DRIVES } er_drive_kind;
+
+/* The motors' state. */
+typedef struct {
+    double angle[ER_MAX_JOINTS], rate[ER_MAX_JOINTS]; /* [rad, rad/s] */
+    double integral[ER_MAX_JOINTS];                   /* z [N m] */
+    er_lanes predictor[ER_MAX_JOINTS];                /* p'' at the last step's stages [rad/s^2] */
+} er_motors;
+
+/* The motors at a step's end: p and its derivatives, q and its derivatives, z. */
+typedef struct {
+    double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS], pa[ER_MAX_JOINTS];                    /* [rad, rad/s, rad/s^2] */
+    double angle[ER_MAX_JOINTS], rate[ER_MAX_JOINTS], acceleration[ER_MAX_JOINTS]; /* [rad, rad/s, rad/s^2] */
+    double integral[ER_MAX_JOINTS];                                                /* [N m] */
+} er_motor_end;
+
+/* A complex number for each pair of stages' eigenvalues. */
+typedef double er_pairs[2 * ER_PAIRS];
+
+/* The motors in the step that is solved. */
+typedef struct {
+    double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES]; /* y and y' at its start */
+    double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS]; /* p and p' there */
+    double command[ER_MAX_JOINTS];             /* q_cmd there [rad] */
+    ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
+    ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w at the stages [rad/s] */
+    er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
+    er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
+    er_lanes residual[ER_MAX_JOINTS];
+    er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(G + A), 1/(G + A) */
+    er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
+    er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
+} er_motor_work;
+
+/* Friction of a motor [N m] at a part of its slip torque [N m] and a rate [rad/s], and its slope by the rate. */
+double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope);
+
+/* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */
+double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate);
+
+/* Torque that a servo asks for, within its limit [N m]. */
+double er_servo_torque(const er_motor *motor, double wanted, double integral);
+
+#endif
