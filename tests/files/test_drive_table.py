@@ -1,6 +1,7 @@
 """[joint.drive]: a motor's data sheet and a servo's loops at the gear's output; nonsense is refused."""
 
 import math
+import re
 import tempfile
 import tomllib
 from dataclasses import replace
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import DOCS
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
@@ -370,3 +372,27 @@ def test_the_list_of_numbers_has_the_drive_at_the_output_and_its_sources(tmp_pat
         " N m s/rad in motion; servo 20 1/s, 3.77e+04 N m s/rad, 1.885e+06 N m/rad; at most 5000 N m"
     ) in said
     assert ".drive" not in command("robots", "icme2008").stdout
+
+
+def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
+    tmp_path, monkeypatch, capsys
+):
+    """At a constant rate the torque is Coulomb's and viscous friction, however the rotor got there."""
+    page = (DOCS / "robot_file.md").read_text()
+    part = page[page.index("## Motor, servo and friction") : page.index("## Rated loads")]
+    (text,) = re.findall(r"```toml\n(.*?)```", part, re.DOTALL)
+    (snippet,) = re.findall(r"```python\n(.*?)```", part, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    Path("my_robot.toml").write_text(text)
+    own = load_robot("my_robot.toml").joints[0].drive
+    rows = dict(re.findall(r"^\| [^|]* \| ([^|]*) \| ([^|]*) \|$", part, re.MULTILINE))
+    told = [float(value.split()[0]) for value in list(rows.values())[1:]]
+    derived = [own.inertia, own.rate_gain, own.integral_gain, own.friction, own.stribeck]
+    np.testing.assert_allclose(told, derived, rtol=5e-4)
+    exec(snippet, {})
+    *_, printed = (
+        capsys.readouterr().out.splitlines()
+    )  # behind FMPy's list of inputs that are not given
+    torque, behind = re.fullmatch(r"(\S+) N m, (\S+) mrad", printed).groups()
+    said = re.search(r"gives (\S+) N m and stays (\S+) mrad behind", part)
+    assert (float(torque), float(behind)) == (94.0, 0.5) == (float(said[1]), float(said[2]))
