@@ -142,7 +142,7 @@ class DriveTable(Schema):
         )
 
 
-def in_words(drive: Drive) -> str:
+def drive_in_words(drive: Drive) -> str:
     """Return the numbers of a drive at the gear's output."""
     moving = (1.0 - drive.stribeck) * drive.friction
     limit = drive.torque_limit

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
-from coupling.files.drive_table import in_words
+from coupling.files.drive_table import drive_in_words
 from coupling.files.robot_schema import (
     BodyTable,
     JointElasticity,
@@ -109,7 +109,7 @@ def drives_in_words(path: Path) -> list[str]:
         except ValueError as cause:
             raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
         if drive is not None:
-            lines.append(f"joint[{number}].drive, at the gear's output: {in_words(drive)}")
+            lines.append(f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}")
     return lines
 
 

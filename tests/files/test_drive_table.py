@@ -15,6 +15,7 @@ from places import DOCS
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
+from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Drive, Robot
 from elastic_robot.errors import RobotFileError
@@ -372,6 +373,14 @@ def test_the_list_of_numbers_has_the_drive_at_the_output_and_its_sources(tmp_pat
         " N m s/rad in motion; servo 20 1/s, 3.77e+04 N m s/rad, 1.885e+06 N m/rad; at most 5000 N m"
     ) in said
     assert ".drive" not in command("robots", "icme2008").stdout
+
+
+def test_the_page_in_an_fmu_tells_of_motors_where_there_are_any(tmp_path):
+    robot = load_robot(written(tmp_path, lines()))
+    page = index_html(robot, [], "2.0", "1", "")
+    assert "<td>joint[2]</td><td>rotor 200 kg m2; friction 120 N m at rest" in page
+    plain = tuple(replace(joint, drive=None) for joint in robot.joints)
+    assert "motor" not in index_html(replace(robot, joints=plain), [], "2.0", "1", "")
 
 
 def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
