@@ -13,6 +13,9 @@ from native_fmu import NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.contact_spring import ContactSpring
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
@@ -256,3 +259,25 @@ def test_what_drives_may_not_be_is_said(tmp_path, capfd):
     with pytest.raises(FMICallException):
         slave.getDirectionalDerivative(fmu.of(["tcp.x"]), fmu.of(["force.x"]), [1.0])
     assert "expected drive ideal" in capfd.readouterr().err
+
+
+def test_a_spring_at_the_tool_of_a_robot_with_servos_is_the_force_that_it_makes(tmp_path):
+    """That force, straight from step to step, leads the same way: second order in the step."""
+    rng = np.random.default_rng(7)
+    file = build_fmu(driven(make_robot(5, 3), rng), tmp_path / "R.fmu", BuildOptions("native"))
+    rows = np.linspace(0.0, 0.4, 41)
+    command = JointPath(rows, (0.05 * np.sin(10.0 * np.outer(rows, [1.0, 0.8, 1.3])),))
+    apart = []
+    with RobotFmu(file, "linear", drive="servo") as fmu:
+        for steps in (400, 800):
+            free = WrenchHistory.none(np.linspace(0.0, 0.4, steps + 1))
+            anchor = fmu.simulate(command, free, "dynamic").position + np.array([0.0, 0.0, -1e-4])
+            stiffness = np.tile(np.diag([2e5, 1e5, 3e5]), (1, steps + 1, 1, 1))
+            held = replace(free, spring=ContactSpring(anchor, stiffness))
+            path = fmu.simulate(command, held, "dynamic", {"tcp_tolerance": 1e-10})
+            pushed = replace(held.on(path), spring=None)
+            other = fmu.simulate(command, pushed, "dynamic", {"tcp_tolerance": 1e-10})
+            apart.append(np.abs(path.position - other.position).max())
+    assert pushed.peak_force > 10.0
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
+    assert apart[1] < 1e-7
