@@ -72,4 +72,7 @@ double er_servo_wanted(const er_motor *motor, double p, double pv, double comman
 /* Torque that a servo asks for, within its limit [N m]. */
 double er_servo_torque(const er_motor *motor, double wanted, double integral);
 
+/* Whether the limit keeps a servo from what it asks for: its integral waits then. */
+bool er_servo_is_limited(const er_motor *motor, double wanted, double integral);
+
 #endif
