@@ -17,7 +17,10 @@
 #include "kernel.h"
 
 /* How drives follow their commands. */
-typedef enum { ER_IDEAL, ER_SERVO, ER_TORQUE, ER_DRIVES } er_drive_kind;
+typedef enum { ER_IDEAL,
+               ER_SERVO,
+               ER_TORQUE,
+               ER_DRIVES } er_drive_kind;
 
 /* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk. */
 typedef struct {

@@ -112,7 +112,10 @@ typedef struct {
 
 /* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
  * reverses, sticks again, a contact. */
-typedef enum { ER_AT_EDGE, ER_AT_SLIP, ER_AT_REVERSAL, ER_AT_CONTACT } er_change_of_law;
+typedef enum { ER_AT_EDGE,
+               ER_AT_SLIP,
+               ER_AT_REVERSAL,
+               ER_AT_CONTACT } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
