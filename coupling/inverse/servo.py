@@ -95,7 +95,8 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
     wanted = (torque - integral) / kp + (1.0 - kff) * rate
     if kff == 0.0:
         ahead = wanted / kv
-        return ServoMotion(motion.angle + ahead, rate + np.gradient(ahead, step), torque)
+        growth = np.append(0.0, np.gradient(ahead, step)[1:])
+        return ServoMotion(motion.angle + ahead, rate + growth, torque)
     moved = drive.inertia / (kp * kff) * rate
     slow = (rest - integral) / kp + (1.0 - kff) * rate
     ahead = moved + low_pass(slow / kv - moved, step, kff / kv, -moved[0])
