@@ -1,14 +1,15 @@
 """What a servo must be told for its motor to move as wanted: torque, then command.
 
-A drive (`elastic_robot.description.Drive`) whose motor is to follow q(t) while its gear carries the torque T,
+A drive (`elastic_robot.description.Drive`) whose motor is to follow q(t) while its gear carries T,
 
     tau = J q'' - T + f(q, q'),                                                                  (1)
     Kp w + z = tau,   z' = Ki w,                                                                 (2)
     kff delta' = -Kv delta + w + (1 - kff) q',   q_cmd = q + delta,                              (3)
 
-is inverted forwards in time: the friction's element follows q, (2) is a low-pass of time constant Kp / Ki for z,
-(3) one of kff / Kv for the following error delta, or none for kff = 0.  So there is one answer to a start, and
-errors die out.  A motor starts at its command with the torque that moves it so: delta = 0.
+is inverted forwards in time: the friction's element follows q, (2) is a low-pass of time constant
+Kp / Ki for z, (3) one of kff / Kv for the following error delta, or none for kff = 0.  So there is one
+answer to a start, and errors die out.  A motor starts at its command and its rate, with the torque that
+moves it so: delta = delta' = 0.
 """
 
 from __future__ import annotations

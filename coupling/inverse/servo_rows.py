@@ -1,12 +1,13 @@
 """A servo's command on the controller's rows: the spline under which the motor misses its motion least.
 
-What a command gives too much, eta, moves the motor by eta times  omega / (s + omega)  of its rate loop,
-omega = (Kp + b) / J, and by (kff s + Kv) / (s + Kv)  of its position loop.  Of these only what is faster than the
-rows decides between splines, as they follow what is slower, so that with a short memory
+What a command gives too much, eta, moves the motor by  omega / (s + omega)  of its rate loop, omega =
+(Kp + b) / J, times  (kff s + Kv) / (s + Kv)  of its position loop.  Rows follow what is slower than
+they are, so that only what is faster decides between splines.  For that the second factor may forget
+sooner: the squares of W eta with
 
     W(s) = omega (kff s + omega) / (s + omega)^2
 
-the squares of W eta are summed over dense times: one matrix for all rows, a band.
+are summed over dense times, which makes one matrix for all rows, a narrow band.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ import piqp
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.fit import EndCondition
 from coupling.inverse.limited import NoCommandError, stretches
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
@@ -99,7 +99,7 @@ class ServoRows:
 
     @cached_property
     def _hessian(self) -> np.ndarray:
-        """Lower diagonals of the matrix of all rows and those beside them, but for its ends [1], (w,)."""
+        """Diagonals of the matrix of a spline without ends, from the middle one on [1], (w,)."""
         parts, size = _parts(self.rows), len(self._basis[0])
         one, weighted = self._basis
         return np.array(
@@ -156,6 +156,11 @@ class ServoRows:
         free, by_held = solved[:, 0], solved[:, 1:]
         pull = np.linalg.solve(conditions @ by_held, values - conditions @ free)
         return self._within(limits, free + by_held @ pull)
+
+    def missed(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return W of what a command gives too much, at the dense times [rad], (n,)."""
+        given = self._spline(coefficients).at(dense_times(self.rows))[:, 0]
+        return self._weighted(given - self.wanted)
 
     def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
         """Return the best coefficients within limits from those without [rad]."""
