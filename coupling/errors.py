@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+from elastic_robot.description import Robot
+
 
 class CouplingError(Exception):
     """Base of every error this package raises for a user's mistake or an impossible request."""
@@ -56,6 +58,28 @@ class ProgramError(CouplingError):
 
 class BuildError(CouplingError):
     """An FMU cannot be written."""
+
+
+class HysteresisError(CouplingError):
+    """A command does not know the hysteresis of gears."""
+
+
+def require_no_hysteresis(robot: Robot, what: str) -> None:
+    """Refuse a robot with hysteresis where it is not known yet.
+
+    Args:
+        robot: The robot.
+        what: What does not know it.
+
+    Raises:
+        HysteresisError: If a gear has any.
+    """
+    for number, joint in enumerate(robot.joints, start=1):
+        if joint.hysteresis:
+            raise HysteresisError(
+                f"{robot.name}: joint {number} has hysteresis, which {what} does not know yet: take the"
+                " [joint.gear] hysteresis out of the robot file"
+            )
 
 
 def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") -> str:

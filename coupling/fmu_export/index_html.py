@@ -84,8 +84,10 @@ the jerk j of the last two commands, continuous where the commands are smooth. T
 state is the equilibrium under gravity, the wrench, the contact spring and the contact set before
 initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
-(<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at
-every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
+(<code>undeflected</code>). Gears with hysteresis come to it from no load, or, slipping all the way,
+<code>equilibrium_from_below</code> or <code>equilibrium_from_above</code>.
+<code>mode</code> = <code>quasistatic</code> takes the equilibrium at every step's end: no inertia, no
+damping, no memory but that of hysteresis. Any step size will do, and it may change.</p>
 <p>A contact spring pulls the TCP to an anchor: force K (a - p), p the elastic TCP, s seconds into a step
 a = <code>anchor</code> position + s velocity, K its symmetric stiffness, no eigenvalue below zero. It is
 part of the robot's equations, so it may be as stiff as the contact is. Without stiffness there is none.

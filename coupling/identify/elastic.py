@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from coupling.errors import require_no_hysteresis
 from coupling.fit.parameters import RobotParameter, robot_parameters, with_values
 from elastic_robot.description import Joint, Robot, Tilt
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
@@ -32,7 +33,11 @@ class ElasticParameters:
         """Return the parameters of a robot: backlash where it has any and the curve knows it.
 
         A gear whose torque the curve takes from its own table has none.
+
+        Raises:
+            HysteresisError: If a gear has hysteresis.
         """
+        require_no_hysteresis(robot, "identify")
         return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
     @cached_property

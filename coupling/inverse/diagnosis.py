@@ -80,7 +80,8 @@ class GearDiagnosis:
         joint: Number, from 1.
         backlash: Half width of its backlash [rad].
         changes: Number of its backlash reversals.
-        in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash [s].
+        in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
+            held there by the elements of its hysteresis [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it from reversing.
         miss: Error of the tool at rest behind a backlash reversal if the backlash is 20 % off [m];
@@ -129,9 +130,18 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     """Return the diagnosis of every gear under its loads."""
     model = robot.model
     backlash, damping = robot.backlash, robot.damping_in_backlash
-    none = no_torque(backlash, damping)
+    held = [
+        own.torque(np.minimum(own.slip_angle, b))
+        for own, b in zip(robot.elements, backlash, strict=True)
+    ]
+    none = np.maximum(no_torque(backlash, damping), held)
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     changes = backlash_reversals(step, loads.torque, backlash, damping)
+    slipping = np.array([own.count > 0 for own in robot.elements], dtype=bool)
+    if slipping.any():
+        crossings = robot.wind_up_from(loads.static[0], loads.time, loads.torque).crossings
+        crossed = [c.gear for c in crossings if c.side_before * c.side_after < 0]
+        changes = np.where(slipping, np.bincount(crossed, minlength=len(slipping)), changes)
     clear = margin(loads.torque)
     carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]

@@ -61,7 +61,7 @@ class DriveEquations(Protocol):
         ...
 
     def along(self, coefficients: np.ndarray, misses: np.ndarray) -> DriveEquations:
-        """Return the drive with what its gear keeps in mind of a motion; itself where that is nothing."""
+        """Return the drive about a motion; itself where its gear keeps nothing of its way."""
         ...
 
     def part(self, begin: int, end: int) -> DriveEquations:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.torque_curves import TorqueCurve
@@ -50,7 +50,7 @@ class GearTask:
     curve: TorqueCurve
     damping: float
     inertia: np.ndarray
-    elements: GearElements = GearElements()
+    elements: GearElements = NO_ELEMENTS
 
     @property
     def stiffness(self) -> float:
@@ -182,11 +182,8 @@ class GearDrive:
         n, parts, _ = wind_up.shape
         fine = np.einsum("npq,hfq->nphf", wind_up, _FINE).reshape(n, parts, -1)
         path = np.concatenate([wind_up[..., :1], fine], axis=2)
-        a = elements.slip_angle
-        if self.memory is None:
-            start = np.clip(path[0, 0, 0], -a, a)
-        else:
-            start = self.memory.elongation[0, 0]
+        a, before = elements.slip_angle, self.memory
+        start = np.clip(path[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
         elongation = elements.along(path.ravel(), start).reshape(*path.shape, -1)
         inside = elongation[:, :, 1:].reshape(n, parts, 2, -1, elements.count)
         half, share = 0.5 * self.step, 1.0 / inside.shape[3]

@@ -10,7 +10,7 @@ e_0 = s_j = 0, is the virgin curve.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -40,8 +40,8 @@ class GearElements:
         array([ 0.e+00,  2.e-05, -1.e-05])
     """
 
-    slip_torque: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    slip_angle: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    slip_torque: np.ndarray
+    slip_angle: np.ndarray
 
     @classmethod
     def of(cls, elements: Elements, parameters: Parameters, coordinate: int) -> GearElements:
@@ -89,6 +89,9 @@ class GearElements:
         return (np.abs(elongation) < self.slip_angle) @ self.stiffness
 
 
+NO_ELEMENTS = GearElements(np.zeros(0), np.zeros(0))
+
+
 @dataclass(frozen=True)
 class GearLaw:
     """Torque of one gear from a place of its path on.
@@ -101,7 +104,7 @@ class GearLaw:
     """
 
     spring: tuple[Piece, ...]
-    elements: GearElements = GearElements()
+    elements: GearElements = NO_ELEMENTS
     angle: float = 0.0
     elongation: np.ndarray | None = None
 

@@ -229,8 +229,31 @@ class MovingRobot:
             wrench: Wrench on the tool.
         """
         start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
+        return self._wind_up(start, time, torque)
+
+    def wind_up_from(self, static: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
+        """Return the wind-up of the gears; at first that of gears by themselves at rest, from unloaded.
+
+        Args:
+            static: Torque of every gear at the first time, at rest [N m], (gears,).
+            time: Evenly spaced [s], (k,).
+            torque: Torque of every gear at these times [N m], (k, gears).
+        """
+        return self._wind_up(self._at_rest(static), time, torque)
+
+    def _wind_up(self, start: np.ndarray, time: np.ndarray, torque: np.ndarray) -> WindUp:
         damping = self._gears.damping
         return solve_wind_up(time, torque, self._gear_curve, damping, start, self.elements)
+
+    def _at_rest(self, static: np.ndarray) -> np.ndarray:
+        """Return the wind-up of gears by themselves under their static torque [N m], from unloaded."""
+        carried = np.where(np.abs(static) < SETTINGS.neutral_torque, 0.0, static)
+        wind_up = self._gear_curve.deflection(carried)
+        for gear, elements in enumerate(self.elements):
+            if elements.count:
+                law = GearLaw(pieces_of(self._gear_curve, gear), elements)
+                wind_up[gear] = static_wind_up(law, float(carried[gear]))
+        return wind_up
 
     def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Return the wind-up of gears that carry their links at rest, as a simulation finds it.
@@ -245,13 +268,8 @@ class MovingRobot:
         """
         chain, rest = self.model.chain, np.zeros_like(theta)
         static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
-        static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
-        wind_up = self._gear_curve.deflection(static)
-        held = [gear for gear, own in enumerate(self.elements) if own.count]
-        for gear in held:
-            law = GearLaw(pieces_of(self._gear_curve, gear), self.elements[gear])
-            wind_up[gear] = static_wind_up(law, float(static[gear]))
-        if held:
+        wind_up = self._at_rest(static)
+        if any(elements.count for elements in self.elements):
             return wind_up
         dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)
         for _ in range(_STARTS):

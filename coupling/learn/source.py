@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.case.file import load_case
-from coupling.errors import CaseError, LearnError
+from coupling.errors import CaseError, LearnError, require_no_hysteresis
 from coupling.files.robot_file import find_robot
 from coupling.files.toml_file import load_toml
 from coupling.fit.parameters import robot_parameters
@@ -139,8 +139,11 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
 
     Raises:
         LearnError: If one of them is another one's, or there is nothing to learn.
+        HysteresisError: If a gear has hysteresis.
     """
     first = sources[0]
+    for source in sources:
+        require_no_hysteresis(source.robot, "learn")
     if not robot_parameters(first.robot, first.torque_curve):
         raise LearnError(f"{first.file}: expected a robot with elastic joints, got a rigid one")
     for other in sources[1:]:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from coupling.case.file import Case
 from coupling.case.place import Objective
 from coupling.case.robots import described
-from coupling.errors import CaseError
+from coupling.errors import CaseError, require_no_hysteresis
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
 from coupling.place.objective import PlaceDemands, PlaceObjective
@@ -99,10 +99,12 @@ def require_one_robot(case: Case) -> None:
 
     Raises:
         CaseError: If it has two robots, or its robot not six joints, or no gear that gives way.
+        HysteresisError: If one has hysteresis.
     """
     if len(case.robots) > 1:
         raise CaseError(f"{case.name}: expected a case of one robot, got one with [support]")
     robot = case.robots[0].description
+    require_no_hysteresis(robot, "place")
     if len(robot.joints) != _JOINTS:
         raise CaseError(
             f"{case.name}: expected a robot of {_JOINTS} joints, got {len(robot.joints)}"

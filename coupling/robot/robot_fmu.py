@@ -29,6 +29,8 @@ from elastic_robot.fmi.variables import AXES, POSE
 _TOLERANCE = 1e-8
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
+# Variables of an FMU with hysteresis, as scalars and as an array.
+_OF_HYSTERESIS = {"elongation", "elongation[1]"}
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
 
@@ -72,7 +74,7 @@ ARRAYS = Signals(
 class RobotFmu:
     """A robot FMU, unpacked and loaded for simulations; a context manager that cleans up.
 
-    A quasi-static robot has no memory, so a long path is shared between two instances of the FMU
+    A quasi-static robot without hysteresis has no memory: a long path is shared between two instances of the FMU
     that run side by side.
 
     Args:
@@ -174,7 +176,9 @@ class RobotFmu:
             **values,
         }
         instants = wrench.instants
-        parts = _parts(len(instants), mode)
+        (first,) = self._started(1)
+        remembers = mode == "dynamic" or not first.variables.isdisjoint(_OF_HYSTERESIS)
+        parts = _parts(len(instants), remembers)
         processes = self._started(len(parts))
         signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
@@ -265,9 +269,9 @@ def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
     return np.hstack([loads, place, velocity, stiffness])
 
 
-def _parts(samples: int, mode: str) -> list[slice]:
-    """Return the samples for each process."""
-    if mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
+def _parts(samples: int, remembers: bool) -> list[slice]:
+    """Return the samples for each process; a robot with a memory has one."""
+    if remembers or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
         return [slice(0, samples)]
     return [slice(0, samples // 2), slice(samples // 2, samples)]
 

@@ -155,8 +155,8 @@ class StopElement:
         ValueError: If a value is out of its range.
 
     Example:
-        >>> StopElement(slip_torque=40.0, slip_angle=2e-5).stiffness
-        2000000.0
+        >>> StopElement(slip_torque=50.0, slip_angle=1e-4).stiffness
+        500000.0
     """
 
     slip_torque: float
@@ -176,10 +176,10 @@ class StopElement:
 class Drive:
     """Motor, servo and friction of a joint, seen at the gear's output.
 
-    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link and the friction
-    f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q', the elongation s of a stop element as of a gear; tau
-    is that of a servo, a rate loop with gains Kp and Ki inside a position loop with gain Kv:
+    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link, the friction f
+    with the elongation s of a stop element, and tau of a servo, a rate loop in a position loop:
 
+        f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q',
         tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
 
     Rotors are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
@@ -191,9 +191,9 @@ class Drive:
         viscous: Viscous friction b [N m s/rad], >= 0.
         stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
         stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
-        position_gain: Kv [1/s], > 0.
-        rate_gain: Kp [N m s/rad], > 0.
-        integral_gain: Ki [N m/rad], >= 0.
+        position_gain: Gain Kv of the position loop [1/s], > 0.
+        rate_gain: Gain Kp of the rate loop [N m s/rad], > 0.
+        integral_gain: Its integral gain Ki [N m/rad], >= 0.
         feed_forward: Part kff of the commanded rate that is fed forward.
         torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
 

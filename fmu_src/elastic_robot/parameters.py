@@ -40,13 +40,14 @@ class Parameters:
         tables: list[Table | None] = []
         for joint in robot.joints:
             if joint.stiffness is not None:
-                slip = sum(stop.slip_torque for stop in joint.hysteresis)
-                rows.append((joint.stiffness, joint.damping, joint.backlash, slip))
+                torque = sum(stop.slip_torque for stop in joint.hysteresis)
+                rows.append((joint.stiffness, joint.damping, joint.backlash, torque))
                 tables.append(joint.torque_table)
             tables += [None] * len(joint.tilt)
             rows += [(tilt.stiffness, tilt.damping, 0.0, 0.0) for tilt in joint.tilt]
         friction = np.array(
             [joint.drive.friction for joint in robot.joints if joint.drive], dtype=float
         )
-        springs = np.array(rows, dtype=float).reshape(-1, 4).T
-        return cls(np.array(robot.gravity, dtype=float), *springs, tuple(tables), friction)
+        gravity = np.array(robot.gravity, dtype=float)
+        stiffness, damping, backlash, slip = np.array(rows, dtype=float).reshape(-1, 4).T
+        return cls(gravity, stiffness, damping, backlash, slip, tuple(tables), friction)

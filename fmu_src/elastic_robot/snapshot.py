@@ -66,7 +66,6 @@ class Snapshot:
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
             **{f"contact_{key}": np.array(getattr(contact, key)) for key in _CONTACT},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
-            "parameters_friction": self.parameters.friction,
         }
 
     @classmethod
@@ -83,8 +82,8 @@ class Snapshot:
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
         acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
         held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
-        numbers_of = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
-        computed = Parameters(*numbers_of, parameters.tables, arrays["parameters_friction"])
+        numbers_of = {key: arrays[f"parameters_{key}"] for key in _PARAMETERS}
+        computed = Parameters(**numbers_of, tables=parameters.tables)
         elastic, rigid = arrays["opposite"].tolist()
         return cls(state, held, computed, (elastic, rigid))
 
@@ -92,4 +91,4 @@ class Snapshot:
 _HELD = ("q", "qd", "qdd")
 _ACTING = ("wrench", "anchor", "stiffness", "velocity")
 _CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
-_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
+_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis", "friction")

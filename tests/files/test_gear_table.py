@@ -16,7 +16,10 @@ from scipy.optimize import brentq
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import hysteresis_in_words, load_robot, shipped_robots
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.index_html import index_html
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 
@@ -129,6 +132,39 @@ def test_the_width_of_a_gear_with_backlash_is_that_of_its_data_sheet(gear, backl
     assert loop(joint, rated)[0] == pytest.approx(width, rel=1e-9)
     angles = [element.slip_angle for element in joint.hysteresis]
     np.testing.assert_allclose(angles, own * np.array([1 / 12, 1 / 4, 5 / 8]), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "numbers"),
+    [
+        ("", (0.4, RATED, 0.5)),
+        ("", (0.3, RATED, 0.45)),
+        ("backlash = 3e-5", (0.9, RATED)),
+    ],
+)
+def test_an_fmu_made_of_the_file_turns_along_the_loop_of_its_data_sheet(tmp_path, keys, numbers):
+    """Without weight, under moments to the rated torque and back, twice; all by the native core.
+
+    What lost motion tells where backlash is given beside the width is the elastic share alone.
+    """
+    file = tmp_path / "robot.toml"
+    gear = f"stiffness = {K}\ndamping = 10.0\n{keys}\n[joint.gear]\n{sheet(*numbers)}\n"
+    file.write_text(f"gravity = [0.0, 0.0, 0.0]\n{HEAD}{JOINT}{gear}")
+    measured = 0.03 * RATED
+    up = np.array([-RATED, -measured, 0.0, measured, RATED])
+    moment = np.concatenate([[0.0], -up, up, -up])
+    time = np.arange(float(len(moment)))
+    wrench = np.zeros((len(time), 6))
+    wrench[:, 4] = moment
+    still = JointPath(time, (np.zeros((len(time), 1)),))
+    with RobotFmu(build_fmu(load_robot(file), tmp_path / "R.fmu", BuildOptions("native"))) as fmu:
+        path = fmu.simulate(still, WrenchHistory(time, wrench), "quasistatic")
+    x, _, z = path.position[0].T
+    rises, falls = np.arctan2(-z, x)[[6, 7, 8, 9, 10]], np.arctan2(-z, x)[[15, 14, 13, 12, 11]]
+    middle = 0.5 * (rises + falls)
+    lost = numbers[2] if len(numbers) == 3 else 2.0 * measured / K / ARCMIN
+    told = (falls - rises)[2] / ARCMIN, (middle[3] - middle[1]) / ARCMIN
+    np.testing.assert_allclose(told, (numbers[0], lost), rtol=1e-6)
 
 
 def test_what_is_refused_has_another_loop():

@@ -1,7 +1,8 @@
-"""A robot whose motors, gears and servos move, integrated by SciPy as one differential equation.
+"""A robot whose motors, gears and servos move, as one differential equation for SciPy.
 
-It shares the chain's inverse dynamics with the package (Pinocchio), nothing of its time stepping: elements of
-hysteresis and friction are s' = x' while they stick, 0 while they slip, watched by small steps and not by events.
+It shares the chain's inverse dynamics with the package (Pinocchio), nothing of its time stepping:
+elements of hysteresis and friction are s' = x' while they stick and 0 while they slip, watched by small
+steps and not by events.
 """
 
 from __future__ import annotations

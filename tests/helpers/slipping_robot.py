@@ -1,7 +1,7 @@
 """A robot whose gears have hysteresis, simulated plainly: Runge and Kutta's steps on Pinocchio.
 
-M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s = clip(s + dx, +-a) from the
-start of each step on: no event is located, and nothing is shared with the inverse.
+M theta'' + h - J^T w + S(x) + d x' + sum f s / a = 0 in the rows of x, with s = clip(s + dx, +-a) from
+the start of each step on: no event is located, and nothing is shared with the inverse.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def with_hysteresis(robot: Robot, torques: tuple[float, ...]) -> Robot:
     """Give each elastic joint three elements that together slip at a torque [N m]; 0: none."""
     joints = tuple(
         replace(joint, hysteresis=tuple(StopElement(torque / 3.0, a) for a in ANGLES))
-        if torque
+        if torque and joint.stiffness is not None
         else joint
         for joint, torque in zip(robot.joints, torques, strict=True)
     )
@@ -34,8 +34,10 @@ def with_hysteresis(robot: Robot, torques: tuple[float, ...]) -> Robot:
 
 def replayed(
     robot: Robot, curve: str, command: JointPath, wrench, deflection: np.ndarray, step: float
-) -> ToolPath:
-    """Return the tool's path under a command from a deflection at rest, to which elements came unloaded.
+) -> tuple[ToolPath, np.ndarray]:
+    """Return the tool's path and deflections (k, m) under a command, from a deflection at rest.
+
+    To that the elements came from unloaded.
 
     Args:
         robot, curve: The robot and its gears' torque curve.
@@ -68,34 +70,41 @@ def replayed(
     loaded = loads.any(axis=1)
     block = np.ix_(rows, rows)
 
-    def acceleration(j, x, v, s, x0):
-        theta, rate, bend = chain.theta(q[j], x), chain.theta(qd[j], v), chain.theta(qdd[j])
-        need = pin.rnea(model, data, theta, rate, bend)
+    # Links move, not deflections: where a drive's acceleration jumps, theirs does not.
+    drives, rates, bends = (np.array([chain.theta(row) for row in rows_]) for rows_ in (q, qd, qdd))
+    bends[:, rows] = 0.0
+
+    def acceleration(j, y, v, s, before):
+        theta, rate = drives[j].copy(), rates[j].copy()
+        x, theta[rows], rate[rows] = y - drives[j, rows], y, v
+        need = pin.rnea(model, data, theta, rate, bends[j])
         if loaded[j]:
             need = need - loads[j] @ tcp_jacobian(chain, data, theta)
-        stretched = np.minimum(np.maximum(s + x[of] - x0[of], -a), a)
-        pull = need[rows] + law.torque(x) + damping * v + sums @ stretched
+        stretched = np.minimum(np.maximum(s + x[of] - before[of], -a), a)
+        pull = need[rows] + law.torque(x) + damping * (v - rates[j, rows]) + sums @ stretched
         return -np.linalg.solve(pin.crba(model, data, theta)[block], pull)
 
-    x, v = deflection.copy(), np.zeros(len(damping))
-    s = np.clip(x[of], -a, a)
-    found = np.empty((count + 1, 7))
+    x = deflection
+    y, v, s = drives[0, rows] + x, rates[0, rows].copy(), np.clip(x[of], -a, a)
+    found, deflections = np.empty((count + 1, 7)), np.empty((count + 1, len(x)))
     h = times[2] - times[0]
     for n in range(count + 1):
-        pin.forwardKinematics(model, data, chain.theta(q[2 * n], x))
-        place = pin.updateFramePlacement(model, data, chain.tcp)
-        found[n] = pin.SE3ToXYZQUAT(place)
+        theta = drives[2 * n].copy()
+        theta[rows] = y
+        pin.forwardKinematics(model, data, theta)
+        found[n] = pin.SE3ToXYZQUAT(pin.updateFramePlacement(model, data, chain.tcp))
+        deflections[n] = x
         if n == count:
             break
-        a1 = acceleration(2 * n, x, v, s, x)
+        a1 = acceleration(2 * n, y, v, s, x)
         v2 = v + 0.5 * h * a1
-        a2 = acceleration(2 * n + 1, x + 0.5 * h * v, v2, s, x)
+        a2 = acceleration(2 * n + 1, y + 0.5 * h * v, v2, s, x)
         v3 = v + 0.5 * h * a2
-        a3 = acceleration(2 * n + 1, x + 0.5 * h * v2, v3, s, x)
+        a3 = acceleration(2 * n + 1, y + 0.5 * h * v2, v3, s, x)
         v4 = v + h * a3
-        a4 = acceleration(2 * n + 2, x + h * v3, v4, s, x)
-        new = x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
+        a4 = acceleration(2 * n + 2, y + h * v3, v4, s, x)
+        y = y + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
         v = v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
-        s = np.minimum(np.maximum(s + new[of] - x[of], -a), a)
-        x = new
-    return ToolPath(times[::2], found)
+        before, x = x, y - drives[2 * n + 2, rows]
+        s = np.minimum(np.maximum(s + x[of] - before[of], -a), a)
+    return ToolPath(times[::2], found), deflections

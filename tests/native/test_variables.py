@@ -50,6 +50,7 @@ def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
         "torque_curve",
         "mode",
         "initial_state",
+        "drive",
     ]
     reals = [(b, v) for b in table.values() for v in b.variables]
     read, write = os.pipe()

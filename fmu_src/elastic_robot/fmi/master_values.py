@@ -11,6 +11,7 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
+from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables

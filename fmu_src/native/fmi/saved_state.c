@@ -6,7 +6,7 @@
 #include "exchange.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740008)
+#define STATE_MARK UINT64_C(0x45526f626f740009)
 
 void er_instance_save(er_instance *instance, er_saved_state *saved)
 {

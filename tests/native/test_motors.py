@@ -1,0 +1,258 @@
+"""Motors with rotor, friction and servo in the native FMU, against SciPy and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from driven_robot import DrivenRobot
+from fmpy.fmi1 import FMICallException
+from native_fmu import NativeFmu
+from random_robots import make_robot
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
+
+# Stiff loops of a servo without integral, of which a motor at rest needs none.
+LOOPS = {"position_gain": 20.0, "rate_gain": 2e3}
+
+
+def driven(robot: Robot, rng: np.random.Generator) -> Robot:
+    """The robot with hysteresis, motors, servos and friction in every gear; linear gears."""
+
+    def joint(own: Joint) -> Joint:
+        if own.stiffness is None:
+            return own
+        inertia = rng.uniform(5.0, 50.0)
+        rate_gain = inertia * 2.0 * np.pi * rng.uniform(20.0, 40.0)
+        drive = Drive(
+            inertia,
+            position_gain=rng.uniform(10.0, 30.0),
+            rate_gain=rate_gain,
+            integral_gain=rate_gain / 0.02,
+            feed_forward=rng.uniform(0.0, 1.0),
+            friction=rng.uniform(5.0, 40.0),
+            slip_angle=rng.uniform(1e-5, 4e-5),
+            viscous=rng.uniform(0.0, 40.0),
+            stribeck=rng.uniform(0.0, 0.5),
+            stribeck_rate=rng.uniform(0.01, 0.1),
+        )
+        stops = tuple(StopElement(rng.uniform(2.0, 20.0), a) for a in (2e-5, 6e-5, 1.5e-4))
+        return replace(own, drive=drive, hysteresis=stops, torque_table=None)
+
+    return replace(robot, joints=tuple(map(joint, robot.joints)))
+
+
+def one_joint(drive: Drive, gravity: float = 0.0, stiffness: float = 1e6) -> Robot:
+    """A link of 10 kg m^2 about its joint, horizontal."""
+    link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 7.5, 7.5))
+    joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness, damping=200.0, drive=drive)
+    return Robot("arm", (joint,), gravity=(0.0, 0.0, -gravity), tcp_position=(1.0, 0.0, 0.0))
+
+
+def built(robot: Robot, folder) -> NativeFmu:
+    return NativeFmu(build_fmu(robot, folder / "R.fmu", BuildOptions("native")), folder / "fmu")
+
+
+def start_of(fmu: NativeFmu, slave, own: DrivenRobot, q: np.ndarray) -> np.ndarray:
+    """The state in which the FMU has started, as the equation has it."""
+    m, motors = len(own.stiffness), own.driven
+    x = np.array(fmu.get(slave, *(f"deflection[{k + 1}]" for k in range(m))))
+    torque = np.array(fmu.get(slave, *(f"motor_torque[{i + 1}]" for i in motors)))
+    stops = np.array(fmu.get(slave, *(f"elongation[{k + 1}]" for k in range(len(own.stop_of)))))
+    still = np.zeros(len(motors))
+    return np.concatenate([x, 0.0 * x, q[motors], still, torque, stops, still])
+
+
+@pytest.mark.parametrize(("seed", "joints"), [(3, 2), (5, 3), (8, 4)])
+def test_motors_move_as_scipy_has_them(tmp_path, seed, joints):
+    """Random robots whose gears and motors slip and stick under force steps: to 1e-10 rad of 1e-4."""
+    rng = np.random.default_rng(seed)
+    robot = driven(make_robot(seed, joints), rng)
+    fmu = built(robot, tmp_path)
+    q = rng.uniform(-0.5, 0.5, joints)
+    slave = fmu.start(fmu.slave(), q, 1e-8, drive="servo", torque_curve="linear")
+    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
+    state, time, step, slipped = start_of(fmu, slave, own, q), 0.0, 4e-3, set()
+    angles = [f"motor_angle[{i + 1}]" for i in own.driven]
+    names = [f"deflection[{k + 1}]" for k in range(len(own.stiffness))]
+    elongations = [f"elongation[{k + 1}]" for k in range(len(own.stop_of))]
+    began = np.array(fmu.get(slave, *names, *angles))
+    for _ in range(12):
+        force = rng.normal(size=3) * 400.0
+        fmu.set(slave, dict(zip(("force.x", "force.y", "force.z"), force, strict=True)))
+        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
+        slave.doStep(time, step)
+        state = own.run(state, np.array([time, time + step]), 1e-4, 1e-9)[-1]
+        time += step
+        x, _, angle, _, _, stops, presliding = own.split(state)
+        np.testing.assert_allclose(fmu.get(slave, *names), x, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(fmu.get(slave, *angles), angle, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(fmu.get(slave, *elongations), stops, rtol=0, atol=1e-10)
+        slipped |= {("gear", k) for k in np.flatnonzero(np.abs(stops) >= own.stop_angle)}
+        slipped |= {("motor", k) for k in np.flatnonzero(np.abs(presliding) >= own.presliding)}
+    moved = np.abs(np.append(x, angle) - began).max()
+    assert moved > 1e-5
+    assert {"gear", "motor"} == {kind for kind, _ in slipped}
+
+
+def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
+    """At a constant rate v q stays v / Kv behind, friction and all; nothing with feed-forward."""
+    behind = []
+    for feed_forward in (0.0, 1.0):
+        drive = Drive(
+            10.0, **LOOPS, integral_gain=1e5, feed_forward=feed_forward, friction=20.0, viscous=5.0
+        )
+        folder = tmp_path / str(feed_forward)
+        folder.mkdir()
+        fmu = built(one_joint(drive), folder)
+        slave = fmu.start(fmu.slave(), [0.0], drive="servo")
+        rate, step = 0.2, 0.01
+        for k in range(200):
+            fmu.set(slave, {"q_cmd[1]": rate * k * step, "qd_cmd[1]": rate})
+            slave.doStep(k * step, step)
+        behind.append(200 * step * rate - fmu.get(slave, "motor_angle[1]")[0])
+    np.testing.assert_allclose(behind, [0.2 / 20.0, 0.0], rtol=0, atol=1e-7)
+
+
+def test_a_torque_turns_rotor_and_link_together(tmp_path):
+    """Without gravity q'' = (tau - F) / (J + I) once friction slips; less than F moves nothing far."""
+    drive = Drive(30.0, **LOOPS, friction=20.0)
+    fmu = built(one_joint(drive), tmp_path)
+    slave = fmu.start(fmu.slave(), [0.0], drive="torque")
+    rates, step = [], 1e-3
+    for k in range(3000):
+        fmu.set(slave, {"torque_cmd[1]": 10.0 if k < 1000 else 100.0})
+        slave.doStep(k * step, step)
+        rates.append(fmu.get(slave, "motor_rate[1]", "motor_angle[1]", "motor_torque[1]"))
+    rate, angle, torque = np.array(rates).T
+    assert np.abs(angle[:1000]).max() < 2e-5  # the friction's slip angle
+    assert set(torque) == {10.0, 100.0}
+    # About the joint: 7.5 kg m^2 at the centre of mass and 10 kg at 0.5 m.
+    np.testing.assert_allclose(np.diff(rate[2500:]).mean() / step, 80.0 / 40.0, rtol=1e-4)
+
+
+def test_a_limited_servo_goes_on_without_winding_up(tmp_path):
+    """A command too fast for it: the torque stays at its limit, the angle overshoots little."""
+    drive = Drive(10.0, **LOOPS, integral_gain=2e4, torque_limit=50.0)
+    fmu = built(one_joint(drive), tmp_path)
+    slave = fmu.start(fmu.slave(), [0.0], drive="servo")
+    found = []
+    for k in range(800):
+        fmu.set(slave, {"q_cmd[1]": min(0.1, 0.4 * (k + 1) * 5e-3)})
+        slave.doStep(k * 5e-3, 5e-3)
+        found.append(fmu.get(slave, "motor_angle[1]", "motor_torque[1]"))
+    angle, torque = np.array(found).T
+    assert np.abs(torque).max() == 50.0
+    assert angle.max() < 0.13
+    np.testing.assert_allclose(angle[-1], 0.1, rtol=0, atol=1e-6)
+
+
+def test_free_motors_keep_their_energy(tmp_path):
+    """Kinetic energy of links and rotors and that of the springs, without damping, to 1e-7."""
+    rng = np.random.default_rng(4)
+    robot = driven(make_robot(4, 3), rng)
+    free = tuple(
+        replace(
+            j,
+            damping=0.0,
+            hysteresis=(),
+            tilt=tuple(replace(t, damping=0.0) for t in j.tilt),
+            drive=j.drive and replace(j.drive, friction=0.0, viscous=0.0),
+        )
+        for j in robot.joints
+    )
+    robot = replace(robot, joints=free, gravity=(0.0, 0.0, 0.0))
+    fmu = built(robot, tmp_path)
+    q = rng.uniform(-0.5, 0.5, 3)
+    slave = fmu.start(fmu.slave(), q, 1e-9, drive="torque", torque_curve="linear")
+    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
+    m, names = len(own.stiffness), []
+    for name in ("deflection", "deflection_rate"):
+        names += [f"{name}[{k + 1}]" for k in range(m)]
+    for name in ("motor_angle", "motor_rate"):
+        names += [f"{name}[{i + 1}]" for i in range(3)]
+    inertia = np.zeros(3)
+    inertia[own.driven] = [d.inertia for d in own.drives]
+
+    def energy() -> float:
+        x, v, angle, rate = np.split(np.array(fmu.get(slave, *names)), [m, 2 * m, 2 * m + 3])
+        theta, moving = own.chain.theta(angle, x), own.chain.theta(rate, v)
+        links = pin.computeKineticEnergy(own.chain.model, own.dynamics.data, theta, moving)
+        return links + 0.5 * (inertia @ rate**2) + 0.5 * own.stiffness @ x**2
+
+    for k in range(10):  # pushed, then free
+        fmu.set(slave, {"force.z": 500.0 if k < 9 else 0.0, "force.x": 200.0 if k < 9 else 0.0})
+        slave.doStep(k * 4e-3, 4e-3)
+    before = energy()
+    for k in range(10, 60):
+        slave.doStep(k * 4e-3, 4e-3)
+    assert before > 0.1
+    np.testing.assert_allclose(energy(), before, rtol=1e-7)
+
+
+def test_a_saved_state_continues_identically(tmp_path):
+    """In the middle of slipping and sticking, from bytes, in another instance."""
+    rng = np.random.default_rng(5)
+    fmu = built(driven(make_robot(5, 3), rng), tmp_path)
+    one, other = (fmu.start(fmu.slave(), np.zeros(3), drive="servo") for _ in range(2))
+    names = [v.name for v in fmu.description.modelVariables if v.causality == "output"]
+
+    def go(slave, first: int, last: int) -> list[float]:
+        for k in range(first, last):
+            fmu.set(slave, {"force.z": 400.0 * np.sin(0.7 * k), "q_cmd[1]": 1e-4 * k})
+            slave.doStep(k * 4e-3, 4e-3)
+        return fmu.get(slave, *names)
+
+    go(one, 0, 25)
+    state = one.getFMUstate()
+    saved = one.serializeFMUstate(state)
+    other.setFMUstate(other.deSerializeFMUstate(saved))
+    assert go(one, 25, 60) == go(other, 25, 60)
+
+
+def test_ideal_drives_ignore_their_motors(tmp_path):
+    """The TCP to the last bit; the motor's torque has its friction beside the gear's."""
+    found = []
+    for name, inertia in (("light", 1e-3), ("heavy", 40.0)):
+        drive = Drive(inertia, **LOOPS, friction=30.0, viscous=7.0, stribeck=0.5, stribeck_rate=0.1)
+        (tmp_path / name).mkdir()
+        fmu = built(one_joint(drive, gravity=9.81), tmp_path / name)
+        slave = fmu.started([0.1])
+        for k in range(50):
+            fmu.set(slave, {"q_cmd[1]": 0.1 + 0.3 * k * 4e-3, "qd_cmd[1]": 0.3, "qdd_cmd[1]": 0.0})
+            slave.doStep(k * 4e-3, 4e-3)
+        found.append(fmu.get(slave, "tcp.x", "tcp.z", "gear_torque[1]"))
+        lost = 1.0 - 0.5 * (1.0 - np.exp(-9.0))
+        torque, gear = fmu.get(slave, "motor_torque[1]", "gear_torque[1]")
+        assert torque - gear == pytest.approx(30.0 * lost + 7.0 * 0.3, rel=1e-9)
+    assert found[0] == found[1]
+
+
+def test_what_drives_may_not_be_is_said(tmp_path, capfd):
+    """No motors, a torque at rest or along a trajectory, derivatives of motors: a sentence each."""
+    plain = one_joint(Drive(1.0, **LOOPS))
+    robots = {
+        "with": plain,
+        "without": replace(plain, joints=(replace(plain.joints[0], drive=None),)),
+    }
+    fmus = {}
+    for name, robot in robots.items():
+        (tmp_path / name).mkdir()
+        fmus[name] = built(robot, tmp_path / name)
+    for name, options, words in (
+        ("without", {"drive": "servo"}, "no joint of the robot has a drive"),
+        ("with", {"drive": "torque", "mode": "quasistatic"}, "mode dynamic and no trajectory"),
+        ("with", {"drive": "fast"}, "expected one of ideal, servo, torque"),
+    ):
+        with pytest.raises(FMICallException):
+            fmus[name].started([0.0], **options)
+        assert words in capfd.readouterr().err
+    fmu = fmus["with"]
+    slave = fmu.started([0.0], drive="servo")
+    slave.doStep(0.0, 0.01)
+    with pytest.raises(FMICallException):
+        slave.getDirectionalDerivative(fmu.of(["tcp.x"]), fmu.of(["force.x"]), [1.0])
+    assert "expected drive ideal" in capfd.readouterr().err
