@@ -3,6 +3,7 @@
  */
 #include "sensitivity.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -162,10 +163,13 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
             }
         } else if (k != reversing) {
             double least = er_reversal_slack(robot, k, tolerance);
+            double rounding = ER_DEGREE * DBL_EPSILON * fmax(fabs(x.lowest), fabs(x.highest));
+            reversing = k;
+            if (rounding > least * step->length)
+                continue; /* a sliver before a row of the command: differences of a motor's angles say nothing */
             find_rate(&x, step->length, rate);
             take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
                          found);
-            reversing = k;
         }
     }
 }
