@@ -33,6 +33,7 @@ class MotorMotion:
         rate: q' [rad/s], (n,).
         acceleration: q'' [rad/s^2], (n,).
         gear_torque: Torque of the gear on its link, -T [N m], (n,): the FMU's output `gear_torque`.
+        held: The same where the robot is held at rest at the first time, as a simulation starts [N m].
     """
 
     time: np.ndarray
@@ -40,6 +41,7 @@ class MotorMotion:
     rate: np.ndarray
     acceleration: np.ndarray
     gear_torque: np.ndarray
+    held: float
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
     Example:
         >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, feed_forward=0.0)
         >>> time = np.linspace(0.0, 1.0, 101)
-        >>> motion = MotorMotion(time, 0.1 * time, np.full(101, 0.1), *np.zeros((2, 101)))
+        >>> motion = MotorMotion(time, 0.1 * time, np.full(101, 0.1), *np.zeros((2, 101)), 0.0)
         >>> servo_motion(drive, motion).angle[-1].round(6).item()  # v / Kv ahead
         0.105
     """
@@ -86,8 +88,8 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
     # Where a gear comes to a flank q'' jumps.  Its integral alone counts: z = J Ki/Kp q' + ..., and
     # delta = J/(Kp kff) q' + ... likewise, so that the rests' equations have q' in the place of q''.
     rest = torque - drive.inertia * motion.acceleration
-    # At the start w is that of a command which is the motor's motion.
-    start = torque[0] - kp * (kff - 1.0) * rate[0]
+    # At the start w is that of a command which is the motor's motion, the gear's torque that at rest.
+    start = torque[0] - motion.gear_torque[0] + motion.held - kp * (kff - 1.0) * rate[0]
     by_rate = drive.inertia * ki / kp
     integral = np.full(len(torque), start)
     if ki > 0.0:

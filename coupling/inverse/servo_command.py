@@ -50,13 +50,16 @@ def servo_command(
     fine = fine_times(theta)
     needed = CubicSpline(fine, moving.torque(theta, fine, found.wrench))
     gear_torque = -needed(np.minimum(time, theta.end))
+    first = theta.at(fine[:1])
+    rest_torque = moving.model.load(first, 0.0 * first, 0.0 * first, found.wrench(fine[:1]))[0]
     motion = [motors.at(time, order) for order in range(3)]
     coefficients = motors.coefficients.copy()
     for gear, joint in enumerate(moving.model.gear_joint):
         drive = moving.robot.joints[joint].drive
         if drive is not None:
             angle, rate, acceleration = (values[:, joint] for values in motion)
-            own = MotorMotion(time, angle, rate, acceleration, gear_torque[:, gear])
+            held = float(rest_torque[moving.model.gears[gear]])
+            own = MotorMotion(time, angle, rate, acceleration, gear_torque[:, gear], held)
             coefficients[:, joint] = _column(drive, own, rows, limits.of_joint(joint))
     return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
 
