@@ -143,7 +143,7 @@ def test_rows_are_fitted_to_what_the_motor_does_of_them(degree):
     rates = 0.5e-3 * w * np.sin(w * time), 0.5e-3 * w**2 * np.cos(w * time)
     motion = MotorMotion(time, swing, *rates, np.zeros(len(time)), 0.0)
     told = servo_motion(drive, motion)
-    fit = ServoRows(drive, time_of, told.angle, (0.0, 0.0, float(rates[1][0])))
+    fit = ServoRows(time_of, told.angle, (0.0, 0.0, float(rates[1][0])))
     torque = motor_torque(drive, motion)
     start = 0.0, 0.0, torque[0]
     late = time > 0.2
