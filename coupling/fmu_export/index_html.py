@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+from coupling.files.drive_table import drive_in_words
 from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.variables import Block, Variable
@@ -49,6 +50,7 @@ def index_html(
             _tool(robot),
             "<h2>Joints</h2>",
             _joints(robot.joints),
+            _motors(robot.joints),
             "<h2>Bodies</h2>",
             _bodies(robot),
             "<h2>Variables</h2>",
@@ -146,6 +148,17 @@ def _joints(joints: Sequence[Joint]) -> str:
         ],
         rows,
     )
+
+
+def _motors(joints: Sequence[Joint]) -> str:
+    """Return the table of the joints' motors; nothing where there are none."""
+    rows = [
+        [f"joint[{number}]", drive_in_words(joint.drive)]
+        for number, joint in enumerate(joints, start=1)
+        if joint.drive is not None
+    ]
+    caption = "At the gear's output: moved where drive is not ideal."
+    return _table(caption, ["", "motor"], rows) if rows else ""
 
 
 def _bodies(robot: Robot) -> str:

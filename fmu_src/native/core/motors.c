@@ -17,8 +17,7 @@ double er_servo_torque(const er_motor *motor, double wanted, double integral)
     return fmax(fmin(torque, motor->torque_limit), -motor->torque_limit);
 }
 
-/* Whether the limit keeps a servo from what it asks for: its integral waits then. */
-static bool is_limited(const er_motor *motor, double wanted, double integral)
+bool er_servo_is_limited(const er_motor *motor, double wanted, double integral)
 {
     double torque = motor->rate_gain * wanted + integral;
     return fabs(torque) > motor->torque_limit && torque * wanted > 0.0;
@@ -29,8 +28,7 @@ double er_servo_wanted(const er_motor *motor, double p, double pv, double comman
     return -motor->position_gain * p - pv + (motor->feed_forward - 1.0) * command_rate;
 }
 
-/* The part of a motor's slip torque that its element has at an angle, and the slope of that by the angle. */
-static double friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope)
+double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope)
 {
     const er_robot *robot = r->system->robot;
     int j = robot->elements + d;
@@ -74,7 +72,7 @@ void er_motors_stages(const er_run *r, const er_state *state, const er_step *ste
         for (int l = 0; l < ER_STAGES; l++) {
             work->wanted[d][l] =
                 er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], w->stages.qd[motor->joint][l]);
-            growth[l] = is_limited(motor, work->wanted[d][l], work->integral[d][l])
+            growth[l] = er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l])
                             ? 0.0
                             : motor->integral_gain * work->wanted[d][l];
         }
@@ -101,7 +99,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.integral[d] = state->motors.integral[d];
         for (int j = 0; j < ER_STAGES; j++) {
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
-            if (!is_limited(motor, work->wanted[d][j], work->integral[d][j]))
+            if (!er_servo_is_limited(motor, work->wanted[d][j], work->integral[d][j]))
                 step->motors.integral[d] += h * er_gauss_end_rate[j] * motor->integral_gain * work->wanted[d][j];
         }
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
@@ -138,7 +136,7 @@ void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *
         int i = motor->joint;
         for (int l = 0; l < states; l++) {
             double gear = w->residual[motor->coordinate][l] - work->load[d][l], slope, torque;
-            double part = friction_part(r, state, d, nodes->q[i][l] + work->stage_p[d][l], &slope);
+            double part = er_friction_part(r, state, d, nodes->q[i][l] + work->stage_p[d][l], &slope);
             double rate = nodes->qd[i][l] + work->stage_pv[d][l];
             double wanted = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], nodes->qd[i][l]);
             torque = system->drive == ER_SERVO ? er_servo_torque(motor, wanted, work->integral[d][l])
@@ -154,12 +152,12 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
     const er_motor *motor = &r->system->robot->motor[d];
     const er_motor_work *work = &r->work->motors;
     double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate;
-    double part = friction_part(r, state, d, state->motors.angle[d], &by_angle);
+    double part = er_friction_part(r, state, d, state->motors.angle[d], &by_angle);
     double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
     er_motor_slopes slopes;
     er_motor_friction(motor, slip_torque, part, state->motors.rate[d], &by_rate);
     slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0};
-    if (r->system->drive != ER_SERVO || is_limited(motor, wanted, state->motors.integral[d]))
+    if (r->system->drive != ER_SERVO || er_servo_is_limited(motor, wanted, state->motors.integral[d]))
         return slopes;
     slopes.damping += motor->rate_gain;
     slopes.stiffness += motor->rate_gain * motor->position_gain + motor->integral_gain;
@@ -229,7 +227,7 @@ static void times(const er_pairs a, const er_pairs b, er_pairs product)
         multiply(a[p], a[ER_PAIRS + p], b[p], b[ER_PAIRS + p], &product[p], &product[ER_PAIRS + p]);
 }
 
-void er_motors_before(const er_run *r, const er_step *step)
+void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration)
 {
     er_workspace *w = r->work;
     for (int d = 0; d < r->motors; d++) {
@@ -237,12 +235,12 @@ void er_motors_before(const er_run *r, const er_step *step)
         er_pairs passed_on;
         to_pairs(w->motors.residual[d], w->motors.left[d]);
         times(w->motors.share[d], w->motors.left[d], passed_on);
-        add_from_pairs(passed_on, w->residual[k]);
-        memcpy(w->motors.before[d], step->acceleration[k], sizeof w->motors.before[d]);
+        add_from_pairs(passed_on, residual[k]);
+        memcpy(w->motors.before[d], acceleration[k], sizeof w->motors.before[d]);
     }
 }
 
-double er_motors_after(const er_run *r, er_step *step)
+double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration)
 {
     const er_motor_work *work = &r->work->motors;
     double sum = 0.0;
@@ -251,7 +249,7 @@ double er_motors_after(const er_run *r, er_step *step)
         er_lanes change, own = {0.0};
         er_pairs moved, force;
         for (int l = 0; l < ER_STAGES; l++)
-            change[l] = step->acceleration[k][l] - work->before[d][l];
+            change[l] = acceleration[k][l] - work->before[d][l];
         to_pairs(change, moved);
         times(work->gear[d], moved, force);
         for (int p = 0; p < 2 * ER_PAIRS; p++)
@@ -259,7 +257,7 @@ double er_motors_after(const er_run *r, er_step *step)
         times(work->yields[d], force, moved);
         add_from_pairs(moved, own);
         for (int l = 0; l < ER_STAGES; l++) {
-            step->motor_acceleration[d][l] += own[l];
+            motor_acceleration[d][l] += own[l];
             sum += own[l] * own[l];
         }
     }

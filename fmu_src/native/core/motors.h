@@ -32,6 +32,11 @@ typedef struct {
     er_motor_slopes slopes[ER_MAX_JOINTS];            /* of the last step's matrices */
 } er_motors;
 
+/* A change of the motors: of angles, rates and integrals. */
+typedef struct {
+    double angle[ER_MAX_JOINTS], rate[ER_MAX_JOINTS], integral[ER_MAX_JOINTS];
+} er_motor_change;
+
 /* The motors at a step's end: p and its derivatives, q and its derivatives, z. */
 typedef struct {
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS], pa[ER_MAX_JOINTS];                    /* [rad, rad/s, rad/s^2] */
