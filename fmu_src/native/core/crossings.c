@@ -3,6 +3,7 @@
  */
 #include "sensitivity.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -120,6 +121,15 @@ static void find_rate(const course *x, double h, double *rate)
     }
 }
 
+/* That of a motor.  Where its angles' differences over a sliver of a step are rounding: a line between its ends. */
+static void find_motor_rate(const course *x, double start, double end, double h, double least, double *rate)
+{
+    double rounding = ER_DEGREE * DBL_EPSILON * fmax(fabs(x->lowest), fabs(x->highest));
+    find_rate(x, h, rate);
+    for (int c = 0; c < ER_CONTROL && rounding > least * h; c++)
+        rate[c] = start + (end - start) * c / ER_DEGREE;
+}
+
 static void find_edges(const er_run *r, const er_state *state, int k, const course *x, er_crossing *first,
                        bool *found)
 {
@@ -162,7 +172,11 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
             }
         } else if (k != reversing) {
             double least = er_reversal_slack(robot, k, tolerance);
-            find_rate(&x, step->length, rate);
+            if (k < r->m)
+                find_rate(&x, step->length, rate);
+            else
+                find_motor_rate(&x, state->motors.rate[k - r->m], step->motors.rate[k - r->m], step->length,
+                                least, rate);
             take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
                          found);
             reversing = k;
