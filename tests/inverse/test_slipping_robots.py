@@ -21,12 +21,10 @@ from coupling.inverse.link_task import LinkMotion
 from coupling.inverse.response import AlongMotion
 from coupling.learn.source import require_alike
 from coupling.path.controller import Controller
-from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
 from coupling.place.placing import require_one_robot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
-from coupling.robot.touch_off import RestingRobot
 
 HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])
 TORQUES = (120.0, 120.0, 90.0, 25.0, 20.0, 0.0)  # [N m]
@@ -176,12 +174,10 @@ def test_elements_hold_a_gear_in_its_backlash(robot, plain):
 def test_what_does_not_know_hysteresis_refuses_it_in_a_sentence(robot, plain):
     source = SimpleNamespace(robot=robot, torque_curve="backlash")
     case = SimpleNamespace(name="case", robots=[SimpleNamespace(description=robot)])
-    resting = RestingRobot(robot, "backlash", HOME, Frame.of_rpy(np.zeros(3), np.zeros(3)))
     for what, call in {
         "identify": lambda: ElasticParameters.of(robot, "backlash"),
         "learn": lambda: require_alike([source]),
         "place": lambda: require_one_robot(case),
-        "touching off": lambda: resting.tool_at(np.zeros((1, 3)), Rotation.identity()),
     }.items():
         with pytest.raises(
             HysteresisError,
