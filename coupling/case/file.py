@@ -43,7 +43,7 @@ from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 from coupling.toolpaths.untilted import UntiltedPath
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import Mode
+from elastic_robot.fmi.interface import IDEAL, Mode
 
 _DEFAULT_METHOD = "inverse"
 
@@ -183,6 +183,10 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         with _errors_of(f"{path}: plant"):
             models = [(own.description, own.torque_curve, own.mounting) for own in robots]
             plant = file.plant.plant(models, path.parent)
+            if file.robot.fmu == "python" and any(own.drive != IDEAL for own in plant.robots):
+                raise CaseError(
+                    'drive: expected fmu = "native" in [robot] beside "servo", got "python"'
+                )
     with _errors_of(str(path)):
         if workspace is not None:
             task = replace(task, workspace=workspace)

@@ -14,6 +14,7 @@ from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant, PlantRobot
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -35,10 +36,11 @@ PositiveFactors = Annotated[
 
 
 class _PlantRobotTable(Schema):
-    """One robot of the plant: another description or curve, factors, a mass at its tool."""
+    """One robot of the plant: another description or curve, servos, factors, a mass at its tool."""
 
     description: str | None = None
     torque_curve: OneOfCurves | None = None
+    drive: Literal["ideal", "servo"] = IDEAL
     stiffness_factor: PositiveFactors = [1.0]
     damping_factor: Factors = [1.0]
     backlash_factor: Factors = [1.0]
@@ -58,7 +60,8 @@ class _PlantRobotTable(Schema):
             folder: Folder in which relative files begin.
 
         Raises:
-            CaseError: If its file cannot be read, or joints or factors are not as many as the model's.
+            CaseError: If its file cannot be read or has no motors for servos, or joints or factors are
+                not as many as the model's.
         """
         robot = model
         if self.description is not None:
@@ -67,6 +70,11 @@ class _PlantRobotTable(Schema):
             raise CaseError(
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
                 f" commanded, got {len(robot.joints)}"
+            )
+        if self.drive != IDEAL and all(joint.drive is None for joint in robot.joints):
+            raise CaseError(
+                f"drive: expected a [joint.drive] in the file of {robot.name} beside"
+                f' "{self.drive}", got none'
             )
         place = self.payload_position_m
         difference = ModelMismatch(
@@ -85,7 +93,7 @@ class _PlantRobotTable(Schema):
                     f"{name}_factor: expected one number, or {len(robot.joints)}, one for each joint,"
                     f" got {count}"
                 )
-        return PlantRobot(difference.description(robot), curve, difference)
+        return PlantRobot(difference.description(robot), curve, difference, self.drive)
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""

@@ -34,7 +34,12 @@ def _all() -> Iterator[str]:
 
 
 def _every_number(names: list[str]) -> Iterator[str]:
-    from coupling.files.robot_file import find_robot, hysteresis_in_words, robot_numbers
+    from coupling.files.robot_file import (
+        drives_in_words,
+        find_robot,
+        hysteresis_in_words,
+        robot_numbers,
+    )
     from coupling.files.sources import UNKNOWN
 
     for name in names:
@@ -43,7 +48,7 @@ def _every_number(names: list[str]) -> Iterator[str]:
         yield f"{file} ({title})"
         for number in numbers:
             yield f"  {number.place} = {_words(number.value)}: {number.source or UNKNOWN}"
-        for line in hysteresis_in_words(file):
+        for line in [*hysteresis_in_words(file), *drives_in_words(file)]:
             yield f"  {line}"
 
 

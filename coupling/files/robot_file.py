@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
+from coupling.files.drive_table import drive_in_words
 from coupling.files.robot_schema import (
     BodyTable,
     JointElasticity,
@@ -92,6 +93,23 @@ def hysteresis_in_words(path: Path) -> list[str]:
                 f" {sum(element.slip_torque for element in elements):.4g} N m ({each}), backlash"
                 f" {backlash:.4g} rad"
             )
+    return lines
+
+
+def drives_in_words(path: Path) -> list[str]:
+    """Return a line for each drive of a robot file; a URDF is not opened.
+
+    Raises:
+        RobotFileError: If the file cannot be read, or a drive cannot be as it says.
+    """
+    lines = []
+    for number, joint in enumerate(_validated(path)[1].joint, start=1):
+        try:
+            drive = joint.motor()
+        except ValueError as cause:
+            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+        if drive is not None:
+            lines.append(f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}")
     return lines
 
 
@@ -231,9 +249,10 @@ def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, wh
         if elastic.torque_table:
             akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between
         backlash, elements = keys.hysteresis()
+        drive = keys.motor()
     except ValueError as cause:
         raise RobotFileError(f"{where}: {cause}") from cause
-    return replace(elastic, backlash=backlash, hysteresis=elements)
+    return replace(elastic, backlash=backlash, hysteresis=elements, drive=drive)
 
 
 def _payload(given: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:

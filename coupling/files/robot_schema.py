@@ -6,9 +6,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.files.drive_table import DriveTable
 from coupling.files.gear_table import GearTable
 from coupling.files.toml_file import Positive, Schema, Vector3
-from elastic_robot.description import Body, StopElement
+from elastic_robot.description import Body, Drive, StopElement
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -63,6 +64,7 @@ class JointElasticity(Schema):
     max_acceleration: float | None = None
     gear_torque_Nm: GearTorque | None = None
     gear: GearTable = GearTable()
+    drive: DriveTable | None = None
 
     @model_validator(mode="after")
     def _gear_is_elastic(self) -> JointElasticity:
@@ -73,6 +75,8 @@ class JointElasticity(Schema):
             )
         if self.gear.model_fields_set and self.stiffness is None:
             raise ValueError("gear: expected a stiffness beside it, got none: the joint is rigid")
+        if self.drive is not None and self.stiffness is None:
+            raise ValueError("drive: expected a stiffness beside it, got none: the joint is rigid")
         if self.gear.from_sheet and self.torque_table is not None:
             raise ValueError(
                 "gear: hysteresis_width_arcmin: expected no torque_table beside it, as the width is that"
@@ -97,6 +101,17 @@ class JointElasticity(Schema):
             return self.gear.hysteresis_of(self.stiffness, self.backlash)
         except ValueError as cause:
             raise ValueError(f"gear: {cause}") from cause
+
+    def motor(self) -> Drive | None:
+        """Return motor, servo and friction of the joint, if the file has them.
+
+        Raises:
+            ValueError: If their numbers are beyond what can be computed with.
+        """
+        try:
+            return None if self.drive is None else self.drive.drive()
+        except ValueError as cause:
+            raise ValueError(f"drive: {cause}") from cause
 
 
 class JointTable(BodyTable, JointElasticity):

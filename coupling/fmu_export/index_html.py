@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+from coupling.files.drive_table import drive_in_words
 from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.variables import Block, Variable
@@ -49,6 +50,7 @@ def index_html(
             _tool(robot),
             "<h2>Joints</h2>",
             _joints(robot.joints),
+            _motors(robot.joints),
             "<h2>Bodies</h2>",
             _bodies(robot),
             "<h2>Variables</h2>",
@@ -84,8 +86,10 @@ the jerk j of the last two commands, continuous where the commands are smooth. T
 state is the equilibrium under gravity, the wrench, the contact spring and the contact set before
 initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
-(<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at
-every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
+(<code>undeflected</code>). Gears with hysteresis come to it from no load, or, slipping all the way,
+<code>equilibrium_from_below</code> or <code>equilibrium_from_above</code>.
+<code>mode</code> = <code>quasistatic</code> takes the equilibrium at every step's end: no inertia, no
+damping, no memory but that of hysteresis. Any step size will do, and it may change.</p>
 <p>A contact spring pulls the TCP to an anchor: force K (a - p), p the elastic TCP, s seconds into a step
 a = <code>anchor</code> position + s velocity, K its symmetric stiffness, no eigenvalue below zero. It is
 part of the robot's equations, so it may be as stiff as the contact is. Without stiffness there is none.
@@ -144,6 +148,17 @@ def _joints(joints: Sequence[Joint]) -> str:
         ],
         rows,
     )
+
+
+def _motors(joints: Sequence[Joint]) -> str:
+    """Return the table of the joints' motors; nothing where there are none."""
+    rows = [
+        [f"joint[{number}]", drive_in_words(joint.drive)]
+        for number, joint in enumerate(joints, start=1)
+        if joint.drive is not None
+    ]
+    caption = "At the gear's output: moved where drive is not ideal."
+    return _table(caption, ["", "motor"], rows) if rows else ""
 
 
 def _bodies(robot: Robot) -> str:

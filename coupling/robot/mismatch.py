@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.fit.parameters import robot_parameters
 from elastic_robot.description import Body, Robot, Vector
+from elastic_robot.fmi.interface import IDEAL
 
 _NOTHING = (0.0, 0.0, 0.0)
 # Parameters that may differ by a factor, in the order in which they are told.
@@ -118,11 +119,13 @@ class PlantRobot:
         description: Its description, with its payload.
         torque_curve: "linear", "backlash" or "spline".
         difference: Factors of its parameters.
+        drive: "ideal", or "servo": its motors follow the command as their servos do.
     """
 
     description: Robot
     torque_curve: str
     difference: ModelMismatch = AS_THE_MODEL
+    drive: str = IDEAL
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
-from elastic_robot.fmi.interface import Mode
+from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
 
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
@@ -81,15 +81,21 @@ class RobotFmu:
         file: The FMU.
         torque_curve: "linear", "backlash" or "spline".
         watch: Function called with the progress of a simulation.
+        drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
 
     Raises:
         SimulationError: If the file is no robot FMU or cannot run here.
     """
 
     def __init__(
-        self, file: Path, torque_curve: str = "backlash", watch: Watch = unwatched
+        self,
+        file: Path,
+        torque_curve: str = "backlash",
+        watch: Watch = unwatched,
+        drive: str = IDEAL,
     ) -> None:
         self.torque_curve = torque_curve
+        self.drive = drive
         self._file = file
         self._watch = watch
         self._folder = ScratchFolder()
@@ -173,6 +179,7 @@ class RobotFmu:
             "trajectory": str(trajectory),
             "torque_curve": self.torque_curve,
             "tcp_tolerance": _TOLERANCE,
+            "drive": self.drive,
             **values,
         }
         instants = wrench.instants

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.errors import PlanningError
+from coupling.errors import PlanningError, require_no_hysteresis
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -83,7 +83,7 @@ class RestingRobot:
     def tool_at(self, commanded: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return the tool's positions at rest under commands to points, world axes [m], (n, 3).
 
-        Gears with hysteresis come to each of them from unloaded.
+        Gears with hysteresis come to each of them from no load.
 
         Args:
             commanded: Positions of the TCP that the controller shows [m], (n, 3).
@@ -91,17 +91,19 @@ class RestingRobot:
 
         Raises:
             PlanningError: If a point is out of reach or the robot finds no rest there.
+            HysteresisError: If a gear has hysteresis.
         """
+        require_no_hysteresis(self.robot, "touching off")
         chain, parameters = build_chain(self.robot), Parameters.of(self.robot)
         data, curve = chain.model.createData(), TORQUE_CURVES[self.torque_curve].build(parameters)
+        past = Past.start(Hysteresis(chain.elements, parameters.hysteresis))
         dynamics, near, found = Dynamics(chain, parameters.gravity), self.home, []
-        unloaded = Past.start(Hysteresis(chain.elements, parameters.hysteresis))
         for k, point in enumerate(commanded, start=1):
             still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
             path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
-                x = equilibrium(dynamics, curve, near, ToolLoad(), unloaded)
+                x = equilibrium(dynamics, curve, near, ToolLoad(), past)
             except (PlanningError, EquilibriumError) as cause:
                 raise PlanningError(
                     f"point {k}, at {np.round(point, 4).tolist()} m: {cause}: give points that the robot"

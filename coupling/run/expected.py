@@ -11,6 +11,7 @@ from coupling.case.file import Case
 from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable
+from elastic_robot.fmi.interface import IDEAL
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,16 @@ EXPECTED = {
     "joint.gear.slip_angle": UsualRange(
         1e-7, 3e-3, "rad", "up to the width of a loop of 10 arc minutes"
     ),
+    "joint.drive.inertia": UsualRange(
+        1e-3, 5e3, "kg m2", "rotors by their gears' ratios squared, at the gears' output"
+    ),
+    "joint.drive.friction": UsualRange(
+        1e-2, 5e3, "N m", "friction of motors and gears at rest, at the gears' output", or_none=True
+    ),
+    "joint.drive.position_gain": UsualRange(3.0, 100.0, "1/s", "position loops of machine axes"),
+    "joint.drive.rate_bandwidth": UsualRange(
+        2.0, 500.0, "Hz", "rate loops: their gain by the rotor's inertia and 2 pi"
+    ),
     "milling.axial_depth": UsualRange(
         0.0, 2.0, "diameters of the cutter", "slots to about one deep, walls to two"
     ),
@@ -112,6 +123,9 @@ MISTAKEN = {
         "MN m/rad": 1e6,
     },
     "rad": {"arcmin": ARCMIN, "deg": np.pi / 180.0},
+    "kg m2": {"kg cm2": 1e-4},
+    "Hz": {"rad/s": 0.5 / np.pi},
+    "1/s": {"m/min/mm": 1e3 / 60.0},
     "1/min": {"1/s": 60.0, "rad/s": 30.0 / np.pi},
     "N": {"kN": 1e3, "mN": 1e-3},
 }
@@ -132,6 +146,14 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
         found.append(
             "the process pushes with 0 N everywhere: expected a force somewhere along the path: look"
             " whether the path goes into the part, and at its frame and units"
+        )
+    servos = () if case.plant is None else [own.drive for own in case.plant.robots]
+    robots = [own.description for own in case.robots]
+    driven = [robot.name for robot in robots if any(joint.drive for joint in robot.joints)]
+    if driven and all(drive == IDEAL for drive in servos):
+        found.append(
+            f"robot {driven[0]}: its drives are taken as ideal, so that no figure holds following"
+            ' error and friction: drive = "servo" in [plant] tells what they leave'
         )
     return tuple(found)
 
@@ -180,6 +202,13 @@ def _values(case: Case, wrench: WrenchHistory | None) -> Iterator[tuple[str, str
                 yield f"{place}: hysteresis", "joint.gear.hysteresis", slip
             for element in joint.hysteresis:
                 yield f"{place}: slip angle", "joint.gear.slip_angle", element.slip_angle
+            if joint.drive is not None:
+                bandwidth = joint.drive.rate_gain / joint.drive.inertia / (2.0 * np.pi)
+                yield f"{place}: rotor's inertia", "joint.drive.inertia", joint.drive.inertia
+                yield f"{place}: friction at rest", "joint.drive.friction", joint.drive.friction
+                gain = joint.drive.position_gain
+                yield f"{place}: position gain", "joint.drive.position_gain", gain
+                yield f"{place}: rate loop", "joint.drive.rate_bandwidth", bandwidth
             for tilt in joint.tilt:
                 yield f"{place}: stiffness of a tilt", "joint.tilt.stiffness", tilt.stiffness
     yield from _of_milling(case)

@@ -17,6 +17,7 @@ from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.robustness import SimulatedModel
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 # Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for
 # one as the native one for a hundred.
@@ -36,7 +37,7 @@ class Models:
         self.watch = watch
         self._stack = ExitStack()
         self._folder = self._stack.enter_context(ScratchFolder())
-        self._loaded: dict[tuple[str, str], SimulatedModel] = {}
+        self._loaded: dict[tuple[str, str, str], SimulatedModel] = {}
 
     def __enter__(self) -> Models:
         return self
@@ -44,18 +45,18 @@ class Models:
     def __exit__(self, *error: object) -> None:
         self._stack.close()
 
-    def of(self, robot: Robot, torque_curve: str) -> SimulatedModel:
-        """Return the robot with its FMU.
+    def of(self, robot: Robot, torque_curve: str, drive: str = IDEAL) -> SimulatedModel:
+        """Return the robot with its FMU, whose drives are "ideal" or have a "servo".
 
         Raises:
             BuildError: If it cannot be built.
             SimulationError: If it cannot run here.
         """
-        found = self._loaded.get((robot.to_json(), torque_curve))
+        found = self._loaded.get((robot.to_json(), torque_curve, drive))
         if found is not None:
             return found
         file = build_fmu(robot, self._file(), BuildOptions(self.kind))
-        return self._load(robot, torque_curve, file)
+        return self._load(robot, torque_curve, file, drive)
 
     def take(self, robot: Robot, torque_curve: str, fmu: bytes) -> SimulatedModel:
         """Return a robot with its FMU, which is there already.
@@ -70,10 +71,12 @@ class Models:
     def _file(self) -> Path:
         return self._folder / f"{len(self._loaded)}.fmu"
 
-    def _load(self, robot: Robot, torque_curve: str, file: Path) -> SimulatedModel:
-        fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch))
+    def _load(
+        self, robot: Robot, torque_curve: str, file: Path, drive: str = IDEAL
+    ) -> SimulatedModel:
+        fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch, drive))
         loaded = SimulatedModel(robot, torque_curve, fmu)
-        self._loaded[robot.to_json(), torque_curve] = loaded
+        self._loaded[robot.to_json(), torque_curve, drive] = loaded
         return loaded
 
 

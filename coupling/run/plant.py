@@ -19,6 +19,7 @@ from coupling.run.models import Models
 from coupling.run.robustness import differing
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Coupling, Loop, couple
+from elastic_robot.fmi.interface import IDEAL
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class PlantReplay:
 def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
     """Return the cell with the robots that really move: what is beyond the model they do themselves."""
     cell = Cell(tuple(replace(member, discrepancy=None) for member in cell.members))
-    simulated = [models.of(own.description, own.torque_curve) for own in plant.robots]
+    simulated = [models.of(own.description, own.torque_curve, own.drive) for own in plant.robots]
     differences = [own.difference for own in plant.robots]
     return differing(cell, simulated, differences, "the plant's parameters")
 
@@ -152,6 +153,8 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     said = []
     for own, model in zip(plant.robots, robots, strict=True):
         phrases = _of_difference(own.difference)
+        if own.drive != IDEAL:
+            phrases.insert(0, f'drive = "{own.drive}"')
         if own.torque_curve != model.torque_curve:
             phrases.insert(0, f'torque_curve = "{own.torque_curve}"')
         if own.description != own.difference.description(model.description):

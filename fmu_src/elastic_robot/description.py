@@ -155,8 +155,8 @@ class StopElement:
         ValueError: If a value is out of its range.
 
     Example:
-        >>> StopElement(slip_torque=40.0, slip_angle=2e-5).stiffness
-        2000000.0
+        >>> StopElement(slip_torque=50.0, slip_angle=1e-4).stiffness
+        500000.0
     """
 
     slip_torque: float

@@ -33,7 +33,7 @@ class Elements:
         coordinate: Index of the gear's wind-up among the elastic coordinates, rising, (e,).
         number: Number of the element within its gear, from 1, (e,).
         slip_angle: Elongation a at which it slips [rad], > 0, (e,).
-        share: Its part p of the gear's slip torque, (e,).
+        share: Its share p of the gear's slip torque, (e,).
     """
 
     coordinate: np.ndarray
@@ -61,7 +61,7 @@ class Elements:
 
     @property
     def gears(self) -> np.ndarray:
-        """Elastic coordinates that have elements, rising."""
+        """Indices of the elastic coordinates that have elements, rising, (g,)."""
         return np.unique(self.coordinate)
 
     @property
@@ -76,8 +76,8 @@ class HeldHysteresis:
 
     Attributes:
         torque: H [N m], (m,) or of k states (k, m), or 0.
-        slope: dH/dx of those that stick [N m/rad], likewise.
-        gradient: dH/dF at fixed elongations [1], likewise.
+        slope: dH/dx of those that stick [N m/rad], (m,) or (k, m), or 0.
+        gradient: dH/dF at fixed elongations [1], (m,) or (k, m), or 0.
     """
 
     torque: np.ndarray
@@ -159,7 +159,7 @@ class Hysteresis:
         return np.clip(elongation + change[self.elements.coordinate], -limit, limit)
 
     def held(self, elongation: np.ndarray, rate: np.ndarray) -> HeldHysteresis:
-        """Return what the elements add at one state; arguments as of `sticks`."""
+        """Return what the elements add where s [rad] is (e,) and the rates [rad/s] of x are (m,)."""
         slope = self.slope(self.sticks(elongation, rate))
         return HeldHysteresis(self.torque(elongation), slope, self.gradient(elongation))
 
@@ -221,11 +221,3 @@ class Past:
             return np.zeros(len(x))
         sticks = np.abs(self.elongation_at(x)) < self.hysteresis.elements.slip_angle
         return self.hysteresis.slope(sticks)
-
-    def parts(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the parts of a step from x [rad], (m,), at which elements stick or slip, (2 e,)."""
-        of = self.hysteresis.elements
-        slips = np.array([[-1.0], [1.0]]) * of.slip_angle - self.elongation
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = (slips - (x - self.x)[of.coordinate]) / step[of.coordinate]
-        return found.ravel() if self.acts else np.zeros(0)

@@ -113,12 +113,7 @@ class ElasticRobot:
         return self._now().time
 
     def reset(
-        self,
-        time: float,
-        drives: Drives,
-        load: Load,
-        undeflected: bool = False,
-        slipped: int = 0,
+        self, time: float, drives: Drives, load: Load, undeflected: bool = False, slipped: int = 0
     ) -> None:
         """Start at a time, at rest relative to the drives.
 
@@ -323,11 +318,9 @@ class ElasticRobot:
     def _at_rest(
         self,
     ) -> tuple[Dynamics, TorqueCurve, np.ndarray, np.ndarray, ToolLoad, HeldHysteresis]:
-        x, held, hysteresis = self._now().x, self._held, self._held_hysteresis()
-        return self._dynamics, self._curve, held.q, x, held.acting, hysteresis
-
-    def _held_hysteresis(self) -> HeldHysteresis:
-        return self._hysteresis.held(self._now().elongation, self._now().v)
+        state, held = self._now(), self._held
+        hysteresis = self._hysteresis.held(state.elongation, state.v)
+        return self._dynamics, self._curve, held.q, state.x, held.acting, hysteresis
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there."""
@@ -346,8 +339,8 @@ class ElasticRobot:
         if not self._quasistatic:
             drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
         acting = self._held.acting.resting if self._quasistatic else self._held.acting
-        region, hysteresis = self._curve.region(state.x), self._held_hysteresis()
-        point = OperatingPoint(drives, motion, acting, region, hysteresis)
+        hysteresis = self._hysteresis.held(state.elongation, state.v)
+        point = OperatingPoint(drives, motion, acting, self._curve.region(state.x), hysteresis)
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

@@ -33,7 +33,10 @@ class SlipPiece:
     def starting(
         cls, hysteresis: Hysteresis, x: np.ndarray, v: np.ndarray, elongation: np.ndarray
     ) -> SlipPiece:
-        """Return the piece that begins at a state: at rest all elements stick."""
+        """Return the piece that begins at x, x' [rad, rad/s], (m,), and s [rad], (e,).
+
+        At rest all elements stick.
+        """
         of = hysteresis.elements
         slips = (elongation * v[of.coordinate] > 0.0) & (np.abs(elongation) >= of.slip_angle)
         return cls(hysteresis, slips, x, elongation)
@@ -60,7 +63,7 @@ class SlipPiece:
         return np.where(self.slips, reversal, of.slip_angle + _BEYOND - np.abs(elongation))
 
     def after(self, x: np.ndarray, v: np.ndarray) -> SlipPiece:
-        """Return the piece that follows where one of the elements has ended this one."""
+        """Return what follows where an element ended this piece, at x, x' [rad, rad/s], (m,)."""
         of, elongation, ways = self.hysteresis.elements, self.elongation_at(x), self.ways(x, v)
         changed = ways <= max(ways.min(), 0.0)
         elongation = np.where(changed, np.copysign(of.slip_angle, elongation), elongation)

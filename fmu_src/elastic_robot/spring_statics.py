@@ -184,10 +184,10 @@ class SpringStatics:
         return part, residual
 
     def _edges(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the parts of a step, rising, at which a gear's law changes: flanks and elements."""
+        """Return the parts of a step, rising, at which gears leave or take up their flanks."""
         with np.errstate(divide="ignore", invalid="ignore"):
             parts = (np.array([[-1.0], [1.0]]) * self._width - x) / step
-        parts = np.append(parts[:, self._backlash], self._past.parts(x, step))
+        parts = parts[:, self._backlash]
         return np.sort(parts[(parts > 0.0) & (parts < 1.0)])
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:

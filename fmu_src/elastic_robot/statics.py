@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.errors import EquilibriumError
+from elastic_robot.errors import EquilibriumError, ParameterError
 from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.plane_contact import NO_CONTACT
@@ -37,19 +37,25 @@ def equilibrium(
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         acting: Loads on the tool.
-        past: Where the gears come from, with their elements; None leaves these out.
+        past: Where the gears come from; None where they have no elements.
 
     Returns:
         x [rad], (m,).
 
     Raises:
+        ParameterError: If gears have elements and come from nowhere.
         EquilibriumError: If Newton's method finds none, because the robot buckles under the load, or
             one beyond the setting `most_deflection`.
     """
     if dynamics.chain.elastic_count == 0:
         return np.zeros(0)
     sprung = acting.has_spring
-    past = past or Past.start(Hysteresis(dynamics.chain.elements, np.zeros(len(curve.half_width))))
+    if past is None:
+        if dynamics.chain.elements.count:
+            raise ParameterError(
+                "past: expected where the gears come from, as they have hysteresis, got nothing"
+            )
+        past = Past.start(Hysteresis(dynamics.chain.elements, np.zeros(len(curve.half_width))))
     with np.errstate(over="ignore", invalid="ignore"):
         rest = _rest(dynamics, curve, q, acting, past)
     if rest is None or not np.abs(rest).max() <= SETTINGS.most_deflection:

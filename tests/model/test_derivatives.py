@@ -10,7 +10,7 @@ from complex_robot import Numbers, along, derivative, residual, torque
 from derivative_errors import Case, engaged, residual_errors, rest, static_errors
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from random_robots import robots
+from random_robots import robots, with_hysteresis
 
 from elastic_robot.chain import build_chain
 from elastic_robot.errors import ParameterError
@@ -119,10 +119,11 @@ def test_a_table_takes_the_place_of_stiffness_and_backlash():
 
 
 def test_parameters_are_those_of_the_fmu_in_its_order(example):
-    table = blocks(example)
-    keys = ("gravity", "stiffness", "damping", "backlash")
-    names = [variable.name for key in keys for variable in table[key].variables]
-    assert list(parameter_names(build_chain(example))) == names
+    keys = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
+    for robot in (example, with_hysteresis(example, 1)):
+        table = blocks(robot)
+        names = [variable.name for key in keys for variable in table[key].variables]
+        assert list(parameter_names(build_chain(robot))) == names
 
 
 def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):

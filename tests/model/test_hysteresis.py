@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum import held, pendulum
+from pendulum import dynamics_of, held, pendulum
 from random_robots import make_robot, robots, with_hysteresis
 
 from elastic_robot.description import Robot, StopElement
-from elastic_robot.errors import EquilibriumError
+from elastic_robot.errors import EquilibriumError, ParameterError
 from elastic_robot.hysteresis import Elements, Hysteresis, Past
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.snapshot import Snapshot
-from elastic_robot.tool_load import ContactSpring, Load
+from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import ContactSpring, Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 SEEDS = st.integers(0, 10**6)
@@ -198,6 +199,13 @@ def test_elements_that_never_slip_are_a_stiffer_spring(seed):
         np.testing.assert_allclose(both[0].compliance(), both[1].compliance(), rtol=1e-9)
 
 
+def test_an_equilibrium_without_the_past_of_its_elements_is_refused():
+    dynamics, parameters = dynamics_of(pendulum(hysteresis=ELEMENTS))
+    curve = TORQUE_CURVES["linear"].build(parameters)
+    with pytest.raises(ParameterError, match="expected where the gears come from"):
+        equilibrium(dynamics, curve, np.zeros(1), ToolLoad())
+
+
 def test_a_robot_that_buckles_is_an_error_with_the_load():
     """The sentence of robots without hysteresis: elements that slip hold nothing upright."""
     robot = ElasticRobot(pendulum(stiffness=4e2, hysteresis=ELEMENTS), "linear", quasistatic=True)
@@ -250,6 +258,18 @@ def assert_near(found: np.ndarray, expected: np.ndarray) -> None:
     """To the rounding of x, 1e-14 rad over 1e-4, and the curvature within that."""
     scale = np.abs(expected).max(initial=0.0)
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-10 + 1e-6 * scale)
+
+
+def test_an_element_at_its_slip_angle_sticks_where_its_gear_goes_back():
+    law = Hysteresis(Elements.of(pendulum(hysteresis=ELEMENTS)), np.array([FORCE.sum()]))
+    for side in (-1.0, 1.0):
+        s, back, on = side * ANGLE, np.array([-side * 0.2]), np.array([side * 0.2])
+        np.testing.assert_array_equal(law.rate(s, back), back.repeat(3))
+        np.testing.assert_array_equal(law.rate(s, on), np.zeros(3))
+        np.testing.assert_array_equal(law.ways(s, back), np.zeros(3))
+        np.testing.assert_array_equal(law.ways(s, on), np.full(3, 1e-3 * 0.2))
+        np.testing.assert_allclose(law.held(s, back).slope, np.sum(FORCE / ANGLE), rtol=1e-15)
+        np.testing.assert_array_equal(law.held(s, on).slope, np.zeros(1))
 
 
 def test_a_state_is_its_arrays():

@@ -99,7 +99,7 @@ def test_motors_move_as_scipy_has_them(tmp_path, seed, joints):
 
 
 def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
-    """At a constant rate v without feed-forward q stays v / Kv behind, friction and all; with it nothing."""
+    """At a constant rate v q stays v / Kv behind, friction and all; nothing with feed-forward."""
     behind = []
     for feed_forward in (0.0, 1.0):
         drive = Drive(
@@ -135,7 +135,7 @@ def test_a_torque_turns_rotor_and_link_together(tmp_path):
 
 
 def test_a_limited_servo_goes_on_without_winding_up(tmp_path):
-    """A step of the command beyond the limit: torque at the limit, then the angle without overshoot to speak of."""
+    """A command too fast for it: the torque stays at its limit, the angle overshoots little."""
     drive = Drive(10.0, **LOOPS, integral_gain=2e4, torque_limit=50.0)
     fmu = built(one_joint(drive), tmp_path)
     slave = fmu.start(fmu.slave(), [0.0], drive="servo")
@@ -151,7 +151,7 @@ def test_a_limited_servo_goes_on_without_winding_up(tmp_path):
 
 
 def test_free_motors_keep_their_energy(tmp_path):
-    """Without gravity, damping and friction: kinetic energy of links and rotors and the springs', to 1e-9."""
+    """Kinetic energy of links and rotors and that of the springs, without damping, to 1e-7."""
     rng = np.random.default_rng(4)
     robot = driven(make_robot(4, 3), rng)
     free = tuple(
@@ -214,7 +214,7 @@ def test_a_saved_state_continues_identically(tmp_path):
 
 
 def test_ideal_drives_ignore_their_motors(tmp_path):
-    """The TCP to the last bit; the motor's torque has rotor and friction of the command beside the gear's."""
+    """The TCP to the last bit; the motor's torque has its friction beside the gear's."""
     found = []
     for name, inertia in (("light", 1e-3), ("heavy", 40.0)):
         drive = Drive(inertia, **LOOPS, friction=30.0, viscous=7.0, stribeck=0.5, stribeck_rate=0.1)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from line_case import line_case
 from places import CASES
-from random_robots import make_robot
+from random_robots import make_robot, with_hysteresis
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
@@ -21,6 +21,7 @@ from coupling.path.deviation import less_constant, measure
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report.page import write_report
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
@@ -29,7 +30,9 @@ from coupling.run.ssp import SspSystem
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool
-from elastic_robot.trajectory import parse_trajectory
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
+from elastic_robot.trajectory import HeldCommand, parse_trajectory
 
 PART = "[part]"
 POINTS = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]]
@@ -64,6 +67,24 @@ def test_a_frame_touched_off_with_a_rigid_robot_is_unchanged(seed):
         found.position, 0.0, rtol=0, atol=1e-8
     )  # lever 1 m of 0.1 nm / 20 mm
     assert found.rotation.magnitude() < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gears_with_hysteresis_come_to_every_point_from_no_load(seed):
+    """The robot that starts there is at the same place; without its elements it sags more."""
+    plain = make_robot(seed, 6)
+    own, points, rotation = resting(with_hysteresis(plain, seed), seed, TURNED)
+    found = own.tool_at(points, rotation)
+    near = own.home
+    for point, real in zip(points, found, strict=True):
+        still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
+        path = still.transformed(TURNED.inverse())
+        near = InverseKinematics(own.robot, near).plan(path).q[0][0]
+        robot = ElasticRobot(own.robot, "linear", quasistatic=True)
+        robot.reset(0.0, HeldCommand(0.0, near, 0.0 * near, 0.0 * near), Load())
+        np.testing.assert_allclose(TURNED.points(robot.tcp()[:3]), real, rtol=0, atol=1e-12)
+    without = replace(own, robot=plain).tool_at(points, rotation)
+    assert np.abs(without - found).max() > 1e-6
 
 
 @pytest.mark.parametrize("seed", range(4))

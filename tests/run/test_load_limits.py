@@ -240,6 +240,35 @@ def test_a_gear_with_slip_angles_in_arc_minutes_is_remarked_upon(tmp_path):
     assert angle.endswith("got 0.5 rad: did you mean 0.0001454 rad (0.5 arcmin)?")
 
 
+def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not_move(tmp_path):
+    """A rotor in kg cm2, a position gain in m/min/mm, a rate gain of another rotor."""
+    drive = "drive = {{ rotor_inertia_kg_m2 = {}, gear_ratio = 200.0, servo = {{ {} }} }}\n"
+
+    def said(rotor: str, servo: str, plant: str = "") -> tuple[str, ...]:
+        text = ICME.read_text().replace(JOINT_2, JOINT_2 + drive.format(rotor, servo))
+        (tmp_path / "robot.toml").write_text(text)
+        line = moving_line(('"icme2008"', '"robot.toml"')) + plant
+        (tmp_path / "line.toml").write_text(line)
+        return remarks(load_case(tmp_path / "line.toml"))
+
+    usual = "5e-3", "position_gain = 20.0, rate_gain = 4e4"
+    ideal = (
+        "robot icme2008-example: its drives are taken as ideal, so that no figure holds following error"
+        ' and friction: drive = "servo" in [plant] tells what they leave'
+    )
+    assert said(*usual) == (ideal,)
+    assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
+    assert said(*usual, '[plant]\ndrive = "servo"\n') == ()
+    rotor, gain, rate, last = said("50.0", "position_gain = 1.2, rate_gain = 1.0")
+    place = "robot icme2008-example: joint 2: "
+    assert rotor.startswith(f"{place}rotor's inertia: expected 0.001 to 5000 kg m2")
+    assert rotor.endswith("got 2e+06 kg m2: did you mean 200 kg m2 (2e+06 kg cm2)?")
+    assert gain.startswith(f"{place}position gain: expected 3 to 100 1/s")
+    assert gain.endswith("got 1.2 1/s: did you mean 20 1/s (1.2 m/min/mm)?")
+    assert rate.startswith(f"{place}rate loop: expected 2 to 500 Hz")
+    assert last == ideal
+
+
 @pytest.fixture
 def forced(tmp_path, monkeypatch, command):
     """Function that runs a command on a short line under 20 kN; returns what was said."""

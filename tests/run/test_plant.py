@@ -100,6 +100,55 @@ def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):
     assert in_words(case.plant, case.robots)[-1] == "hysteresis x 0.5"
 
 
+def with_motors(folder: Path, feed_forward: float) -> None:
+    """Write servo.toml, the model with a motor in every gear."""
+    drive = (
+        "drive = { rotor_inertia_kg_m2 = 5e-3, gear_ratio = 200.0, friction = { coulomb_Nm = 20.0 },"
+        " servo = { position_gain = 20.0, rate_bandwidth_Hz = 30.0, integral_time_s = 0.02,"
+        f" rate_feed_forward = {feed_forward} }} }}\n"
+    )
+    text = shipped_robots()["icme2008"].read_text()
+    (folder / "servo.toml").write_text(text.replace("\nstiffness", f"\n{drive}stiffness"))
+
+
+def test_a_plant_with_servos_is_behind_by_the_feed_over_their_gain(tmp_path):
+    """0.1 m/s by 20 1/s are 5 mm along the stroke, on the mean; none with rate feed-forward."""
+    behind = {}
+    for feed_forward, drive in ((0.0, "servo"), (1.0, "servo"), (0.0, "ideal")):
+        with_motors(tmp_path, feed_forward)
+        run = run_compensation(loaded(tmp_path, f'description = "servo.toml"\ndrive = "{drive}"'))
+        assert ('drive = "servo"' in run.plant.differences) == (drive == "servo")
+        fast = (run.desired.time > 0.5) & (run.desired.time < 0.75)
+        position = run.desired.position[0][fast]
+        along = position[-1] - position[0]
+        assert np.linalg.norm(along) == pytest.approx(
+            0.1 * np.ptp(run.desired.time[fast]), rel=1e-6
+        )
+        missed = (position - run.plant.path.position[0][fast]).mean(axis=0)
+        behind[feed_forward, drive] = missed @ along / np.linalg.norm(along)
+    assert behind[0.0, "servo"] == pytest.approx(0.1 / 20.0, rel=0.02)
+    assert abs(behind[1.0, "servo"]) < 2e-4
+    assert abs(behind[0.0, "ideal"]) < 1e-6
+
+
+def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
+    """The model, of the same file, has ideal drives all the same."""
+    with_motors(tmp_path, 0.9)
+    file = moving(tmp_path, 'drive = "servo"\ncouple = true')
+    file.write_text(file.read_text().replace('"icme2008"', '"servo.toml"'))
+    run = run_compensation(load_case(file))
+    assert run.plant.coupling.converged
+    assert run.plant.differences == ('drive = "servo"',)
+    left = measure(run.correction.achieved, run.desired).maximum
+    assert left < 1e-5 < 1e-3 < run.plant.deviation().maximum
+    robot = load_case(file).plant.robots[0].description
+    with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
+        wrench = run.plant.coupling.answer.wrench
+        path = fmu.simulate(run.correction.joints, wrench, "dynamic", {"drive": "servo"})
+    at = np.searchsorted(path.time, run.plant.path.time)
+    np.testing.assert_allclose(run.plant.path.pose, path.at_rows(at).pose, rtol=0, atol=1e-12)
+
+
 def test_another_robot_file_and_curve_move_in_place_of_the_model(tmp_path, example):
     softer = shipped_robots()["icme2008"].read_text().replace("mass      = 700.0", "mass = 800.0")
     (tmp_path / "other.toml").write_text(softer)
@@ -204,6 +253,11 @@ BAD_PLANTS = {
     "words": ('force_factor = "much"', "force_factor: expected a valid number"),
     "no such robot": ('description = "icme2009"', "plant: description:"),
     "no cell": ("[plant.support]\npayload_kg = 1.0", "plant: support: expected none"),
+    "unknown drive": ('drive = "torque"', "drive: expected 'ideal' or 'servo', got 'torque'"),
+    "no motors": (
+        'drive = "servo"',
+        "drive: expected a [joint.drive] in the file of icme2008-example",
+    ),
     "negative mass": ("payload_kg = -1.0", "payload_kg: expected a number greater than or equal"),
 }
 
@@ -215,6 +269,16 @@ def test_a_bad_plant_is_one_message(tmp_path, name):
         loaded(tmp_path, plant)
     assert words in str(refused.value)
     assert "plant" in str(refused.value)
+
+
+def test_servos_need_a_native_fmu(tmp_path):
+    with_motors(tmp_path, 1.0)
+    file = moving(tmp_path, 'description = "servo.toml"\ndrive = "servo"')
+    file.write_text(file.read_text().replace("[robot]", '[robot]\nfmu = "python"'))
+    with pytest.raises(CaseError) as refused:
+        load_case(file)
+    said = 'plant: drive: expected fmu = "native" in [robot] beside "servo", got "python"'
+    assert str(refused.value) == f"{file}: {said}"
 
 
 def test_a_robot_of_fewer_joints_cannot_stand_for_the_model(tmp_path):

@@ -35,7 +35,8 @@ INITIAL_STATES = (
     "equilibrium_from_below",
     "equilibrium_from_above",
 )
-DRIVES = ("ideal", "servo", "torque")
+IDEAL: Literal["ideal"] = "ideal"
+DRIVES = (IDEAL, "servo", "torque")
 # Of those after which all elements of hysteresis slip: upwards, downwards.
 SLIPPED = {"equilibrium_from_below": 1, "equilibrium_from_above": -1}
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.

@@ -146,6 +146,8 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
     int last = -1, reversing = -1; /* coordinates that `x` and the last reversal belong to */
     for (int j = 0; j < robot->elements + r->motors; j++) {
         int k = robot->element[j].coordinate, outward = -stops->slipping[j];
+        if (r->system->gears->slip_torque[k] == 0.0)
+            continue;
         if (k >= r->m)
             find_motor_course(r, k - r->m, step, &x);
         else if (k != last)

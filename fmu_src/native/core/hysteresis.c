@@ -69,6 +69,13 @@ void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate)
             stops->slipping[j] = 0;
 }
 
+void er_stops_limit(const er_robot *robot, er_stops *stops)
+{
+    for (int j = 0; j < er_all_elements(robot); j++)
+        if (stops->slipping[j] == 0 && fabs(stops->elongation[j]) > robot->element[j].angle)
+            er_stops_slip(robot, stops, j, stops->elongation[j] > 0.0 ? 1 : -1);
+}
+
 double er_stop_slack(const er_robot *robot, int j, double tolerance)
 {
     const er_settings *settings = &robot->settings;
@@ -110,7 +117,6 @@ void er_stops_rest(const er_robot *robot, const er_history *history, const doubl
         double elongation = history->elongation[j] + x[k] - history->x[k];
         stops->slipping[j] = 0;
         stops->elongation[j] = elongation;
-        if (!(fabs(elongation) < robot->element[j].angle))
-            er_stops_slip(robot, stops, j, elongation > 0.0 ? 1 : -1);
     }
+    er_stops_limit(robot, stops);
 }

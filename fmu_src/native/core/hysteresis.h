@@ -54,6 +54,9 @@ void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate);
 double er_stop_slack(const er_robot *robot, int j, double tolerance);
 double er_reversal_slack(const er_robot *robot, int coordinate, double tolerance);
 
+/* Lets elements slip that are beyond their slip angles: those of no torque are not watched. */
+void er_stops_limit(const er_robot *robot, er_stops *stops);
+
 /* From where the elements come to rest: coordinates go from there to their rest in one direction each. */
 typedef struct {
     double x[ER_MAX_ANGLES];            /* [rad] */

@@ -233,6 +233,7 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     model->memory.parameters = *parameters;
     derive(model);
     er_state_start(state, &model->robot, &model->gears, state->time);
+    er_stops_limit(&model->robot, &state->stops);
 }
 
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)

@@ -5,7 +5,7 @@
 
 double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope)
 {
-    double u = rate / motor->stribeck_rate, fall = exp(-u * u);
+    double u = rate / motor->stribeck_rate, fall = motor->stribeck > 0.0 ? exp(-u * u) : 1.0;
     double left = 1.0 - motor->stribeck * (1.0 - fall);
     *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * u / motor->stribeck_rate;
     return slip_torque * part * left + motor->viscous * rate;
@@ -78,11 +78,11 @@ void er_motors_stages(const er_run *r, const er_state *state, const er_step *ste
                             ? 0.0
                             : motor->integral_gain * work->wanted[d][l];
         }
-        for (int l = 0; l < ER_STAGES; l++) {
+        for (int l = 0; l < ER_STAGES; l++)
             work->integral[d][l] = state->motors.integral[d];
-            for (int j = 0; j < ER_STAGES; j++)
+        for (int j = 0; j < ER_STAGES; j++)
+            for (int l = 0; l < ER_STAGES; l++)
                 work->integral[d][l] += h * er_gauss_once[j][l] * growth[j];
-        }
     }
 }
 
@@ -149,21 +149,16 @@ void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *
     }
 }
 
-/* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk. */
-typedef struct {
-    double damping, stiffness, jerk;
-} motor_slopes;
-
-static motor_slopes find_slopes(const er_run *r, const er_state *state, int d)
+static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_motor_work *work = &r->work->motors;
     double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate;
     double part = friction_part(r, state, d, state->motors.angle[d], &by_angle);
     double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
-    motor_slopes slopes;
+    er_motor_slopes slopes;
     er_motor_friction(motor, slip_torque, part, state->motors.rate[d], &by_rate);
-    slopes = (motor_slopes){by_rate, slip_torque * by_angle, 0.0};
+    slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0};
     if (r->system->drive != ER_SERVO || is_limited(motor, wanted, state->motors.integral[d]))
         return slopes;
     slopes.damping += motor->rate_gain;
@@ -178,13 +173,19 @@ static void multiply(double a_re, double a_im, double b_re, double b_im, double 
     *im = a_re * b_im + a_im * b_re;
 }
 
-void er_motors_eliminate(const er_run *r, const er_state *state, er_complex_pair *matrix)
+void er_motors_linearise(const er_run *r, const er_state *state)
+{
+    for (int d = 0; d < r->motors; d++)
+        r->work->motors.slopes[d] = find_slopes(r, state, d);
+}
+
+void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
 {
     er_motor_work *work = &r->work->motors;
     const er_linearisation *at = &r->work->linearisation;
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &r->system->robot->motor[d];
-        const motor_slopes slopes = find_slopes(r, state, d);
+        const er_motor_slopes slopes = work->slopes[d];
         int k = motor->coordinate;
         double damping = r->system->gears->damping[k];
         for (int p = 0; p < ER_PAIRS; p++) {
@@ -209,11 +210,10 @@ void er_motors_eliminate(const er_run *r, const er_state *state, er_complex_pair
 
 static void to_pairs(const er_lanes stages, er_pairs pairs)
 {
-    for (int p = 0; p < 2 * ER_PAIRS; p++) {
-        pairs[p] = 0.0;
-        for (int l = 0; l < ER_STAGES; l++)
+    memset(pairs, 0, sizeof(er_pairs));
+    for (int l = 0; l < ER_STAGES; l++)
+        for (int p = 0; p < 2 * ER_PAIRS; p++)
             pairs[p] += er_gauss_to_pairs[l][p] * stages[l];
-    }
 }
 
 static void add_from_pairs(const er_pairs pairs, er_lanes stages)

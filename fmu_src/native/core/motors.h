@@ -19,11 +19,17 @@
 /* How drives follow their commands. */
 typedef enum { ER_IDEAL, ER_SERVO, ER_TORQUE, ER_DRIVES } er_drive_kind;
 
+/* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk. */
+typedef struct {
+    double damping, stiffness, jerk;
+} er_motor_slopes;
+
 /* The motors' state. */
 typedef struct {
     double angle[ER_MAX_JOINTS], rate[ER_MAX_JOINTS]; /* [rad, rad/s] */
     double integral[ER_MAX_JOINTS];                   /* z [N m] */
     er_lanes predictor[ER_MAX_JOINTS];                /* p'' at the last step's stages [rad/s^2] */
+    er_motor_slopes slopes[ER_MAX_JOINTS];            /* of the last step's matrices */
 } er_motors;
 
 /* The motors at a step's end: p and its derivatives, q and its derivatives, z. */
@@ -46,6 +52,7 @@ typedef struct {
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
     er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
     er_lanes residual[ER_MAX_JOINTS];
+    er_motor_slopes slopes[ER_MAX_JOINTS]; /* of the matrices */
     er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(G + A), 1/(G + A) */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */

@@ -92,7 +92,7 @@ static bool is_any(const double values[ER_SYMMETRIC])
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
-static bool invert(const er_run *r, const er_state *state)
+static bool invert(const er_run *r)
 {
     er_workspace *w = r->work;
     const er_linearisation *at = &w->linearisation;
@@ -112,7 +112,7 @@ static bool invert(const er_run *r, const er_state *state)
         }
     }
     if (r->motors > 0)
-        er_motors_eliminate(r, state, w->matrix);
+        er_motors_eliminate(r, w->matrix);
     if (is_any(at->anchor) || is_any(at->contact))
         add_support(r);
     if (is_any(at->damper))
@@ -183,7 +183,8 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     memcpy(at->damper, now->damping, sizeof at->damper);
     memcpy(at->offset, now->offset, sizeof at->offset);
     at->length = h;
-    if (invert(r, state))
+    er_motors_linearise(r, state);
+    if (invert(r))
         return true;
     er_relinearise(w);
     return false;
@@ -204,17 +205,16 @@ void er_linearise_as(const er_run *r, const er_state *state)
 {
     er_workspace *w = r->work;
     const er_linearisation *linearisation = &state->linearisation;
-    if (r->motors > 0) { /* their slopes are not kept */
-        er_relinearise(w);
+    size_t bytes = (size_t)r->motors * sizeof *w->motors.slopes;
+    if (same(r, linearisation, &w->linearisation) &&
+        memcmp(w->motors.slopes, state->motors.slopes, bytes) == 0)
         return;
-    }
-    if (same(r, linearisation, &w->linearisation))
-        return;
+    memcpy(w->motors.slopes, state->motors.slopes, bytes);
     w->linearisation = *linearisation;
     if (w->linearisation.has_mass)
         find_mass(r);
     if (w->linearisation.length > 0.0)
-        invert(r, state); /* which succeeded when they were first made */
+        invert(r); /* which succeeded when they were first made */
 }
 
 void er_relinearise(er_workspace *work)

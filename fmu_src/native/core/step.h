@@ -187,8 +187,10 @@ void er_motors_wind_up(const er_run *r, int states);
 void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
                         int states);
 
-/* Takes the motors out of Newton's matrix: the slope of each gear becomes less. */
-void er_motors_eliminate(const er_run *r, const er_state *state, er_complex_pair *matrix);
+/* Takes the motors out of Newton's matrix, with the slopes that they had when it was linearised: that of each gear
+ * becomes less. */
+void er_motors_linearise(const er_run *r, const er_state *state);
+void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
 
 /* Takes the motors' residuals into w->residual before a pass of Newton's method, and what the pass does to the
  * motors into the step behind it; returns the length of that [rad/s^2]. */

@@ -183,7 +183,8 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
     case ER_AT_CONTACT: state->touching = crossing->region; break;
     }
-    state->step = fmin(r->settings->first_step, state->step);
+    if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT)
+        state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
@@ -354,5 +355,6 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     }
     state->time = end;
     state->linearisation = work->linearisation;
+    memcpy(state->motors.slopes, work->motors.slopes, (size_t)r.motors * sizeof *work->motors.slopes);
     return true;
 }
