@@ -236,7 +236,7 @@ def test_kinks_of_a_trajectory_are_time_events(gear, tmp_path):
 @pytest.mark.parametrize("fmi", ["2", "3"])
 @pytest.mark.parametrize("curve", ["linear", "backlash"])
 def test_cvode_follows_gears_that_slip_and_stick(example, tmp_path, fmi, curve):
-    """-2000 N on 0.05 <= t < 0.15 s on a robot with hysteresis: as co-simulation has it, to 1e-9 of 1e-3."""
+    """-2000 N on 0.05 <= t < 0.15 s on a robot with hysteresis: as by co-simulation to 1e-9 m."""
     stops = tuple(StopElement(40.0, angle) for angle in (2e-5, 6e-5, 1.5e-4))
     joints = tuple(replace(j, hysteresis=stops if j.stiffness else ()) for j in example.joints)
     fmu = build_fmu(
