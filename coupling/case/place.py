@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from coupling.files.toml_file import Positive, Schema
 
@@ -65,10 +65,3 @@ class PlaceTable(Schema):
     settings: Annotated[int, Field(ge=100, le=10_000_000)] = 100_000
     seed: Annotated[int, Field(ge=0)] = 1
     cases: Annotated[int, Field(ge=1, le=20)] = 3
-
-    @model_validator(mode="before")
-    @classmethod
-    def _renamed(cls, keys: Any) -> Any:
-        if isinstance(keys, dict) and "least_regularity" in keys:
-            raise ValueError("expected least_conditioning, got its former name, least_regularity")
-        return keys

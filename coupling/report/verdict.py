@@ -18,8 +18,9 @@ def verdict(figures: RunResult, process: str) -> Section:
         figures: Content of result.json.
         process: Name of the process's model.
     """
-    state = "Converged" if figures.converged else "NOT CONVERGED"
-    told = [f"{state}: {figures.reason}.", sentence(figures, process)]
+    reason = figures.reason
+    state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"
+    told = [f"{state}.", sentence(figures, process)]
     forecast, outlook = figures.forecast, figures.outlook
     if forecast is not None:
         told.insert(0, f"{forecast.sentence}.")

@@ -142,7 +142,6 @@ FIXED |= {"yaw_deg": [30.0, 30.0], "rotation_deg": [0.0, 0.0]}
         (LINE_CASE, FREE, ["--optimise", "backlash"], "expected gears with backlash to optimise"),
         (LINE_CASE, FIXED, [], "expected a range that is one, got nothing that is free"),
         (CASES / "two_robots.toml", {}, [], "expected a case of one robot, got one with [support]"),
-        (LINE_CASE, {"least_regularity": 0.03}, [], "place: expected least_conditioning, got"),
         (LINE_CASE, FREE | {"x_m": [8.0, 9.0]}, [], "out of reach: 128): widen the ranges"),
         (
             LINE_CASE,
