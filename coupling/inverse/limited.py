@@ -49,7 +49,7 @@ def keep_within(
         if whole:
             raise NoCommandError
         whole = margin >= layout.count
-        for begin, end in _stretches(over, margin, layout.count, layout.degree):
+        for begin, end in stretches(over, margin, layout.count, layout.degree):
             drive = slice(begin, end + layout.degree)
             link = slice(begin * layout.parts, end * layout.parts + 1)
             about = fit.along(coefficients, misses)
@@ -62,7 +62,7 @@ def keep_within(
         margin *= 2
 
 
-def _stretches(over: np.ndarray, margin: int, count: int, degree: int) -> list[tuple[int, int]]:
+def stretches(over: np.ndarray, margin: int, count: int, degree: int) -> list[tuple[int, int]]:
     """Return the intervals (begin, end) of the rows around coefficients that pass a limit."""
     ends = np.zeros(count + 1, dtype=int)
     places = np.flatnonzero(over)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -12,9 +13,10 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.polish import Polish
 from coupling.inverse.polish_step import Observation, ObservedTimes, RobotResponse
 from coupling.inverse.response import AlongMotion
+from coupling.inverse.servo_command import servo_command
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.interpolation import SampledPath
+from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolated
 from coupling.robot.robot import BacklashReversal, InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
@@ -31,11 +33,13 @@ class Inverter:
         moving: Model of the robot.
         simulated: The same robot, simulated.
         simulations: Simulations at most for the polish of a command.
+        drive: "servo" for a command of the robot's servos, "ideal" for the motion of its motors.
     """
 
     moving: MovingRobot
     simulated: RobotFmu
     simulations: int = 300
+    drive: Literal["ideal", "servo"] = "ideal"
 
     def invert(
         self, wanted: DesiredMotion, controller: Controller, goal: float, watch: Watch
@@ -79,6 +83,9 @@ class Inverter:
         )
         view = Observation(motion, limits, watched)
         command = Polish(view, seen, goal, self.simulations).run(found.command)
+        if self.drive == "servo":
+            rest = InterpolatedPath(wanted.path).at_rest
+            command = servo_command(moving, found, command, limits, rest)
         joints = self.moving.model.gear_joint
         changes = [
             BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)

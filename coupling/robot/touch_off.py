@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.errors import PlanningError, require_no_hysteresis
+from coupling.errors import PlanningError
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -91,9 +91,7 @@ class RestingRobot:
 
         Raises:
             PlanningError: If a point is out of reach or the robot finds no rest there.
-            HysteresisError: If a gear has hysteresis.
         """
-        require_no_hysteresis(self.robot, "touching off")
         chain, parameters = build_chain(self.robot), Parameters.of(self.robot)
         data, curve = chain.model.createData(), TORQUE_CURVES[self.torque_curve].build(parameters)
         past = Past.start(Hysteresis(chain.elements, parameters.hysteresis))

@@ -236,10 +236,10 @@ class Drive:
             limit = self.torque_limit
             _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
 
-    def friction_torque(self, friction: float, part: float, rate: float) -> float:
-        """Return f [N m] with F [N m], at s / a and q' [rad/s]."""
+    def friction_torque(self, friction: float, part: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return f [N m] with F [N m], at s / a and q' [rad/s], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
-        return float(friction * part * (1.0 - lost) + self.viscous * rate)
+        return np.asarray(friction * part * (1.0 - lost) + self.viscous * rate)
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,25 @@ def _turn(place: int) -> _Event:
     return lambda _, y: float(y[place])
 
 
+def _overshot(solved: OptimizeResult, turns: range, slipping: SlipPiece) -> float | None:
+    """Return when a gear first turns with an element beyond its slip angle; None if none does.
+
+    `solve_ivp` sees only what lasts to a step's end.
+
+    Args:
+        solved: Its result.
+        turns: Places of the zeros of rates among its events.
+        slipping: The elements.
+    """
+    times = [
+        float(time)
+        for k in turns
+        for time, y in zip(solved.t_events[k], solved.y_events[k], strict=True)
+        if slipping.ways(*y.reshape(2, -1)).min() < 0.0
+    ]
+    return min(times, default=None)
+
+
 class DrivenMotion:
     """The equation of motion along given drives.
 
@@ -117,7 +136,7 @@ class DrivenMotion:
             raise ParameterError(
                 f"step size: expected at most {SETTINGS.most_step:g} s at a time, got {length:.9g} s"
             )
-        elements = self._hysteresis.elements.count
+        elements = self._hysteresis.elements.count if self._hysteresis.acts else 0
         steps = (1 + elements) * (_MOST_STEPS + _STEPS_PER_SECOND * length)
         left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
         forces = self._dynamics, self._curve, self._damping
@@ -162,9 +181,10 @@ class DrivenMotion:
                 events=events,
             )
 
-        turns = [_turn(len(state.x) + k) for k in self._hysteresis.elements.gears]
         bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
         slips.direction = -1.0  # type: ignore[attr-defined]
+        turns = [_turn(len(state.x) + k) for k in self._hysteresis.elements.gears]
+        of_elements: list[_Event] = [slips, *turns] if elements else []
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
         jump, time, watched = SETTINGS.jump(self._local_error), start, True
         y = np.concatenate([state.x, state.v])
@@ -172,13 +192,9 @@ class DrivenMotion:
         while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
             piece = (time, min(end, drives.next_kink(time, jump)))
             edge = self._edge(time, y, drives, load, start) if watched else None
-            events = [
-                bends,
-                *([slips, *turns] if elements else []),
-                *([] if edge is None else [edge]),
-            ]
+            events = [bends, *of_elements, *([] if edge is None else [edge])]
             solved = solve(piece, y, events)
-            overshot = self._overshot(solved, slipping)
+            overshot = _overshot(solved, range(2, 1 + len(of_elements)), slipping)
             if overshot is not None:
                 solved = solve((time, overshot), y, events)
             time, y = float(solved.t[-1]), solved.y[:, -1]
@@ -194,20 +210,6 @@ class DrivenMotion:
             watched = changes or time - piece[0] > _LATER
         x, v = y.reshape(2, -1)
         return State(end, x, v, slipping.end(x))
-
-    def _overshot(self, solved: OptimizeResult, slipping: SlipPiece) -> float | None:
-        """Return when a gear first turns with an element beyond its slip angle; None if none does.
-
-        `solve_ivp` sees only what lasts to a step's end.
-        """
-        turns = range(2, 2 + len(self._hysteresis.elements.gears))
-        times = [
-            float(time)
-            for k in turns
-            for time, y in zip(solved.t_events[k], solved.y_events[k], strict=True)
-            if slipping.ways(*y.reshape(2, -1)).min() < 0.0
-        ]
-        return min(times, default=None)
 
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float

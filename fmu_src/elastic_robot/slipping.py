@@ -56,11 +56,13 @@ class SlipPiece:
     def ways(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return how far each element is from the end of the piece [rad], (e,).
 
-        A sticking one ends it at its slip angle, one that slips where its gear reverses.
+        A sticking one ends it at its slip angle, one that slips where its gear reverses; one without
+        torque does not end it, and is clipped to its slip angle where the motion ends.
         """
         of, elongation = self.hysteresis.elements, self.elongation_at(x)
         reversal = np.sign(elongation) * v[of.coordinate] * REVERSAL_TIME
-        return np.where(self.slips, reversal, of.slip_angle + _BEYOND - np.abs(elongation))
+        ways = np.where(self.slips, reversal, of.slip_angle + _BEYOND - np.abs(elongation))
+        return np.where(self.hysteresis.stiffness > 0.0, ways, np.inf)
 
     def after(self, x: np.ndarray, v: np.ndarray) -> SlipPiece:
         """Return what follows where an element ended this piece, at x, x' [rad, rad/s], (m,)."""

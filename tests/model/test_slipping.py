@@ -161,7 +161,7 @@ def test_elements_that_never_slip_are_a_stiffer_spring_in_motion(seed):
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
 def test_elements_without_torque_change_no_motion(curve):
-    """Pieces end where they would slip, so steps are others: the same to what these may err."""
+    """To the digit: they end no piece, and so no step."""
     robot = make_robot(1, 4)
     model, plain = (
         ElasticRobot(with_hysteresis(robot, 1), curve, tolerance=1e-9),
@@ -169,9 +169,9 @@ def test_elements_without_torque_change_no_motion(curve):
     )
     model.parameters = replace(model.parameters, hysteresis=0.0 * model.parameters.hysteresis)
     go_on(model, 0.0, started=False)
-    wound = model.deflection()[model.chain.elements.coordinate]
-    assert (np.abs(model.elongation() - wound) > 1e-5).any()
-    np.testing.assert_allclose(model.deflection(), plain.deflection(), rtol=0, atol=1e-12)
+    assert model.chain.elements.count > 2
+    for name in ("deflection", "deflection_rate", "gear_torque"):
+        assert getattr(model, name)().tobytes() == getattr(plain, name)().tobytes()
 
 
 @pytest.mark.parametrize("seed", range(6))

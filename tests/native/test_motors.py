@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,9 @@ from native_fmu import NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.contact_spring import ContactSpring
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
@@ -232,7 +236,7 @@ def test_ideal_drives_ignore_their_motors(tmp_path):
 
 
 def test_what_drives_may_not_be_is_said(tmp_path, capfd):
-    """No motors, a torque at rest or along a trajectory, derivatives of motors: a sentence each."""
+    """No motors, a torque at rest or along a trajectory: a sentence each."""
     plain = one_joint(Drive(1.0, **LOOPS))
     robots = {
         "with": plain,
@@ -250,9 +254,80 @@ def test_what_drives_may_not_be_is_said(tmp_path, capfd):
         with pytest.raises(FMICallException):
             fmus[name].started([0.0], **options)
         assert words in capfd.readouterr().err
-    fmu = fmus["with"]
-    slave = fmu.started([0.0], drive="servo")
-    slave.doStep(0.0, 0.01)
-    with pytest.raises(FMICallException):
-        slave.getDirectionalDerivative(fmu.of(["tcp.x"]), fmu.of(["force.x"]), [1.0])
-    assert "expected drive ideal" in capfd.readouterr().err
+
+
+def test_a_spring_at_the_tool_of_a_robot_with_servos_is_the_force_that_it_makes(tmp_path):
+    """That force, straight from step to step, leads the same way: second order in the step."""
+    rng = np.random.default_rng(7)
+    file = build_fmu(driven(make_robot(5, 3), rng), tmp_path / "R.fmu", BuildOptions("native"))
+    rows = np.linspace(0.0, 0.4, 41)
+    command = JointPath(rows, (0.05 * np.sin(10.0 * np.outer(rows, [1.0, 0.8, 1.3])),))
+    apart = []
+    with RobotFmu(file, "linear", drive="servo") as fmu:
+        for steps in (400, 800):
+            free = WrenchHistory.none(np.linspace(0.0, 0.4, steps + 1))
+            anchor = fmu.simulate(command, free, "dynamic").position + np.array([0.0, 0.0, -1e-4])
+            stiffness = np.tile(np.diag([2e5, 1e5, 3e5]), (1, steps + 1, 1, 1))
+            held = replace(free, spring=ContactSpring(anchor, stiffness))
+            path = fmu.simulate(command, held, "dynamic", {"tcp_tolerance": 1e-10})
+            pushed = replace(held.on(path), spring=None)
+            other = fmu.simulate(command, pushed, "dynamic", {"tcp_tolerance": 1e-10})
+            apart.append(np.abs(path.position - other.position).max())
+    assert pushed.peak_force > 10.0
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
+    assert apart[1] < 1e-7
+
+
+@pytest.mark.parametrize("drive", ["servo", "torque"])
+def test_derivatives_are_those_of_motors_that_slip_and_stick(tmp_path, drive):
+    """By loads, commands and parameters, against central differences of the step: to 1e-4."""
+    rng = np.random.default_rng(9)
+    fmu = built(driven(make_robot(9, 3), rng), tmp_path)
+    slave = fmu.start(fmu.slave(), np.zeros(3), 1e-9, drive=drive)
+    joint = next(
+        v.name[6]
+        for v in fmu.description.modelVariables
+        if re.fullmatch(r"joint.*friction", v.name)
+    )
+    own = {
+        "servo": {f"q_cmd[{joint}]": 1e-6},
+        "torque": {f"torque_cmd[{joint}]": 1e-1},
+    }[drive]
+    steps = {
+        "force.z": 1e-1,
+        "moment.x": 1e-1,
+        **own,
+        f"joint[{joint}].friction": 1e-3,
+        f"joint[{joint}].hysteresis": 1e-3,
+        f"joint[{joint}].damping": 1e-2,
+    }
+    groups = ("deflection[", "deflection_rate[", "motor_rate[", "gear_torque[")
+    outputs = [v.name for v in fmu.description.modelVariables if v.causality == "output"]
+    kinds = {
+        kind: [k for k, name in enumerate(outputs) if name.startswith(kind)] for kind in groups
+    }
+    for k in range(25):
+        time = k * 4e-3
+        fmu.set(
+            slave, {"force.z": 300.0 * np.sin(40.0 * time), "moment.x": 20.0 * np.cos(30.0 * time)}
+        )
+        if drive == "torque":
+            fmu.set(slave, {f"torque_cmd[{joint}]": 60.0 * np.sin(25.0 * time)})
+        before = slave.getFMUstate()
+        slave.doStep(time, 4e-3)
+        after = slave.getFMUstate()
+        for name, width in steps.items():
+            found = np.array(slave.getDirectionalDerivative(fmu.of(outputs), fmu.of([name]), [1.0]))
+            ends = []
+            for side in (1.0, -1.0):
+                slave.setFMUstate(before)
+                fmu.set(slave, {name: fmu.get(slave, name)[0] + side * width})
+                slave.doStep(time, 4e-3)
+                ends.append(np.array(fmu.get(slave, *outputs)))
+            slave.setFMUstate(after)
+            by_difference = (ends[0] - ends[1]) / (2.0 * width)
+            for rows in kinds.values():
+                scale = np.abs(by_difference[rows]).max()
+                np.testing.assert_allclose(
+                    found[rows], by_difference[rows], rtol=0, atol=1e-4 * scale + 1e-9
+                )

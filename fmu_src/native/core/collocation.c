@@ -238,17 +238,12 @@ static void find_depth(const er_run *r, const er_nodes *nodes, int states, doubl
     }
 }
 
-/* What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
-typedef struct {
-    const double *x, *v;
-} start;
-
-static start find_start(const er_run *r, const er_state *state)
+er_start er_chain_start(const er_run *r, const er_state *state)
 {
     if (r->motors == 0)
-        return (start){state->x, state->v};
+        return (er_start){state->x, state->v};
     er_motors_begin(r, state);
-    return (start){r->work->motors.x, r->work->motors.v};
+    return (er_start){r->work->motors.x, r->work->motors.v};
 }
 
 /* Counts the end of a step from the motors. */
@@ -270,7 +265,7 @@ double er_contact_depth(const er_run *r, const er_state *state)
     for (int l = 0; l < ER_LANES; l++)
         time[l] = state->time;
     drive_nodes(r, time, &w->start);
-    r->means->kernel.spread(r->m, find_start(r, state).x, w->x);
+    r->means->kernel.spread(r->m, er_chain_start(r, state).x, w->x);
     find_depth(r, &w->start, 1, &depth);
     return depth;
 }
@@ -289,7 +284,7 @@ double er_end_approach(const er_run *r, const er_step *step)
 }
 
 /* Depths of the contact along a solved step. */
-static void find_depths(const er_run *r, const er_state *state, const start *from, er_step *step)
+static void find_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
@@ -310,7 +305,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     double target = accuracy / (h * fmax(h, r->settings->longest_step)), last = 0.0;
     bool converged = false;
     step_laws laws;
-    const start from = find_start(r, state);
+    const er_start from = er_chain_start(r, state);
     step->length = h;
     drive_step(r, state->time, h);
     find_laws(r, state, &laws);
@@ -328,12 +323,13 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
         if (r->motors > 0) {
             er_motors_residual(r, state, &w->stages, (const er_lanes *)step->motor_acceleration, ER_STAGES);
-            er_motors_before(r, step);
+            er_motors_before(r, w->residual, (const er_lanes *)step->acceleration);
         }
         size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
                                step->acceleration);
         if (r->motors > 0)
-            size = hypot(size, er_motors_after(r, step));
+            size = hypot(size, er_motors_after(r, (const er_lanes *)step->acceleration,
+                                               step->motor_acceleration));
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;
         } else {

@@ -3,6 +3,7 @@
  */
 #include "sensitivity.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -120,6 +121,15 @@ static void find_rate(const course *x, double h, double *rate)
     }
 }
 
+/* That of a motor.  Where its angles' differences over a sliver of a step are rounding: a line between its ends. */
+static void find_motor_rate(const course *x, double start, double end, double h, double least, double *rate)
+{
+    double rounding = ER_DEGREE * DBL_EPSILON * fmax(fabs(x->lowest), fabs(x->highest));
+    find_rate(x, h, rate);
+    for (int c = 0; c < ER_CONTROL && rounding > least * h; c++)
+        rate[c] = start + (end - start) * c / ER_DEGREE;
+}
+
 static void find_edges(const er_run *r, const er_state *state, int k, const course *x, er_crossing *first,
                        bool *found)
 {
@@ -162,7 +172,11 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
             }
         } else if (k != reversing) {
             double least = er_reversal_slack(robot, k, tolerance);
-            find_rate(&x, step->length, rate);
+            if (k < r->m)
+                find_rate(&x, step->length, rate);
+            else
+                find_motor_rate(&x, state->motors.rate[k - r->m], step->motors.rate[k - r->m], step->length,
+                                least, rate);
             take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
                          found);
             reversing = k;
@@ -242,11 +256,24 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
                             const double *elongation)
 {
     const er_robot *robot = r->system->robot;
-    double sum = 0.0;
-    for (int j = 0; j < robot->elements; j++)
+    double sum = 0.0, left = 1.0, slope;
+    int d = crossing->coordinate - r->m;
+    if (d >= 0) /* of a motor's friction as much as Stribeck leaves */
+        left = er_motor_friction(&robot->motor[d], 1.0, 1.0, state->motors.rate[d], &slope) -
+               robot->motor[d].viscous * state->motors.rate[d];
+    for (int j = 0; j < er_all_elements(robot); j++)
         if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
             sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
-    return sum;
+    return left * sum;
+}
+
+/* The motor that moves an entry of x, or that is one itself; -1 without any. */
+static int motor_of(const er_run *r, int coordinate)
+{
+    for (int d = 0; d < r->motors; d++)
+        if (coordinate == r->m + d || coordinate == r->system->robot->motor[d].coordinate)
+            return d;
+    return -1;
 }
 
 /* The torque is continuous where a coordinate x_k passes the edge of its backlash, or where an element of its
@@ -265,9 +292,9 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
                           const er_step *step, const er_crossing *crossing)
 {
     const er_system *system = r->system;
-    int m = r->m, k = crossing->coordinate, pivot[ER_MAX_ANGLES];
-    bool slips = crossing->at == ER_AT_SLIP;
-    double jump, edge, beyond, rate, bend, per_beyond;
+    int m = r->m, k = crossing->coordinate, motor = motor_of(r, k), pivot[ER_MAX_ANGLES];
+    bool slips = crossing->at == ER_AT_SLIP, of_motor = slips && k >= m;
+    double jump, edge, beyond, rate, bend, per_beyond, torque, y[ER_MAX_ANGLES];
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
     if (s->reason != NULL || crossing->at == ER_AT_REVERSAL)
@@ -287,25 +314,40 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
                er_gear_torque(system->gears, k, state->region[k], step->x[k]);
     }
-    rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
+    rate = crossing->outward * (of_motor ? step->motors.rate[k - m] : step->v[k]);
+    bend = crossing->outward * (of_motor ? step->motors.acceleration[k - m] : step->a[k]);
     per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
     if (!(per_beyond > 0.0 && per_beyond < INFINITY))
         return;
-    er_angles(system->robot, r->work->reference.angle, step->x, theta); /* the drives at the step's end */
-    er_place_bodies(system->robot, theta, &r->work->placement);
-    er_mass_matrix(system->robot, &r->work->placement, mass);
-    if (!er_lu_factor(m, mass, pivot)) {
-        s->reason = "the mass matrix is singular";
-        return;
+    torque = jump * per_beyond * crossing->outward;
+    if (!of_motor) {
+        memcpy(y, step->x, (size_t)m * sizeof *y);
+        for (int d = 0; d < r->motors; d++)
+            y[system->robot->motor[d].coordinate] += step->motors.p[d];
+        er_angles(system->robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
+        er_place_bodies(system->robot, theta, &r->work->placement);
+        er_mass_matrix(system->robot, &r->work->placement, mass);
+        if (!er_lu_factor(m, mass, pivot)) {
+            s->reason = "the mass matrix is singular";
+            return;
+        }
+        response[k] = torque;
+        er_lu_solve(m, mass, pivot, response);
     }
-    response[k] = jump * per_beyond * crossing->outward;
-    er_lu_solve(m, mass, pivot, response);
     for (int column = s->first; column < s->first + s->count; column++) {
         bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
-        double beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
+        double beyond_change, rotor = 0.0;
         if (slips)
             beyond_change = find_released(r, state, crossing, s->elongation[column]);
+        else
+            beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
+        if (motor >= 0) /* the gear turns it the other way, its own friction as a link */
+            rotor = (of_motor ? -torque : torque) * beyond_change / system->robot->motor[motor].inertia;
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;
+        if (motor >= 0) {
+            s->motors[column].rate[motor] += rotor;
+            s->v[column][system->robot->motor[motor].coordinate] -= rotor;
+        }
     }
 }

@@ -113,7 +113,7 @@ static void pose_along(er_model *model, const er_change *change, bool rigid, dou
     const er_posture *posture = er_model_posture(model, rigid);
     const double *at = posture->pose;
     double theta[ER_MAX_ANGLES], turn[3] = {0.0, 0.0, 0.0}, crossed[3];
-    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
+    er_angles_along(model, change, rigid, theta);
     pose[0] = pose[1] = pose[2] = 0.0;
     for (int i = 0; i < robot->angles; i++)
         for (int c = 0; c < 3; c++) {
@@ -161,7 +161,7 @@ void er_velocity_along(const er_model *model, const er_change *change, double ve
     er_moved p;
     er_move_along(model, change, rigid, false, &p);
     er_model_rates(model, rigid, rate);
-    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
+    er_rates_along(model, change, rigid, rate_change);
     memset(velocity, 0, 6 * sizeof *velocity);
     for (int i = 0; i < model->robot.angles; i++)
         for (int c = 0; c < 3; c++) {
@@ -191,7 +191,9 @@ static double ideal_torque(const er_model *model, const er_motor *motor, double 
     if (model->memory.options.quasistatic)
         return 0.0;
     return motor->inertia * held->qdd[motor->joint] +
-           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, rate, &slope);
+           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
+                                                                               : 0.0,
+                             rate, &slope);
 }
 
 er_drive_state er_model_drive(const er_model *model, int joint)
@@ -219,12 +221,14 @@ er_drive_state er_model_drive(const er_model *model, int joint)
     return drive;
 }
 
-double er_ideal_torque_along(const er_model *model, const er_change *change, int joint)
+static double ideal_torque_along(const er_model *model, const er_change *change, int joint)
 {
     double slope, rate = model->memory.held.qd[joint], along = 0.0;
     for (int d = 0; d < model->robot.motors; d++) {
         const er_motor *motor = &model->robot.motor[d];
-        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, at;
+        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
+                                                    : 0.0,
+               at;
         if (motor->joint != joint || model->memory.options.quasistatic)
             continue;
         er_motor_friction(motor, model->memory.parameters.friction[d], side, rate, &slope);
@@ -233,6 +237,65 @@ double er_ideal_torque_along(const er_model *model, const er_change *change, int
                  at * change->parameters.friction[d];
     }
     return along;
+}
+
+void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
+{
+    er_angles(&model->robot, change->held.q, rigid ? NULL : change->x, theta);
+    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
+        int joint = model->robot.motor[d].joint;
+        theta[model->robot.drive_angle[joint]] += change->motors.angle[d] - change->held.q[joint];
+    }
+}
+
+void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
+{
+    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate);
+    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
+        int joint = model->robot.motor[d].joint;
+        rate[model->robot.drive_angle[joint]] += change->motors.rate[d] - change->held.qd[joint];
+    }
+}
+
+void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors)
+{
+    const er_held *held = &model->memory.held;
+    for (int d = 0; d < er_model_motors(model); d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double slope;
+        int joint = motor->joint;
+        er_motor_friction(motor, model->memory.parameters.friction[d], 0.0, held->qd[joint], &slope);
+        motors->angle[d] = change->held.q[joint];
+        motors->rate[d] = change->held.qd[joint];
+        motors->integral[d] = motor->inertia * change->held.qdd[joint] +
+                              er_gear_torque_along(model, change, motor->coordinate) + slope * change->held.qd[joint] -
+                              motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, change->held.qd[joint]);
+    }
+}
+
+er_drive_state er_drive_along(const er_model *model, const er_change *change, int joint)
+{
+    const er_memory *memory = &model->memory;
+    const er_motors *motors = &memory->state.motors;
+    er_drive_state drive = {change->held.q[joint], change->held.qd[joint], 0.0};
+    for (int k = 0; k < model->robot.elastics; k++)
+        if (model->robot.elastic_joint[k] == joint && model->robot.elastic_tilt[k] == 0)
+            drive.torque = er_gear_torque_along(model, change, k);
+    drive.torque += ideal_torque_along(model, change, joint);
+    for (int d = 0; d < er_model_motors(model); d++) {
+        const er_motor *motor = &model->robot.motor[d];
+        double wanted = er_servo_wanted(motor, motors->angle[d] - memory->held.q[joint],
+                                        motors->rate[d] - memory->held.qd[joint], memory->held.qd[joint]);
+        double change_wanted = er_servo_wanted(motor, change->motors.angle[d] - drive.angle,
+                                               change->motors.rate[d] - drive.rate, drive.rate);
+        bool limited = fabs(motor->rate_gain * wanted + motors->integral[d]) > motor->torque_limit;
+        if (motor->joint != joint)
+            continue;
+        drive = (er_drive_state){change->motors.angle[d], change->motors.rate[d], change->held.torque[d]};
+        if (memory->options.drive == ER_SERVO)
+            drive.torque = limited ? 0.0 : motor->rate_gain * change_wanted + change->motors.integral[d];
+    }
+    return drive;
 }
 
 double er_gear_torque_along(const er_model *model, const er_change *change, int k)
@@ -329,11 +392,11 @@ void er_contact_of_model_along(const er_model *model, const er_change *change, d
     if (!er_contact_holds(&load->contact))
         return;
     er_model_contact(model, &motion, wrench);
-    er_angles(robot, change->held.q, change->x, theta);
+    er_angles_along(model, change, false, theta);
     if (still)
         memset(along.anchor.velocity, 0, sizeof along.anchor.velocity);
     else
-        er_angles(robot, change->held.qd, change->v, rate);
+        er_rates_along(model, change, false, rate);
     er_contact_place_along(robot, load, &motion, theta, rate, &along, &touch);
     *gap = -touch.depth;
     if (!(motion.touch.depth > 0.0))

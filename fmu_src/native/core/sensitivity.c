@@ -71,6 +71,9 @@ er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column,
     case ER_BY_Q:
     case ER_BY_QD:
     case ER_BY_QDD:
+        for (int d = 0; s->drive == ER_TORQUE && d < robot->motors; d++)
+            if (robot->motor[d].joint == entry)
+                return share;
         share.joint = entry;
         er_command_at(s->commanded[entry][cause - ER_BY_Q], elapsed, &share.q, &share.qd, &share.qdd);
         break;
@@ -100,8 +103,10 @@ void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause fir
     s->passes = 0;
     memset(s->x[s->first], 0, (size_t)s->count * sizeof *s->x);
     memset(s->v[s->first], 0, (size_t)s->count * sizeof *s->v);
-    if (robot->elements > 0)
+    if (er_all_elements(robot) > 0)
         memset(s->elongation[s->first], 0, (size_t)s->count * sizeof *s->elongation);
+    if (robot->motors > 0)
+        memset(&s->motors[s->first], 0, (size_t)s->count * sizeof *s->motors);
 }
 
 /* The motion at the stages of a solved step, and what the tangents need of it. */
@@ -109,9 +114,11 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
+    const er_start from = er_chain_start(r, state);
     s->response = 0.0;
-    r->means->kernel.stages(r->m, step->length, state->x, state->v,
-                               (const er_lanes *)step->acceleration, w->x, w->v);
+    r->means->kernel.stages(r->m, step->length, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
+    if (r->motors > 0)
+        er_motors_stages(r, state, step);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
     if (system->anchored || (s->first + s->count > er_first_column(system->robot, ER_BY_SPRING) &&
                              s->first < er_first_column(system->robot, ER_BY_CONTACT)))
@@ -122,6 +129,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
+    if (r->motors > 0)
+        er_motors_wind_up(r, ER_STAGES);
     memset(s->stuck, 0, sizeof s->stuck);
     er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
@@ -172,14 +181,17 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_ca
 /* Tangent of the stage residuals along a column of x and x' at the start of a step of length h, its stage
  * accelerations and its input [N m]. */
 static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int column, er_cause cause,
-                         const er_share share[], const er_lanes *acceleration, er_lanes *tangent)
+                         const er_share share[], const er_lanes *acceleration, er_motor_column *motors,
+                         er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
     const er_kernel *kernel = &r->means->kernel;
     er_direction direction;
     ER_ALIGNED er_pull pull;
-    kernel->direct(robot, h, s->x[column], s->v[column], acceleration, s->slope,
-                   r->system->gears->damping, &direction, tangent);
+    kernel->direct(robot, h, r->motors > 0 ? motors->x : s->x[column], r->motors > 0 ? motors->v : s->v[column],
+                   acceleration, s->slope, r->system->gears->damping, &direction, tangent);
+    if (r->motors > 0)
+        er_motor_column_gears(s, r, h, motors, tangent);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
         direction.angle[i][l] += share[l].q;
@@ -252,23 +264,29 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
     return true;
 }
 
-/* What a parameter, and the elongations at the step's start, change there; false where that is nothing. */
+/* What elongations at the step's start change in the gears' torques at the stages, and a parameter but gravity [N m];
+ * false where that is nothing. */
 static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *state, int column, er_cause cause,
                      er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
-    bool is_any = find_parameter(r, state, column, cause, load);
-    if (robot->elements == 0)
-        return is_any;
+    bool is_any = cause != ER_BY_GRAVITY && find_parameter(r, state, column, cause, load);
     if (!is_any)
         memset(load, 0, (size_t)r->m * sizeof *load);
-    for (int k = 0; k < r->m; k++) {
+    for (int k = 0; robot->elements > 0 && k < r->m; k++) {
         double held = er_elements_torque(robot, k, r->system->gears->slip_torque[k], s->elongation[column]) -
                       s->stuck[k] * s->x[column][k];
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] += held;
     }
-    return true;
+    return is_any || robot->elements > 0;
+}
+
+static void add_to(int m, er_lanes *tangent, bool is_any, const er_lanes *load)
+{
+    for (int k = 0; is_any && k < m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            tangent[k][l] += load[k][l];
 }
 
 /* Solves the linearised collocation equations
@@ -279,14 +297,15 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
  * by the step's own matrices, which belong to its start, and refines with the exact tangent of the
  * residual at its stages.  False if that does not converge. */
 static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
-                  er_lanes *acceleration)
+                  er_lanes *acceleration, er_motor_column *motors)
 {
     const er_kernel *kernel = &r->means->kernel;
-    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], own[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], own[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     int entry;
     er_cause cause = er_cause_of(r->system->robot, column, &entry);
     bool has_own = find_own(s, r, state, column, cause, own);
+    bool has_weight = cause == ER_BY_GRAVITY && find_parameter(r, state, column, cause, weight);
     int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
@@ -295,16 +314,21 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;
-        if (pass == 1 && s->still && cause == ER_BY_WRENCH) {
+        if (pass == 1 && s->still && cause == ER_BY_WRENCH && r->motors == 0) {
             memset(tangent, 0, (size_t)r->m * sizeof *tangent);
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
-            find_tangent(s, r, h, column, cause, share, (const er_lanes *)acceleration, tangent);
-            for (int k = 0; has_own && k < r->m; k++)
-                for (int l = 0; l < ER_STAGES; l++)
-                    tangent[k][l] += own[k][l];
+            find_tangent(s, r, h, column, cause, share, (const er_lanes *)acceleration, motors, tangent);
+            add_to(r->m, tangent, has_own, (const er_lanes *)own);
+            add_to(r->m, tangent, has_weight, (const er_lanes *)weight);
+        }
+        if (r->motors > 0) {
+            er_motor_column_residual(s, r, state, h, column, motors, (const er_lanes *)own);
+            er_motors_before(r, tangent, (const er_lanes *)acceleration);
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
+        if (r->motors > 0)
+            size = hypot(size, er_motors_after(r, (const er_lanes *)acceleration, motors->acceleration));
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)
@@ -333,17 +357,26 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
     double before[ER_MAX_ANGLES];
+    er_motor_column motors;
     if (s->reason != NULL)
         return;
     prepare(s, r, state, step);
     for (int column = s->first; column < s->first + s->count; column++) {
-        if (!solve(s, r, state, step->length, column, acceleration)) {
+        if (r->motors > 0)
+            er_motor_column_begin(s, r, state, column, &motors);
+        if (!solve(s, r, state, step->length, column, acceleration, &motors)) {
             s->reason = "the linearised step does not converge";
             return;
         }
         memcpy(before, s->x[column], sizeof before);
+        if (r->motors > 0) {
+            memcpy(s->x[column], motors.x, sizeof motors.x);
+            memcpy(s->v[column], motors.v, sizeof motors.v);
+        }
         kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column],
                        s->v[column]);
+        if (r->motors > 0)
+            er_motor_column_end(s, r, state, step->length, column, &motors);
         er_stops_follow_along(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
     }
     s->still = false;

@@ -64,12 +64,21 @@ typedef struct er_sensitivity {
     int passes;         /* most that a column took */
     double x[ER_MAX_DIRECTIONS][ER_MAX_ANGLES], v[ER_MAX_DIRECTIONS][ER_MAX_ANGLES];
     double elongation[ER_MAX_DIRECTIONS][ER_MAX_ELEMENTS];
+    er_drive_kind drive; /* under a torque commands of angles do not count */
+    er_motor_change motors[ER_MAX_DIRECTIONS];
     /* Of the present step. */
     er_links links;
     double response; /* of the accelerations to torques of 1 N m [rad/s^2]; 0: not asked for yet */
     ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of curve and elements at the stages [N m/rad] */
     double stuck[ER_MAX_ANGLES];              /* of the elements alone */
 } er_sensitivity;
+
+/* Of a column in a step: where y and p start, p at the stages, the gears' torques [N m] without loads. */
+typedef struct {
+    double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS];
+    ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS], acceleration[ER_MAX_JOINTS];
+    er_lanes gear[ER_MAX_JOINTS];
+} er_motor_column;
 
 /* An input's share in the motion of its drive and in the load, a time after they began. */
 typedef struct {
@@ -95,5 +104,21 @@ void er_sensitivity_cross(er_sensitivity *sensitivity, const er_run *r, const er
 
 /* An element of hysteresis slips from now on: its elongation does not depend on anything. */
 void er_sensitivity_slip(er_sensitivity *sensitivity, int element);
+
+/* motor_sensitivity.c: where a column starts in a step from a state. */
+void er_motor_column_begin(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, int column,
+                           er_motor_column *own);
+
+/* Takes the motors off what a column's gears carry, and keeps that. */
+void er_motor_column_gears(const er_sensitivity *sensitivity, const er_run *r, double h, er_motor_column *own,
+                           er_lanes *load);
+
+/* Residuals of the motors along a column, into w->motors.residual; `gear` is what it changes in the gears beside. */
+void er_motor_column_residual(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h,
+                              int column, const er_motor_column *own, const er_lanes *gear);
+
+/* Takes a column's motors to the step's end, and x and x' of the chain to wind-ups. */
+void er_motor_column_end(er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h, int column,
+                         const er_motor_column *own);
 
 #endif

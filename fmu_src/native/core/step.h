@@ -112,7 +112,10 @@ typedef struct {
 
 /* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
  * reverses, sticks again, a contact. */
-typedef enum { ER_AT_EDGE, ER_AT_SLIP, ER_AT_REVERSAL, ER_AT_CONTACT } er_change_of_law;
+typedef enum { ER_AT_EDGE,
+               ER_AT_SLIP,
+               ER_AT_REVERSAL,
+               ER_AT_CONTACT } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
@@ -171,10 +174,20 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
  * w->pull; NULL without all three. */
 const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
 
-/* The motors in a step (motors.c), where there are any that move by themselves.
+/* The motors in a step (motor_step.c), where there are any that move by themselves.
  *
  * Where x and x' of the state are counted from the commands, as the chain moves: w->motors.x and .v. */
 void er_motors_begin(const er_run *r, const er_state *state);
+
+/* What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
+typedef struct {
+    const double *x, *v;
+} er_start;
+
+er_start er_chain_start(const er_run *r, const er_state *state);
+
+/* The part of a motor's slip torque that its element has at an angle, and the slope of that by the angle. */
+double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope);
 
 /* p, p', w and z at the stages, from the accelerations in a step; at its end, and what the step has of it. */
 void er_motors_stages(const er_run *r, const er_state *state, const er_step *step);
@@ -192,10 +205,10 @@ void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *
 void er_motors_linearise(const er_run *r, const er_state *state);
 void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
 
-/* Takes the motors' residuals into w->residual before a pass of Newton's method, and what the pass does to the
- * motors into the step behind it; returns the length of that [rad/s^2]. */
-void er_motors_before(const er_run *r, const er_step *step);
-double er_motors_after(const er_run *r, er_step *step);
+/* Takes the motors' residuals into those of their gears before a pass of Newton's method, and what the pass has done
+ * to the gears' accelerations into the motors' behind it; returns the length of that [rad/s^2]. */
+void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration);
+double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration);
 
 /* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
  * acceleration. */

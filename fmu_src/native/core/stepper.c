@@ -198,6 +198,20 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
 
+/* Where a step ends on a reversal of a motor, its rate there and that of its polynomials are on different sides. */
+static void stick_reversed(const er_run *r, er_state *state)
+{
+    const er_robot *robot = r->system->robot;
+    for (int d = 0; d < r->motors; d++) {
+        int j = robot->elements + d, way = state->stops.slipping[j];
+        if (!(way * state->motors.rate[d] < -er_reversal_slack(robot, r->m + d, r->means->tolerance)))
+            continue;
+        er_stops_stick(robot, &state->stops, r->m + d);
+        state->rate = 1.0;
+        r->work->linearisation.length = 0.0;
+    }
+}
+
 /* One step, at most to `end`; false if none was found. */
 static bool take_step(const er_run *r, er_state *state, double end)
 {
@@ -262,6 +276,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     memcpy(state->motors.predictor, step->motor_acceleration, (size_t)r->motors * sizeof *state->predictor);
     if (step->passes > settings->usual_passes)
         er_relinearise(r->work);
+    stick_reversed(r, state);
     return true;
 }
 

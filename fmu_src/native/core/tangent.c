@@ -111,14 +111,13 @@ enum { MOST = ER_MAX_ANGLES };
 void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *out)
 {
     const er_robot *robot = &model->robot;
-    const er_memory *memory = &model->memory;
     double theta[MOST];
-    er_angles(robot, memory->held.q, rigid ? NULL : memory->state.x, theta);
+    er_model_angles(model, rigid, theta);
     if (bodies)
         er_place_bodies(robot, theta, &out->at);
     else
         er_place(robot, theta, &out->at);
-    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
+    er_angles_along(model, change, rigid, theta);
     er_placement_along(robot, &out->at, theta, bodies, &out->along);
 }
 
@@ -142,7 +141,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     const er_gears *gears = &model->gears;
     static const double no_wrench[6] = {0.0};
     const er_stops *stops = &memory->state.stops;
-    er_change change = {acting->held, {0.0}, {0.0}, acting->parameters, {0.0}};
+    er_change change = {acting->held, {0.0}, {0.0}, acting->parameters, {0.0}, {{0.0}, {0.0}, {0.0}}};
     double stuck[MOST] = {0.0};
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
     double of_gravity[MOST], wrench[6], wrench_change[6];

@@ -34,7 +34,20 @@ typedef struct er_change {
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
     er_parameters parameters;
     double elongation[ER_MAX_ELEMENTS];
+    er_motor_change motors;
 } er_change;
+
+/* Changes of the chain's angles and rates, of the motors where they move by themselves; of the rigid robot those of
+ * the commands. */
+void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta);
+void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate);
+
+/* Change of the motors' initial state. */
+void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);
+
+/* Change of a joint's drive. */
+er_drive_state er_drive_along(const er_model *model, const er_change *change, int joint);
+
 
 /* Placements of the elastic or the rigid robot and how they move. */
 typedef struct {
@@ -54,9 +67,6 @@ void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
 void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
 void er_velocity_along(const er_model *model, const er_change *change, double velocity[6]);
 double er_gear_torque_along(const er_model *model, const er_change *change, int k);
-
-/* What the motor of a joint under an ideal drive exerts beside its gear's torque, along a change [N m]. */
-double er_ideal_torque_along(const er_model *model, const er_change *change, int joint);
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
 

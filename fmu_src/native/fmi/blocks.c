@@ -110,16 +110,11 @@ static bool find_motor_torque(er_instance *instance, double *values)
 static bool motor_torque_along(er_instance *instance, const er_change *change, double *derivatives)
 {
     const er_robot *robot = &instance->model->robot;
-    gear_torque_along(instance, change, derivatives);
     for (int i = 0; i < instance->interface.torsions; i++)
-        derivatives[i] += er_ideal_torque_along(instance->model, change,
-                                                robot->elastic_joint[instance->interface.torsion[i]]);
+        derivatives[i] = er_drive_along(instance->model, change,
+                                        robot->elastic_joint[instance->interface.torsion[i]])
+                             .torque;
     return true;
-}
-
-static size_t size_of_q(const er_instance *instance)
-{
-    return (size_t)instance->model->robot.joints * sizeof(double);
 }
 
 static bool find_motor_angle(er_instance *instance, double *values)
@@ -131,7 +126,8 @@ static bool find_motor_angle(er_instance *instance, double *values)
 
 static bool motor_angle_along(er_instance *instance, const er_change *change, double *derivatives)
 {
-    memcpy(derivatives, change->held.q, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        derivatives[i] = er_drive_along(instance->model, change, i).angle;
     return true;
 }
 
@@ -144,7 +140,8 @@ static bool find_motor_rate(er_instance *instance, double *values)
 
 static bool motor_rate_along(er_instance *instance, const er_change *change, double *derivatives)
 {
-    memcpy(derivatives, change->held.qd, size_of_q(instance));
+    for (int i = 0; i < instance->model->robot.joints; i++)
+        derivatives[i] = er_drive_along(instance->model, change, i).rate;
     return true;
 }
 

@@ -29,6 +29,7 @@ static void start_columns(er_model *model, er_cause first, const er_step_start *
     while (last + 1 < ER_CAUSES && first_beside((er_cause)(last + 1)) == first)
         last++;
     er_sensitivity_start(&model->sensitivity, robot, first, last, time);
+    model->sensitivity.drive = start->stepped ? model->memory.options.drive : ER_IDEAL; /* motors start at commands */
     if (first == ER_BY_Q)
         er_command_along(robot, &start->past, &start->command,
                          start->stepped ? start->end - time : 0.0, model->sensitivity.commanded);
@@ -111,6 +112,8 @@ static void known_along(const er_instance *instance, int column, double factor, 
         held->qd[share.joint] += factor * share.qd;
         held->qdd[share.joint] += factor * share.qdd;
     }
+    if (cause == ER_BY_TORQUE)
+        held->torque[entry] += factor;
 }
 
 static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivity)
@@ -125,6 +128,9 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
             sensitivity->reason = "the stiffness is singular";
         er_stops_follow_along(&instance->model->robot, &instance->model->memory.state.stops, still,
                               sensitivity->x[column], sensitivity->elongation[column]);
+        memcpy(change.x, sensitivity->x[column], sizeof change.x);
+        memcpy(change.elongation, sensitivity->elongation[column], sizeof change.elongation);
+        er_start_motors_along(instance->model, &change, &sensitivity->motors[column]);
     }
 }
 
@@ -217,6 +223,16 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
     }
     for (int j = 0; j < robot->elements; j++)
         change->elongation[j] += seed * sensitivity->elongation[column][j];
+    for (int d = 0; d < er_model_motors(instance->model); d++) {
+        int joint = robot->motor[d].joint;
+        change->motors.angle[d] += seed * sensitivity->motors[column].angle[d];
+        change->motors.rate[d] += seed * sensitivity->motors[column].rate[d];
+        change->motors.integral[d] += seed * sensitivity->motors[column].integral[d];
+        if (sensitivity->drive == ER_TORQUE) { /* the rigid robot goes with the motors */
+            change->held.q[joint] += seed * sensitivity->motors[column].angle[d];
+            change->held.qd[joint] += seed * sensitivity->motors[column].rate[d];
+        }
+    }
     return true;
 }
 
@@ -263,10 +279,6 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return false;
     if (unknown_count == 0)
         return true;
-    if (er_model_motors(instance->model) > 0)
-        return er_fail(&instance->failure, "derivative: expected drive ideal, as there are none yet of motors that"
-                                           " move by themselves, got drive %s",
-                       instance->model->memory.options.drive == ER_SERVO ? "servo" : "torque");
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
     if (!find_change(instance, knowns, known_count, seed, &change))

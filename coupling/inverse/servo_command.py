@@ -1,0 +1,101 @@
+"""Commands of a robot's servos, from the motion of its motors that keeps the tool on its path."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from coupling.errors import PlanningError
+from coupling.inverse.inversion import InverseSolution, MovingRobot, fine_times
+from coupling.inverse.joint_limits import JointLimits
+from coupling.inverse.limited import NoCommandError
+from coupling.inverse.limits import DriveLimits
+from coupling.inverse.rows import CommandRows
+from coupling.inverse.servo import MotorMotion, servo_motion
+from coupling.inverse.servo_rows import ServoRows, dense_times
+from coupling.inverse.spline import UniformSpline
+from elastic_robot.description import Drive
+
+# A command that its limits keep so far from the one that is wanted does not lead its motor at all [rad].
+_LOST = 1e-3
+
+
+def servo_command(
+    moving: MovingRobot,
+    found: InverseSolution,
+    motors: UniformSpline,
+    limits: JointLimits,
+    rest: tuple[bool, bool],
+) -> UniformSpline:
+    """Return what servos must be told for their motors to move as wanted; other joints as they are.
+
+    The gears' torque is that which the links need, so the motors are to be those that move these.
+
+    Args:
+        moving: The robot.
+        found: Its inverse: the links.
+        motors: Motion of the motors [rad], a column a joint: `found.command`, or that after a polish.
+        limits: Limits of the drives, which the commands keep as well.
+        rest: Whether the path is at rest at its start, and at its end.
+
+    Returns:
+        On the same rows.
+
+    Raises:
+        PlanningError: If a motor needs more torque than it has, or no command moves it so within the
+            limits; with joint, time, value and limit.
+    """
+    rows = CommandRows(motors.start, motors.spacing, motors.intervals, motors.degree, rest)
+    time, theta = dense_times(rows), found.links.theta
+    fine = fine_times(theta)
+    needed = CubicSpline(fine, moving.torque(theta, fine, found.wrench))
+    gear_torque = -needed(np.minimum(time, theta.end))
+    first = theta.at(fine[:1])
+    rest_torque = moving.model.load(first, 0.0 * first, 0.0 * first, found.wrench(fine[:1]))[0]
+    motion = [motors.at(time, order) for order in range(3)]
+    coefficients = motors.coefficients.copy()
+    for gear, joint in enumerate(moving.model.gear_joint):
+        drive = moving.robot.joints[joint].drive
+        if drive is not None:
+            angle, rate, acceleration = (values[:, joint] for values in motion)
+            held = float(rest_torque[moving.model.gears[gear]])
+            own = MotorMotion(time, angle, rate, acceleration, gear_torque[:, gear], held)
+            coefficients[:, joint] = _column(drive, own, rows, limits.of_joint(joint))
+    return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
+
+
+def _column(
+    drive: Drive, motion: MotorMotion, rows: CommandRows, limits: DriveLimits
+) -> np.ndarray:
+    """Return the coefficients of one servo's command [rad]."""
+    servo = servo_motion(drive, motion)
+    _require_torque(drive, limits.joint, motion.time, servo.torque)
+    begins = float(motion.angle[0]), float(motion.rate[0]), float(motion.acceleration[0])
+    fit = ServoRows(rows, servo.angle, begins, 0.0 if rows.rest[1] else servo.rate[-1])
+    try:
+        found = fit.best(limits)
+    except NoCommandError as error:
+        raise _lost(limits) from error
+    if np.abs(fit.excess(found)).max() > _LOST:
+        raise _lost(limits)
+    return found
+
+
+def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarray) -> None:
+    """Refuse a motion for which a motor has too little torque."""
+    worst = int(np.abs(torque).argmax())
+    limit, needed = drive.torque_limit, float(np.abs(torque[worst]))
+    if limit is not None and needed > limit:
+        raise PlanningError(
+            f"joint {joint}: expected at most {limit:.6g} N m of motor torque, got a path that asks for"
+            f" {needed:.6g} N m, {needed - limit:.3g} N m too much, at {time[worst]:.3f} s: slow down"
+            " the path"
+        )
+
+
+def _lost(limits: DriveLimits) -> PlanningError:
+    return PlanningError(
+        f"joint {limits.joint}: expected a command of its servo within {limits.lower:.6g} to"
+        f" {limits.upper:.6g} rad, {limits.rate:.6g} rad/s and {limits.acceleration:.6g} rad/s^2, got"
+        " none that moves its motor as the path asks: slow down the path"
+    )

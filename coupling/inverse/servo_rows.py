@@ -1,0 +1,178 @@
+"""A servo's command on the controller's rows: the spline nearest to the one that is wanted, at all times.
+
+What it gives too much, eta, moves the motor by  (kff s + Kv) / (s + Kv)  of its position loop times
+omega / (s + omega)  of its rate loop, omega = Kp / J: by that which does not cancel over a few rows.
+The least sum of squares of eta at dense times leaves nothing that a spline of these rows could follow;
+sums weighted by the loops or of the motor's own misses have not left less than half as much of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
+
+import numpy as np
+import piqp
+from scipy import sparse
+from scipy.linalg import solveh_banded
+
+from coupling.inverse.limited import NoCommandError, stretches
+from coupling.inverse.limits import DriveLimits
+from coupling.inverse.rows import CommandRows
+from coupling.inverse.spline import UniformSpline, stencil
+
+# Longest distance of the dense times [s], and how many of them an interval has at least.
+_DENSE, _LEAST = 2.5e-4, 8
+# Rows, by the degree, over which a spline forgets a coefficient that is not there.
+_ALONE = 6
+
+# A stretch in which limits bind begins and ends so long before and after it [s].
+_MARGIN = 0.2
+# Unit of the programs' unknowns [rad], and how well they keep limits in it.
+_UNIT, _ACCURACY = 1e-6, 1e-9
+
+
+def dense_times(rows: CommandRows) -> np.ndarray:
+    """Return the times at which a servo's command is wanted [s], (parts * rows.count + 1,)."""
+    return rows.start + rows.cycle / _parts(rows) * np.arange(_parts(rows) * rows.count + 1)
+
+
+def _parts(rows: CommandRows) -> int:
+    return max(_LEAST, ceil(rows.cycle / _DENSE - 1e-9))
+
+
+@dataclass(frozen=True)
+class ServoRows:
+    """Fit of a servo's command on rows.
+
+    Attributes:
+        rows: The controller's rows.
+        wanted: Command at the `dense_times` [rad], (n,).
+        begins: q, q', q'' of the motor at the first time, [rad], by the second: the command's own there.
+        ends: q' of the motor at the last time [rad/s], where the path does not end at rest.
+    """
+
+    rows: CommandRows
+    wanted: np.ndarray
+    begins: tuple[float, float, float]
+    ends: float = 0.0
+
+    @property
+    def _pad(self) -> int:
+        """Rows beside the command's first and last one, so that these are nothing special."""
+        return _ALONE * self.rows.degree
+
+    @cached_property
+    def _basis(self) -> np.ndarray:
+        """One B-spline at dense times from its beginning, ((degree + 1) * parts,)."""
+        degree, parts = self.rows.degree, _parts(self.rows)
+        weights = stencil(np.arange(parts) / parts, degree, 0)
+        basis: np.ndarray = weights[:, ::-1].T.ravel()
+        return basis
+
+    @cached_property
+    def _hessian(self) -> np.ndarray:
+        """Diagonals of the matrix of a spline without ends, from the middle one on [1], (degree + 1,)."""
+        parts, basis = _parts(self.rows), self._basis
+        size = len(basis)
+        return np.array([basis[k:] @ basis[: size - k] for k in range(0, size, parts)])
+
+    def _right(self) -> np.ndarray:
+        """Return the right-hand side [rad], for all rows and those beside them."""
+        parts, pad, degree = _parts(self.rows), self._pad, self.rows.degree
+        time = self.rows.cycle / parts * np.arange(1, (pad + degree) * parts + 1)
+        angle, rate, bend = self.begins
+        past = -time[::-1]
+        before = angle + rate * past + 0.5 * bend * past**2
+        behind = self.wanted[-1] + self.ends * time
+        values = np.concatenate([before, self.wanted, behind])
+        # Coefficient m begins at row m - degree; the first one is m = -pad.
+        seen = np.lib.stride_tricks.sliding_window_view(values, len(self._basis))[::parts]
+        right: np.ndarray = seen[: self.rows.coefficients + 2 * pad] @ self._basis
+        return right
+
+    @cached_property
+    def _conditions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and values of what the command does at its ends, (c, coefficients), (c,) [rad]."""
+        rows, size = self.rows, self.rows.coefficients
+        wanted = [(0, order, value) for order, value in enumerate(self.begins)]
+        wanted += [(1, order, 0.0) for order in rows.still(1)]
+        matrix = np.zeros((len(wanted), size))
+        for row, (side, order, _) in zip(matrix, wanted, strict=True):
+            first = 0 if side == 0 else rows.count - 1
+            weights = stencil(np.array([float(side)]), rows.degree, order)[0]
+            row[first : first + rows.degree + 1] = weights
+        return matrix, np.array([value * rows.cycle**order for _, order, value in wanted])
+
+    def best(self, limits: DriveLimits) -> np.ndarray:
+        """Return the coefficients of the best command within limits [rad], (coefficients,).
+
+        Raises:
+            NoCommandError: If none keeps to them.
+        """
+        pad, size = self._pad, self.rows.coefficients
+        right, (conditions, values) = self._right(), self._conditions
+        held = np.zeros((len(right), len(values)))
+        held[pad : pad + size] = conditions.T
+        band = np.repeat(self._hessian[:, None], len(right), axis=1)
+        solved = solveh_banded(band, np.column_stack([right, held]), lower=True)[pad : pad + size]
+        free, by_held = solved[:, 0], solved[:, 1:]
+        pull = np.linalg.solve(conditions @ by_held, values - conditions @ free)
+        return self._within(limits, free + by_held @ pull)
+
+    def excess(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return what a command gives too much at the dense times [rad], (n,)."""
+        given = self._spline(coefficients).at(dense_times(self.rows))[:, 0]
+        return given - self.wanted
+
+    def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
+        """Return the best coefficients within limits from those without [rad]."""
+        found, rows = best.copy(), self.rows
+        margin = max(ceil(_MARGIN / rows.cycle), 4 * rows.degree)
+        whole = False
+        while True:
+            over = limits.excess(self._spline(found)) > 0.0
+            if not over.any():
+                return found
+            if whole:
+                raise NoCommandError
+            whole = margin >= rows.count
+            for begin, end in stretches(over, margin, rows.count, rows.degree):
+                found = self._limited(limits, best, found, slice(begin, end + rows.degree))
+            margin *= 2
+
+    def _limited(
+        self, limits: DriveLimits, best: np.ndarray, now: np.ndarray, part: slice
+    ) -> np.ndarray:
+        """Return coefficients that are nearest to the best ones where those of a part may change."""
+        size = part.stop - part.start
+        diagonals = self._hessian[: min(len(self._hessian), size)]
+        upper = sparse.diags_array(
+            [np.full(size - k, d) for k, d in enumerate(diagonals)], offsets=range(len(diagonals))
+        )
+        hessian = upper + sparse.triu(upper, 1).T
+        conditions = self._conditions[0][:, part]
+        met = np.any(conditions != 0.0, axis=1)
+        rows, low, high = limits.rows(self._spline(now))
+        touched = np.diff(rows[:, part].indptr) > 0
+        solver = piqp.SparseSolver()
+        solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
+        solver.setup(
+            sparse.csc_matrix(upper),
+            hessian @ (now - best)[part] / _UNIT,
+            sparse.csc_matrix(conditions[met]),
+            np.zeros(met.sum()),
+            sparse.csc_matrix(rows[:, part][touched]),
+            low[touched] / _UNIT,
+            high[touched] / _UNIT,
+        )
+        if solver.solve() != piqp.PIQP_SOLVED:
+            return now
+        changed = now.copy()
+        changed[part] += _UNIT * solver.result.x
+        return changed
+
+    def _spline(self, coefficients: np.ndarray) -> UniformSpline:
+        rows = self.rows
+        return UniformSpline(rows.start, rows.cycle, coefficients[:, None], rows.degree)

@@ -1,0 +1,144 @@
+/* The motors in the columns of sensitivities: what follows the inputs beside the chain. */
+#include "sensitivity.h"
+
+#include <math.h>
+#include <string.h>
+
+/* How the command of a motor's drive follows a column: q, q' and q''. */
+typedef struct {
+    double q, qd, qdd;
+} commanded;
+
+static commanded command_of(const er_sensitivity *s, const er_run *r, int d, int column, double time)
+{
+    er_share share = er_share_of(s, r->system->robot, column, time - s->start);
+    if (share.joint != r->system->robot->motor[d].joint)
+        return (commanded){0.0, 0.0, 0.0};
+    return (commanded){share.q, share.qd, share.qdd};
+}
+
+void er_motor_column_begin(const er_sensitivity *s, const er_run *r, const er_state *state, int column,
+                           er_motor_column *own)
+{
+    memcpy(own->x, s->x[column], sizeof own->x);
+    memcpy(own->v, s->v[column], sizeof own->v);
+    memset(own->acceleration, 0, sizeof own->acceleration);
+    for (int d = 0; d < r->motors; d++) {
+        commanded at = command_of(s, r, d, column, state->time);
+        int k = r->system->robot->motor[d].coordinate;
+        own->p[d] = s->motors[column].angle[d] - at.q;
+        own->pv[d] = s->motors[column].rate[d] - at.qd;
+        own->x[k] += own->p[d];
+        own->v[k] += own->pv[d];
+    }
+}
+
+void er_motor_column_gears(const er_sensitivity *s, const er_run *r, double h, er_motor_column *own, er_lanes *load)
+{
+    r->means->kernel.stages(r->motors, h, own->p, own->pv, (const er_lanes *)own->acceleration, own->stage_p,
+                            own->stage_pv);
+    for (int d = 0; d < r->motors; d++) {
+        int k = r->system->robot->motor[d].coordinate;
+        for (int l = 0; l < ER_STAGES; l++) {
+            load[k][l] -= s->slope[k][l] * own->stage_p[d][l] + r->system->gears->damping[k] * own->stage_pv[d][l];
+            own->gear[d][l] = load[k][l];
+        }
+    }
+}
+
+/* Growth of z along a column at a stage [N m/s], and w [rad/s]. */
+static double find_growth(const er_run *r, int d, int l, const er_motor_column *own, commanded at, double *wanted)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_motor_work *work = &r->work->motors;
+    *wanted = er_servo_wanted(motor, own->stage_p[d][l], own->stage_pv[d][l], at.qd);
+    return er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l]) ? 0.0
+                                                                                : motor->integral_gain * *wanted;
+}
+
+/* Whether the limit holds the torque at a stage. */
+static bool is_held(const er_run *r, int d, int l)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_motor_work *work = &r->work->motors;
+    return fabs(motor->rate_gain * work->wanted[d][l] + work->integral[d][l]) > motor->torque_limit;
+}
+
+/* Friction along a column at a stage [N m]. */
+static double friction_along(const er_sensitivity *s, const er_run *r, const er_state *state, int d, int l, int column,
+                             const er_motor_column *own, commanded at)
+{
+    const er_robot *robot = r->system->robot;
+    const er_motor *motor = &robot->motor[d];
+    const er_motor_work *work = &r->work->motors;
+    const er_nodes *nodes = &r->work->stages;
+    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate, by_part, part, changed, unused;
+    double angle = nodes->q[motor->joint][l] + work->stage_p[d][l];
+    double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l];
+    int entry;
+    er_cause cause = er_cause_of(robot, column, &entry);
+    part = er_friction_part(r, state, d, angle, &by_angle);
+    er_motor_friction(motor, slip_torque, part, rate, &by_rate);
+    by_part = er_motor_friction(motor, 1.0, 1.0, rate, &unused) - motor->viscous * rate; /* of 1 N m */
+    changed = s->elongation[column][robot->elements + d] / motor->slip_angle +
+              by_angle * (own->stage_p[d][l] + at.q - s->motors[column].angle[d]);
+    return slip_torque * by_part * changed + by_rate * (own->stage_pv[d][l] + at.qd) +
+           (cause == ER_BY_FRICTION && entry == d ? by_part * part : 0.0);
+}
+
+void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+                              const er_motor_column *own, const er_lanes *gear)
+{
+    const er_robot *robot = r->system->robot;
+    er_motor_work *work = &r->work->motors;
+    int entry;
+    er_cause cause = er_cause_of(robot, column, &entry);
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &robot->motor[d];
+        double growth[ER_STAGES], wanted[ER_STAGES];
+        commanded at[ER_STAGES];
+        for (int l = 0; l < ER_STAGES; l++) {
+            at[l] = command_of(s, r, d, column, state->time + h * er_gauss_node[l]);
+            growth[l] = find_growth(r, d, l, own, at[l], &wanted[l]);
+        }
+        for (int l = 0; l < ER_STAGES; l++) {
+            double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0;
+            if (s->drive == ER_SERVO) {
+                torque = motor->rate_gain * wanted[l] + s->motors[column].integral[d];
+                for (int j = 0; j < ER_STAGES; j++)
+                    torque += h * er_gauss_once[j][l] * growth[j];
+                torque = is_held(r, d, l) ? 0.0 : torque;
+            }
+            work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque - own->gear[d][l] -
+                                   gear[motor->coordinate][l] +
+                                   friction_along(s, r, state, d, l, column, own, at[l]);
+        }
+    }
+}
+
+void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+                         const er_motor_column *own)
+{
+    const er_robot *robot = r->system->robot;
+    er_motor_change *motors = &s->motors[column];
+    double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS], before[ER_MAX_JOINTS];
+    memcpy(p, own->p, sizeof p);
+    memcpy(pv, own->pv, sizeof pv);
+    memcpy(before, motors->angle, sizeof before);
+    r->means->kernel.finish(r->motors, h, (const er_lanes *)own->acceleration, p, pv);
+    for (int d = 0; d < r->motors; d++) {
+        int k = robot->motor[d].coordinate;
+        commanded at = command_of(s, r, d, column, state->time + h);
+        for (int l = 0; l < ER_STAGES; l++) {
+            double wanted;
+            commanded then = command_of(s, r, d, column, state->time + h * er_gauss_node[l]);
+            motors->integral[d] += h * er_gauss_end_rate[l] * find_growth(r, d, l, own, then, &wanted);
+        }
+        s->x[column][k] -= p[d];
+        s->v[column][k] -= pv[d];
+        motors->angle[d] = p[d] + at.q;
+        motors->rate[d] = pv[d] + at.qd;
+        if (state->stops.slipping[robot->elements + d] == 0)
+            s->elongation[column][robot->elements + d] += motors->angle[d] - before[d];
+    }
+}
