@@ -97,9 +97,10 @@ def gear_path(
         angle[samples] = reached
         carried[samples], slope[samples] = piece.torque(reached), piece.slope(reached)
         if exit_ is None:
-            row, offset, x = end, 0.0, float(ends[-1])
-            if not steps.last[-1]:
-                row = int(steps.row[-1])
+            row, offset, x = int(steps.row[-1]), 0.0, float(ends[-1])
+            if steps.last[-1]:
+                row += 1
+            else:
                 offset = float(steps.offset[-1] + steps.length[-1])
             many = min(2 * many, _MOST_STRAIGHT if piece.straight else _MOST_BENT)
             continue

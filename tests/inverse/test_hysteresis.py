@@ -156,6 +156,21 @@ def test_two_starts_approach_in_the_norm_of_springs_and_elements(seed, tau):
     assert size[-1] < size[0]
 
 
+def test_a_gear_comes_to_rest_where_its_curve_begins_to_bend():
+    """It falls back until its element, of half the backlash, is slack: to the rounded backlash."""
+    time = np.linspace(0.0, 1.0, 1001)
+    half = GearElements(np.array([12.0]), np.array([0.5 * B]))
+    wind_up = solve_wind_up(
+        time,
+        np.full((1001, 1), -2e-11),
+        curve_of("spline"),
+        np.array([1e-6 * K]),
+        np.array([B]),
+        (half,),
+    )
+    np.testing.assert_allclose(wind_up.angle[1:, 0], 0.5 * B, rtol=0, atol=1e-12)
+
+
 def test_elements_that_slip_at_no_torque_change_nothing():
     time = np.linspace(0.0, 0.2, 201)
     torque = (20.0 * np.sin(60.0 * time))[:, None]
