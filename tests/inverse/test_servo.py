@@ -81,7 +81,7 @@ def test_a_motor_at_a_constant_rate_wants_its_command_ahead_by_rate_over_gain():
 @pytest.mark.parametrize("feed_forward", [0.0, 0.6, 1.0])
 @pytest.mark.parametrize("integral_gain", [0.0, KP / 0.02])
 def test_a_motor_that_swings_wants_what_its_frequency_response_says(feed_forward, integral_gain):
-    """q_cmd / q = (J s^3 + (Kp + b) s^2 + (Kp Kv + Ki) s + Ki Kv) / (kff s + Kv) (Kp s + Ki), s = i w."""
+    """(J s^3 + (Kp + b) s^2 + (Kp Kv + Ki) s + Ki Kv) / (kff s + Kv) (Kp s + Ki), s = i w."""
     drive = replace(PLAIN, feed_forward=feed_forward, integral_gain=integral_gain, viscous=700.0)
     time, w = np.linspace(0.0, 3.0, 30_001), 40.0
     swing = np.exp(1j * w * time)
@@ -101,7 +101,7 @@ def test_a_motor_that_swings_wants_what_its_frequency_response_says(feed_forward
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=8, deadline=None, derandomize=True)
 def test_any_motor_told_its_inverse_moves_as_wanted(seed):
-    """Random drives, motions that turn back under a gear's torque; a plain simulation answers."""
+    """Random drives, and motions that turn back under a gear's torque, against a plain simulation."""
     random = np.random.default_rng(seed)
     inertia = random.uniform(5.0, 400.0)
     rate_gain = inertia * 2.0 * np.pi * random.uniform(15.0, 50.0)
@@ -133,17 +133,17 @@ def test_any_motor_told_its_inverse_moves_as_wanted(seed):
 
 
 @pytest.mark.parametrize("degree", [3, 5])
-def test_rows_are_fitted_to_what_the_motor_does_of_them(degree):
+def test_rows_are_fitted_to_all_of_the_command(degree):
     """Without feed-forward a reversal bends the command: sampled rows leave three times the miss."""
     drive = replace(RUBBED, feed_forward=0.0, friction=200.0)
-    time_of = CommandRows(0.0, 0.012, 60, degree)
-    time = dense_times(time_of)
+    rows = CommandRows(0.0, 0.012, 60, degree)
+    time = dense_times(rows)
     w = 2.0 * np.pi / 0.36
     swing = 0.5e-3 * (1.0 - np.cos(w * time))
     rates = 0.5e-3 * w * np.sin(w * time), 0.5e-3 * w**2 * np.cos(w * time)
     motion = MotorMotion(time, swing, *rates, np.zeros(len(time)), 0.0)
     told = servo_motion(drive, motion)
-    fit = ServoRows(time_of, told.angle, (0.0, 0.0, float(rates[1][0])))
+    fit = ServoRows(drive, rows, told.angle, (0.0, 0.0, float(rates[1][0])))
     torque = motor_torque(drive, motion)
     start = 0.0, 0.0, torque[0]
     late = time > 0.2
@@ -219,12 +219,15 @@ class Judge:
 def test_a_robot_with_servos_keeps_its_tool_on_the_path(
     example, tmp_path, interpolation, feed_forward
 ):
-    """Friction, rotors and loops make 0.2 mm of a command for ideal drives; told, under 2 um."""
+    """Friction, rotors and loops make 0.2 mm of a command for ideal drives; told, under 1 um."""
     robot = robot_with_servos(example, feed_forward=feed_forward)
     judge, wanted = Judge(robot, tmp_path), stroke(robot)
     controller = Controller(interpolation=interpolation)
     assert judge.missed(wanted, judge.inverted(wanted, "ideal", controller)) > 2e-4
-    assert judge.missed(wanted, judge.inverted(wanted, "servo", controller)) < 2e-6
+    told = judge.inverted(wanted, "servo", controller)
+    assert judge.missed(wanted, told) < 1e-6
+    end = told.trajectory.at(told.time[-1:])
+    np.testing.assert_allclose(end[1], 0.0, rtol=0, atol=1e-9)  # it rests there
 
 
 def test_a_path_cut_in_mid_motion_begins_with_the_motors_moving(example, tmp_path):
