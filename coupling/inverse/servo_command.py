@@ -94,8 +94,11 @@ def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarr
 
 
 def _lost(limits: DriveLimits) -> PlanningError:
+    kept = [(limits.rate, "rad/s"), (limits.acceleration, "rad/s^2")]
+    text = [f"{most:.6g} {unit}" for most, unit in kept if np.isfinite(most)]
+    if np.isfinite([limits.lower, limits.upper]).any():
+        text.insert(0, f"{limits.lower:.6g} to {limits.upper:.6g} rad")
     return PlanningError(
-        f"joint {limits.joint}: expected a command of its servo within {limits.lower:.6g} to"
-        f" {limits.upper:.6g} rad, {limits.rate:.6g} rad/s and {limits.acceleration:.6g} rad/s^2, got"
-        " none that moves its motor as the path asks: slow down the path"
+        f"joint {limits.joint}: expected a command of its servo within {', '.join(text)}, got none that"
+        " moves its motor as the path asks: slow down the path"
     )

@@ -60,7 +60,7 @@ class ServoRows:
         drive: The drive.
         rows: The controller's rows.
         wanted: Command at the `dense_times` [rad], (n,).
-        begins: q, q', q'' of the motor at the first time, [rad], by the second: the command's own there.
+        begins: q [rad], q' and q'' of the motor at the first time, with which the command begins.
         ends: q' of the motor at the last time [rad/s], where the path does not end at rest.
     """
 
@@ -182,12 +182,13 @@ class ServoRows:
         self, limits: DriveLimits, best: np.ndarray, now: np.ndarray, part: slice
     ) -> np.ndarray:
         """Return coefficients that are nearest to the best ones where those of a part may change."""
-        size = part.stop - part.start
-        diagonals = self._hessian[: min(len(self._hessian), size)]
+        size, diagonals = part.stop - part.start, self._hessian
+        beside = range(min(len(diagonals), size))
         upper = sparse.diags_array(
-            [np.full(size - k, d) for k, d in enumerate(diagonals)], offsets=range(len(diagonals))
+            [np.full(size - k, diagonals[k]) for k in beside], offsets=beside
         )
-        hessian = upper + sparse.triu(upper, 1).T
+        around = np.append(diagonals[:0:-1], diagonals)
+        gradient = np.convolve(now - best, around)[len(diagonals) - 1 :][part]
         conditions = self._conditions[0][:, part]
         met = np.any(conditions != 0.0, axis=1)
         rows, low, high = limits.rows(self._spline(now))
@@ -196,7 +197,7 @@ class ServoRows:
         solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
         solver.setup(
             sparse.csc_matrix(upper),
-            hessian @ (now - best)[part] / _UNIT,
+            gradient / _UNIT,
             sparse.csc_matrix(conditions[met]),
             np.zeros(met.sum()),
             sparse.csc_matrix(rows[:, part][touched]),

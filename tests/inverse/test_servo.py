@@ -13,9 +13,11 @@ from scipy.interpolate import CubicSpline
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion
+from coupling.inverse.servo_command import servo_command
 from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
@@ -249,6 +251,18 @@ def test_a_servos_command_keeps_the_limits_between_its_rows(example, tmp_path):
     held = judge.inverted(wanted, "servo", Controller(max_acceleration=cap))
     assert np.abs(held.trajectory.at(dense)[2]).max() <= cap * (1.0 + 1e-6)
     assert judge.missed(wanted, held) < 2e-5
+
+
+def test_limits_that_leave_no_command_for_a_servo_are_named(example):
+    robot = robot_with_servos(example)
+    moving, wanted = MovingRobot(robot, "backlash"), stroke(robot)
+    found = moving.invert(wanted, Controller(), JointLimits.of(robot), lambda *event: None)
+    slow = JointLimits.of(robot, max_acceleration=0.2)
+    with pytest.raises(
+        PlanningError,
+        match=r"joint 1: expected a command of its servo within 0\.2 rad/s\^2, got none",
+    ):
+        servo_command(moving, found, found.command, slow, (True, True))
 
 
 def test_a_motor_too_weak_for_the_path_is_named_with_time_and_torque(example, tmp_path):
