@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import Weights
 from coupling.inverse.links import LinkProblem
@@ -148,8 +149,9 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     in_backlash = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
     lever = loads.lever.max(axis=0)
     miss = backlash_miss(backlash, lever)
-    slip_torque = model.parameters.hysteresis[model.gears]
-    slip_miss = hysteresis_miss(slip_torque, model.parameters.stiffness[model.gears], lever)
+    gears = gears_of(model.parameters, model.chain)
+    slip_torque = gears.hysteresis
+    slip_miss = hysteresis_miss(slip_torque, gears.stiffness, lever)
     gravity = np.asarray(model.parameters.gravity)
     return tuple(
         GearDiagnosis(

@@ -6,12 +6,13 @@ The torque T that a gear passes on stretches its spring and its damper,
 
 the row of a gear in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w) and the
 torque H of the elements of its hysteresis.
-S is continuous and rises, so without elements the distance of two solutions e_1 > e_2 under one T never
-grows: d (e_1 - e_2)' = -(S(e_1) - S(e_2)) <= 0.  Hence one answer to each start, errors that die out on a
-flank and stay as they are in the backlash, and no chatter.  With elements of elongation s_j it is
-k (e_1 - e_2)^2 + sum f_j (s_1j - s_2j)^2 / a_j that never grows, where S is a line.  In the backlash a
-gear without elements has e' = T / d: it crosses it, from flank to flank, when the integral of T has grown
-by 2 B d; where it arrives e'' jumps by -S' e' / d.
+
+Without elements the distance of two solutions e_1 > e_2 under one T never grows, for S is continuous and
+rises: d (e_1 - e_2)' = -(S(e_1) - S(e_2)) <= 0.  Hence one answer to each start, errors that die out on
+a flank and stay as they are in the backlash, and no chatter.  In the backlash e' = T / d: a gear crosses
+it, from flank to flank, when the integral of T has grown by 2 B d; where it arrives e'' jumps by
+-S' e' / d.  With elements of elongation s_j, k (e_1 - e_2)^2 + sum f_j (s_1j - s_2j)^2 / a_j never
+grows, where S is a line.
 
 Gears do not depend on each other.  Each is followed from piece to piece of its curve, which is another
 one where elements turn back (`gear_elements`): lines by the exact solution under cubic torque, many

@@ -37,7 +37,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
-from elastic_robot.hysteresis import Elements
+from elastic_robot.hysteresis import Hysteresis, Past
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
@@ -107,7 +107,7 @@ class MovingRobot:
         self.curve = self._curve_class.build(self.model.parameters)
         self._gears = gears_of(self.model.parameters, self.model.chain)
         self._gear_curve = self._curve_class.build(self._gears)
-        elements, torsions = Elements.of(robot), self.model.chain.torsions.tolist()
+        elements, torsions = self.model.chain.elements, self.model.chain.torsions.tolist()
         self.elements = tuple(GearElements.of(elements, self.model.parameters, k) for k in torsions)
 
     @property
@@ -259,8 +259,7 @@ class MovingRobot:
         """Return the wind-up of gears that carry their links at rest, as a simulation finds it.
 
         A gear that carries nothing rests in the middle of its backlash.  Rounding in the links must not
-        decide that: the equilibrium of the whole robot does.  The elements of a hysteresis leave nothing
-        to decide.
+        decide that: the equilibrium of the whole robot does.
 
         Args:
             theta: Angles of the chain, (1, angles).
@@ -268,19 +267,19 @@ class MovingRobot:
         """
         chain, rest = self.model.chain, np.zeros_like(theta)
         static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
-        wind_up = self._at_rest(static)
-        if any(elements.count for elements in self.elements):
-            return wind_up
-        dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)
+        wind_up, parameters = self._at_rest(static), self.model.parameters
+        dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
+        unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
         for _ in range(_STARTS):
             q = theta[0, chain.drive].copy()
             q[self.model.gear_joint] -= wind_up
             try:
-                found = equilibrium(dynamics, self.curve, q, ToolLoad(wrench[0]))[chain.torsions]
+                rest = equilibrium(dynamics, self.curve, q, ToolLoad(wrench[0]), unloaded)
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 wind_up = wind_up - _ASIDE
                 continue
+            found = rest[chain.torsions]
             moved, wind_up = np.abs(found - wind_up).max(initial=0.0), found
             if moved < _SAME:
                 break

@@ -74,8 +74,8 @@ ARRAYS = Signals(
 class RobotFmu:
     """A robot FMU, unpacked and loaded for simulations; a context manager that cleans up.
 
-    A quasi-static robot without hysteresis has no memory: a long path is shared between two instances of the FMU
-    that run side by side.
+    A quasi-static robot without hysteresis has no memory: a long path is shared between two instances
+    of the FMU that run side by side.
 
     Args:
         file: The FMU.

@@ -41,7 +41,7 @@ def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
         ),
         (
             lambda: slave.getString([strings - 1]),
-            f"a string variable: expected {strings} to {strings + 3}, got {strings - 1}",
+            f"a string variable: expected {strings} to {strings + 4}, got {strings - 1}",
         ),
     ):
         refused(capfd, call, message)

@@ -329,7 +329,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
                                step->acceleration);
         if (r->motors > 0)
             size = hypot(size, er_motors_after(r, (const er_lanes *)step->acceleration,
-                                              step->motor_acceleration));
+                                               step->motor_acceleration));
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;
         } else {

@@ -21,7 +21,11 @@ typedef struct {
 
 /* How a simulation starts: in equilibrium, of elements of hysteresis without load before, or with x = 0, or in
  * equilibrium from smaller or larger x: elements slip upwards or downwards. */
-typedef enum { ER_FROM_UNLOADED, ER_UNDEFLECTED, ER_FROM_BELOW, ER_FROM_ABOVE, ER_INITIALS } er_initial;
+typedef enum { ER_FROM_UNLOADED,
+               ER_UNDEFLECTED,
+               ER_FROM_BELOW,
+               ER_FROM_ABOVE,
+               ER_INITIALS } er_initial;
 
 /* What is fixed when a simulation starts. */
 typedef struct {

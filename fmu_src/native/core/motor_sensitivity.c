@@ -53,7 +53,7 @@ static double find_growth(const er_run *r, int d, int l, const er_motor_column *
     const er_motor_work *work = &r->work->motors;
     *wanted = er_servo_wanted(motor, own->stage_p[d][l], own->stage_pv[d][l], at.qd);
     return er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l]) ? 0.0
-                                                                              : motor->integral_gain * *wanted;
+                                                                                : motor->integral_gain * *wanted;
 }
 
 /* Whether the limit holds the torque at a stage. */

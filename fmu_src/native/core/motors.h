@@ -17,7 +17,10 @@
 #include "kernel.h"
 
 /* How drives follow their commands. */
-typedef enum { ER_IDEAL, ER_SERVO, ER_TORQUE, ER_DRIVES } er_drive_kind;
+typedef enum { ER_IDEAL,
+               ER_SERVO,
+               ER_TORQUE,
+               ER_DRIVES } er_drive_kind;
 
 /* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk. */
 typedef struct {
@@ -71,5 +74,8 @@ double er_servo_wanted(const er_motor *motor, double p, double pv, double comman
 
 /* Torque that a servo asks for, within its limit [N m]. */
 double er_servo_torque(const er_motor *motor, double wanted, double integral);
+
+/* Whether the limit keeps a servo from what it asks for: its integral waits then. */
+bool er_servo_is_limited(const er_motor *motor, double wanted, double integral);
 
 #endif

@@ -191,7 +191,9 @@ static double ideal_torque(const er_model *model, const er_motor *motor, double 
     if (model->memory.options.quasistatic)
         return 0.0;
     return motor->inertia * held->qdd[motor->joint] +
-           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, rate, &slope);
+           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
+                                                                               : 0.0,
+                             rate, &slope);
 }
 
 er_drive_state er_model_drive(const er_model *model, int joint)
@@ -224,7 +226,9 @@ static double ideal_torque_along(const er_model *model, const er_change *change,
     double slope, rate = model->memory.held.qd[joint], along = 0.0;
     for (int d = 0; d < model->robot.motors; d++) {
         const er_motor *motor = &model->robot.motor[d];
-        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0, at;
+        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
+                                                    : 0.0,
+               at;
         if (motor->joint != joint || model->memory.options.quasistatic)
             continue;
         er_motor_friction(motor, model->memory.parameters.friction[d], side, rate, &slope);

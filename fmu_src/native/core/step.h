@@ -112,7 +112,10 @@ typedef struct {
 
 /* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
  * reverses, sticks again, a contact. */
-typedef enum { ER_AT_EDGE, ER_AT_SLIP, ER_AT_REVERSAL, ER_AT_CONTACT } er_change_of_law;
+typedef enum { ER_AT_EDGE,
+               ER_AT_SLIP,
+               ER_AT_REVERSAL,
+               ER_AT_CONTACT } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
@@ -171,7 +174,7 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
  * w->pull; NULL without all three. */
 const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
 
-/* The motors in a step (motors.c), where there are any that move by themselves.
+/* The motors in a step (motor_step.c), where there are any that move by themselves.
  *
  * Where x and x' of the state are counted from the commands, as the chain moves: w->motors.x and .v. */
 void er_motors_begin(const er_run *r, const er_state *state);
@@ -185,9 +188,6 @@ er_start er_chain_start(const er_run *r, const er_state *state);
 
 /* The part of a motor's slip torque that its element has at an angle, and the slope of that by the angle. */
 double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope);
-
-/* Whether the limit keeps a servo from what it asks for: its integral waits then. */
-bool er_servo_is_limited(const er_motor *motor, double wanted, double integral);
 
 /* p, p', w and z at the stages, from the accelerations in a step; at its end, and what the step has of it. */
 void er_motors_stages(const er_run *r, const er_state *state, const er_step *step);

@@ -111,7 +111,6 @@ enum { MOST = ER_MAX_ANGLES };
 void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *out)
 {
     const er_robot *robot = &model->robot;
-    const er_memory *memory = &model->memory;
     double theta[MOST];
     er_model_angles(model, rigid, theta);
     if (bodies)

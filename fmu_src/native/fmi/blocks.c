@@ -112,7 +112,8 @@ static bool motor_torque_along(er_instance *instance, const er_change *change, d
     const er_robot *robot = &instance->model->robot;
     for (int i = 0; i < instance->interface.torsions; i++)
         derivatives[i] = er_drive_along(instance->model, change,
-                                        robot->elastic_joint[instance->interface.torsion[i]]).torque;
+                                        robot->elastic_joint[instance->interface.torsion[i]])
+                             .torque;
     return true;
 }
 

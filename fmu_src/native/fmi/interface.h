@@ -56,7 +56,12 @@ extern const er_block er_blocks[];
 extern const int er_block_count;
 
 /* String variables, in their order; the choices of all but the first are those of er_options. */
-enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_DRIVE, ER_STRINGS };
+enum { ER_TRAJECTORY,
+       ER_TORQUE_CURVE,
+       ER_MODE,
+       ER_INITIAL_STATE,
+       ER_DRIVE,
+       ER_STRINGS };
 
 #define ER_MAX_CHOICES ER_MAX_LAWS
 #define ER_NAME 64

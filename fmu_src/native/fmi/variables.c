@@ -216,7 +216,7 @@ bool er_instance_get_string(er_instance *instance, unsigned reference, const cha
 {
     const er_options *options = &instance->model->memory.options;
     const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->initial,
-                                      options->drive};
+                                    options->drive};
     unsigned which;
     if (!require_string(instance, reference, &which))
         return false;

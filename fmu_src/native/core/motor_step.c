@@ -1,0 +1,253 @@
+/* The motors in a step of the chain: eliminated from its equations, solved beside it. */
+#include "step.h"
+
+#include <math.h>
+#include <string.h>
+
+double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope)
+{
+    const er_robot *robot = r->system->robot;
+    int j = robot->elements + d;
+    double whole = robot->element[j].angle, elongation = state->stops.elongation[j];
+    *slope = 0.0;
+    if (state->stops.slipping[j] == 0) {
+        elongation += angle - state->motors.angle[d];
+        *slope = 1.0 / whole;
+    }
+    return elongation / whole;
+}
+
+void er_motors_begin(const er_run *r, const er_state *state)
+{
+    const er_robot *robot = r->system->robot;
+    er_motor_work *work = &r->work->motors;
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    er_drives_at(r->system->drives, state->time, q, qd, qdd);
+    memcpy(work->x, state->x, sizeof work->x);
+    memcpy(work->v, state->v, sizeof work->v);
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &robot->motor[d];
+        work->command[d] = q[motor->joint];
+        work->p[d] = state->motors.angle[d] - q[motor->joint];
+        work->pv[d] = state->motors.rate[d] - qd[motor->joint];
+        work->x[motor->coordinate] += work->p[d];
+        work->v[motor->coordinate] += work->pv[d];
+    }
+}
+
+void er_motors_stages(const er_run *r, const er_state *state, const er_step *step)
+{
+    const er_workspace *w = r->work;
+    er_motor_work *work = &r->work->motors;
+    double h = step->length;
+    r->means->kernel.stages(r->motors, h, work->p, work->pv, (const er_lanes *)step->motor_acceleration,
+                            work->stage_p, work->stage_pv);
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        double growth[ER_STAGES];
+        for (int l = 0; l < ER_STAGES; l++) {
+            work->wanted[d][l] =
+                er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], w->stages.qd[motor->joint][l]);
+            growth[l] = er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l])
+                            ? 0.0
+                            : motor->integral_gain * work->wanted[d][l];
+        }
+        for (int l = 0; l < ER_STAGES; l++)
+            work->integral[d][l] = state->motors.integral[d];
+        for (int j = 0; j < ER_STAGES; j++)
+            for (int l = 0; l < ER_STAGES; l++)
+                work->integral[d][l] += h * er_gauss_once[j][l] * growth[j];
+    }
+}
+
+void er_motors_end(const er_run *r, const er_state *state, er_step *step)
+{
+    const er_workspace *w = r->work;
+    er_motor_work *work = &r->work->motors;
+    double h = step->length;
+    er_motors_stages(r, state, step);
+    memcpy(step->motors.p, work->p, sizeof step->motors.p);
+    memcpy(step->motors.pv, work->pv, sizeof step->motors.pv);
+    r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        step->motors.pa[d] = 0.0;
+        step->motors.integral[d] = state->motors.integral[d];
+        for (int j = 0; j < ER_STAGES; j++) {
+            step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
+            if (!er_servo_is_limited(motor, work->wanted[d][j], work->integral[d][j]))
+                step->motors.integral[d] += h * er_gauss_end_rate[j] * motor->integral_gain * work->wanted[d][j];
+        }
+        step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
+        step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
+        step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
+        work->stage_p[d][0] = step->motors.p[d];
+        work->stage_pv[d][0] = step->motors.pv[d];
+        work->integral[d][0] = step->motors.integral[d];
+    }
+}
+
+void er_motors_wind_up(const er_run *r, int states)
+{
+    er_workspace *w = r->work;
+    for (int d = 0; d < r->motors; d++) {
+        int k = r->system->robot->motor[d].coordinate;
+        for (int l = 0; l < states; l++) {
+            w->x[k][l] -= w->motors.stage_p[d][l];
+            w->v[k][l] -= w->motors.stage_pv[d][l];
+            w->motors.load[d][l] = w->residual[k][l];
+        }
+    }
+}
+
+void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
+                        int states)
+{
+    const er_system *system = r->system;
+    er_workspace *w = r->work;
+    er_motor_work *work = &w->motors;
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &system->robot->motor[d];
+        double slip_torque = system->gears->slip_torque[r->m + d];
+        int i = motor->joint;
+        for (int l = 0; l < states; l++) {
+            double gear = w->residual[motor->coordinate][l] - work->load[d][l], slope, torque;
+            double part = er_friction_part(r, state, d, nodes->q[i][l] + work->stage_p[d][l], &slope);
+            double rate = nodes->qd[i][l] + work->stage_pv[d][l];
+            double wanted = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], nodes->qd[i][l]);
+            torque = system->drive == ER_SERVO ? er_servo_torque(motor, wanted, work->integral[d][l])
+                                               : system->torque[d];
+            work->residual[d][l] = motor->inertia * (nodes->qdd[i][l] + acceleration[d][l]) - torque - gear +
+                                   er_motor_friction(motor, slip_torque, part, rate, &slope);
+        }
+    }
+}
+
+static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_motor_work *work = &r->work->motors;
+    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate;
+    double part = er_friction_part(r, state, d, state->motors.angle[d], &by_angle);
+    double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
+    er_motor_slopes slopes;
+    er_motor_friction(motor, slip_torque, part, state->motors.rate[d], &by_rate);
+    slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0};
+    if (r->system->drive != ER_SERVO || er_servo_is_limited(motor, wanted, state->motors.integral[d]))
+        return slopes;
+    slopes.damping += motor->rate_gain;
+    slopes.stiffness += motor->rate_gain * motor->position_gain + motor->integral_gain;
+    slopes.jerk = motor->integral_gain * motor->position_gain;
+    return slopes;
+}
+
+static void multiply(double a_re, double a_im, double b_re, double b_im, double *re, double *im)
+{
+    *re = a_re * b_re - a_im * b_im;
+    *im = a_re * b_im + a_im * b_re;
+}
+
+void er_motors_linearise(const er_run *r, const er_state *state)
+{
+    for (int d = 0; d < r->motors; d++)
+        r->work->motors.slopes[d] = find_slopes(r, state, d);
+}
+
+void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
+{
+    er_motor_work *work = &r->work->motors;
+    const er_linearisation *at = &r->work->linearisation;
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        const er_motor_slopes slopes = work->slopes[d];
+        int k = motor->coordinate;
+        double damping = r->system->gears->damping[k];
+        for (int p = 0; p < ER_PAIRS; p++) {
+            double re = at->length * er_gauss_eigen_re[p], im = at->length * er_gauss_eigen_im[p];
+            double re2, im2, re3, im3, g_re, g_im, a_re, a_im, size, lost_re, lost_im;
+            multiply(re, im, re, im, &re2, &im2);
+            multiply(re, im, re2, im2, &re3, &im3);
+            g_re = re * damping + re2 * at->slope[k];
+            g_im = im * damping + im2 * at->slope[k];
+            a_re = motor->inertia + re * slopes.damping + re2 * slopes.stiffness + re3 * slopes.jerk + g_re;
+            a_im = im * slopes.damping + im2 * slopes.stiffness + im3 * slopes.jerk + g_im;
+            size = a_re * a_re + a_im * a_im;
+            work->gear[d][p] = g_re, work->gear[d][ER_PAIRS + p] = g_im;
+            work->yields[d][p] = a_re / size, work->yields[d][ER_PAIRS + p] = -a_im / size;
+            multiply(g_re, g_im, a_re / size, -a_im / size, &work->share[d][p], &work->share[d][ER_PAIRS + p]);
+            multiply(g_re, g_im, work->share[d][p], work->share[d][ER_PAIRS + p], &lost_re, &lost_im);
+            matrix[k * r->m + k].re[p] -= lost_re;
+            matrix[k * r->m + k].im[p] -= lost_im;
+        }
+    }
+}
+
+static void to_pairs(const er_lanes stages, er_pairs pairs)
+{
+    memset(pairs, 0, sizeof(er_pairs));
+    for (int l = 0; l < ER_STAGES; l++)
+        for (int p = 0; p < 2 * ER_PAIRS; p++)
+            pairs[p] += er_gauss_to_pairs[l][p] * stages[l];
+}
+
+static void add_from_pairs(const er_pairs pairs, er_lanes stages)
+{
+    for (int p = 0; p < 2 * ER_PAIRS; p++)
+        for (int l = 0; l < ER_STAGES; l++)
+            stages[l] += er_gauss_from_pairs[p][l] * pairs[p];
+}
+
+static void times(const er_pairs a, const er_pairs b, er_pairs product)
+{
+    for (int p = 0; p < ER_PAIRS; p++)
+        multiply(a[p], a[ER_PAIRS + p], b[p], b[ER_PAIRS + p], &product[p], &product[ER_PAIRS + p]);
+}
+
+void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration)
+{
+    er_workspace *w = r->work;
+    for (int d = 0; d < r->motors; d++) {
+        int k = r->system->robot->motor[d].coordinate;
+        er_pairs passed_on;
+        to_pairs(w->motors.residual[d], w->motors.left[d]);
+        times(w->motors.share[d], w->motors.left[d], passed_on);
+        add_from_pairs(passed_on, residual[k]);
+        memcpy(w->motors.before[d], acceleration[k], sizeof w->motors.before[d]);
+    }
+}
+
+double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration)
+{
+    const er_motor_work *work = &r->work->motors;
+    double sum = 0.0;
+    for (int d = 0; d < r->motors; d++) {
+        int k = r->system->robot->motor[d].coordinate;
+        er_lanes change, own = {0.0};
+        er_pairs moved, force;
+        for (int l = 0; l < ER_STAGES; l++)
+            change[l] = acceleration[k][l] - work->before[d][l];
+        to_pairs(change, moved);
+        times(work->gear[d], moved, force);
+        for (int p = 0; p < 2 * ER_PAIRS; p++)
+            force[p] -= work->left[d][p];
+        times(work->yields[d], force, moved);
+        add_from_pairs(moved, own);
+        for (int l = 0; l < ER_STAGES; l++) {
+            motor_acceleration[d][l] += own[l];
+            sum += own[l] * own[l];
+        }
+    }
+    return sqrt(sum);
+}
+
+double er_motors_defect(const er_run *r, double *defect)
+{
+    const er_motor_work *work = &r->work->motors;
+    double largest = 0.0;
+    for (int d = 0; d < r->motors; d++) {
+        double own = work->residual[d][0];
+        defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * own;
+        largest = fmax(largest, fabs(own) * hypot(work->yields[d][0], work->yields[d][ER_PAIRS]));
+    }
+    return largest;
+}
