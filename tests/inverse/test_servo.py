@@ -201,10 +201,11 @@ class Judge:
 
     def __init__(self, robot, folder):
         self.robot = robot
-        self.fmu = RobotFmu(build_fmu(robot, folder / "R.fmu", BuildOptions("native")), "backlash")
+        file = build_fmu(robot, folder / "R.fmu", BuildOptions("native"))
+        self.fmu = RobotFmu(file, "backlash", drive="servo")
 
-    def inverted(self, wanted, drive, controller):
-        inverter = Inverter(MovingRobot(self.robot, "backlash"), self.fmu, 0, drive)
+    def inverted(self, wanted, drive, controller, polish=0):
+        inverter = Inverter(MovingRobot(self.robot, "backlash"), self.fmu, polish, drive)
         return inverter.invert(wanted, controller, 1e-6, lambda event: None).joints
 
     def missed(self, wanted, command, drive="servo", skipped=0.0):
@@ -226,7 +227,7 @@ def test_a_robot_with_servos_keeps_its_tool_on_the_path(
     judge, wanted = Judge(robot, tmp_path), stroke(robot)
     controller = Controller(interpolation=interpolation)
     assert judge.missed(wanted, judge.inverted(wanted, "ideal", controller)) > 2e-4
-    told = judge.inverted(wanted, "servo", controller)
+    told = judge.inverted(wanted, "servo", controller, polish=5)
     assert judge.missed(wanted, told) < 1e-6
     end = told.trajectory.at(told.time[-1:])
     np.testing.assert_allclose(end[1], 0.0, rtol=0, atol=1e-9)  # it rests there
