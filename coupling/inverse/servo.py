@@ -76,7 +76,8 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
         motion: The motor's motion, so dense that torque and rate are straight in between.
 
     Example:
-        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, feed_forward=0.0)
+        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, integral_gain=1e3,
+        ...               feed_forward=0.0)
         >>> time = np.linspace(0.0, 1.0, 101)
         >>> motion = MotorMotion(time, 0.1 * time, np.full(101, 0.1), *np.zeros((2, 101)), 0.0)
         >>> servo_motion(drive, motion).angle[-1].round(6).item()  # v / Kv ahead

@@ -16,7 +16,7 @@ from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.description import Drive
 
-# A command that its limits keep so far from the one that is wanted does not lead its motor at all [rad].
+# A motor that its command's limits keep so far from its motion does not follow it at all [rad].
 _LOST = 1e-3
 
 
@@ -71,12 +71,12 @@ def _column(
     servo = servo_motion(drive, motion)
     _require_torque(drive, limits.joint, motion.time, servo.torque)
     begins = float(motion.angle[0]), float(motion.rate[0]), float(motion.acceleration[0])
-    fit = ServoRows(rows, servo.angle, begins, 0.0 if rows.rest[1] else servo.rate[-1])
+    fit = ServoRows(drive, rows, servo.angle, begins, 0.0 if rows.rest[1] else servo.rate[-1])
     try:
         found = fit.best(limits)
     except NoCommandError as error:
         raise _lost(limits) from error
-    if np.abs(fit.excess(found)).max() > _LOST:
+    if np.abs(fit.missed(found)).max() > _LOST:
         raise _lost(limits)
     return found
 
@@ -94,8 +94,11 @@ def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarr
 
 
 def _lost(limits: DriveLimits) -> PlanningError:
+    kept = [(limits.rate, "rad/s"), (limits.acceleration, "rad/s^2")]
+    text = [f"{most:.6g} {unit}" for most, unit in kept if np.isfinite(most)]
+    if np.isfinite([limits.lower, limits.upper]).any():
+        text.insert(0, f"{limits.lower:.6g} to {limits.upper:.6g} rad")
     return PlanningError(
-        f"joint {limits.joint}: expected a command of its servo within {limits.lower:.6g} to"
-        f" {limits.upper:.6g} rad, {limits.rate:.6g} rad/s and {limits.acceleration:.6g} rad/s^2, got"
-        " none that moves its motor as the path asks: slow down the path"
+        f"joint {limits.joint}: expected a command of its servo within {', '.join(text)}, got none that"
+        " moves its motor as the path asks: slow down the path"
     )

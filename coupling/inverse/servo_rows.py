@@ -1,9 +1,13 @@
-"""A servo's command on the controller's rows: the spline nearest to the one that is wanted, at all times.
+"""A servo's command on the controller's rows: the spline under which the motor misses its motion least.
 
-What it gives too much, eta, moves the motor by  (kff s + Kv) / (s + Kv)  of its position loop times
-omega / (s + omega)  of its rate loop, omega = Kp / J: by that which does not cancel over a few rows.
-The least sum of squares of eta at dense times leaves nothing that a spline of these rows could follow;
-sums weighted by the loops or of the motor's own misses have not left less than half as much of it.
+What a command gives too much, eta, moves the motor by  omega / (s + omega)  of its rate loop, omega =
+(Kp + b) / J, times  (kff s + Kv) / (s + Kv)  of its position loop.  Rows follow what is slower than
+they are, so that only what is faster decides between splines.  For that the second factor may forget
+sooner: the squares of W eta with
+
+    W(s) = omega (kff s + omega) / (s + omega)^2
+
+are summed over dense times, which makes one matrix for all rows, a narrow band.
 """
 
 from __future__ import annotations
@@ -20,12 +24,18 @@ from scipy.linalg import solveh_banded
 from coupling.inverse.limited import NoCommandError, stretches
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
+from coupling.inverse.servo import low_pass
 from coupling.inverse.spline import UniformSpline, stencil
+from elastic_robot.description import Drive
 
 # Longest distance of the dense times [s], and how many of them an interval has at least.
 _DENSE, _LEAST = 2.5e-4, 8
+# What W has forgotten: exp(-omega t) t [1].
+_FORGOTTEN = 16.0
 # Rows, by the degree, over which a spline forgets a coefficient that is not there.
 _ALONE = 6
+# Weight of eta itself, that no part of a command is without any.
+_ITSELF = 1e-3
 
 # A stretch in which limits bind begins and ends so long before and after it [s].
 _MARGIN = 0.2
@@ -47,12 +57,14 @@ class ServoRows:
     """Fit of a servo's command on rows.
 
     Attributes:
+        drive: The drive.
         rows: The controller's rows.
         wanted: Command at the `dense_times` [rad], (n,).
-        begins: q, q', q'' of the motor at the first time, [rad], by the second: the command's own there.
+        begins: q [rad], q' and q'' of the motor at the first time, with which the command begins.
         ends: q' of the motor at the last time [rad/s], where the path does not end at rest.
     """
 
+    drive: Drive
     rows: CommandRows
     wanted: np.ndarray
     begins: tuple[float, float, float]
@@ -60,37 +72,61 @@ class ServoRows:
 
     @property
     def _pad(self) -> int:
-        """Rows beside the command's first and last one, so that these are nothing special."""
-        return _ALONE * self.rows.degree
+        """Rows beside the command's first and last one, over which W forgets."""
+        return ceil(_FORGOTTEN / (self._omega * self.rows.cycle)) + _ALONE * self.rows.degree
+
+    @property
+    def _omega(self) -> float:
+        return (self.drive.rate_gain + self.drive.viscous) / self.drive.inertia
+
+    def _weighted(self, values: np.ndarray) -> np.ndarray:
+        """Return W of values at dense times, at rest with the first before it."""
+        step, omega = self.rows.cycle / _parts(self.rows), self._omega
+        once = low_pass(values, step, 1.0 / omega, values[0])
+        kff = self.drive.feed_forward
+        blended = kff * once + (1.0 - kff) * low_pass(once, step, 1.0 / omega, once[0])
+        return blended
 
     @cached_property
-    def _basis(self) -> np.ndarray:
-        """One B-spline at dense times from its beginning, ((degree + 1) * parts,)."""
+    def _basis(self) -> tuple[np.ndarray, np.ndarray]:
+        """One B-spline and W of it at dense times from its beginning, (pad * parts,) each."""
         degree, parts = self.rows.degree, _parts(self.rows)
-        weights = stencil(np.arange(parts) / parts, degree, 0)
-        basis: np.ndarray = weights[:, ::-1].T.ravel()
-        return basis
+        size = (self._pad + degree + 1) * parts
+        coefficients = np.zeros((self._pad + 2 * degree + 1, 1))
+        coefficients[degree] = 1.0
+        one = UniformSpline(0.0, 1.0, coefficients, degree).at(np.arange(size) / parts)[:, 0]
+        return one, self._weighted(one)
 
     @cached_property
     def _hessian(self) -> np.ndarray:
-        """Diagonals of the matrix of a spline without ends, from the middle one on [1], (degree + 1,)."""
-        parts, basis = _parts(self.rows), self._basis
-        size = len(basis)
-        return np.array([basis[k:] @ basis[: size - k] for k in range(0, size, parts)])
+        """Diagonals of the matrix of a spline without ends, the middle one first [1], (w,)."""
+        parts, size = _parts(self.rows), len(self._basis[0])
+        one, weighted = self._basis
+        return np.array(
+            [
+                weighted[k:] @ weighted[: size - k] + _ITSELF**2 * (one[k:] @ one[: size - k])
+                for k in range(0, size, parts)
+            ]
+        )
 
     def _right(self) -> np.ndarray:
         """Return the right-hand side [rad], for all rows and those beside them."""
-        parts, pad, degree = _parts(self.rows), self._pad, self.rows.degree
-        time = self.rows.cycle / parts * np.arange(1, (pad + degree) * parts + 1)
+        parts, (one, weighted) = _parts(self.rows), self._basis
+        step, pad = self.rows.cycle / parts, self._pad
+        time = step * np.arange(1, 3 * pad * parts + 1)
         angle, rate, bend = self.begins
-        past = -time[::-1]
+        past = -time[: 2 * pad * parts][::-1]
         before = angle + rate * past + 0.5 * bend * past**2
         behind = self.wanted[-1] + self.ends * time
         values = np.concatenate([before, self.wanted, behind])
-        # Coefficient m begins at row m - degree; the first one is m = -pad.
-        seen = np.lib.stride_tricks.sliding_window_view(values, len(self._basis))[::parts]
-        right: np.ndarray = seen[: self.rows.coefficients + 2 * pad] @ self._basis
-        return right
+
+        def seen_by(splines: np.ndarray, signal: np.ndarray) -> np.ndarray:
+            return np.lib.stride_tricks.sliding_window_view(signal, len(splines))[::parts] @ splines
+
+        right = seen_by(weighted, self._weighted(values)) + _ITSELF**2 * seen_by(one, values)
+        # Coefficient m begins at row m - degree, here behind 2 pad others; the first one is m = -pad.
+        first, count = pad - self.rows.degree, self.rows.coefficients + 2 * pad
+        return right[first : first + count]
 
     @cached_property
     def _conditions(self) -> tuple[np.ndarray, np.ndarray]:
@@ -121,10 +157,10 @@ class ServoRows:
         pull = np.linalg.solve(conditions @ by_held, values - conditions @ free)
         return self._within(limits, free + by_held @ pull)
 
-    def excess(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return what a command gives too much at the dense times [rad], (n,)."""
+    def missed(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return W of what a command gives too much, at the dense times [rad], (n,)."""
         given = self._spline(coefficients).at(dense_times(self.rows))[:, 0]
-        return given - self.wanted
+        return self._weighted(given - self.wanted)
 
     def _within(self, limits: DriveLimits, best: np.ndarray) -> np.ndarray:
         """Return the best coefficients within limits from those without [rad]."""
@@ -146,12 +182,13 @@ class ServoRows:
         self, limits: DriveLimits, best: np.ndarray, now: np.ndarray, part: slice
     ) -> np.ndarray:
         """Return coefficients that are nearest to the best ones where those of a part may change."""
-        size = part.stop - part.start
-        diagonals = self._hessian[: min(len(self._hessian), size)]
+        size, diagonals = part.stop - part.start, self._hessian
+        beside = range(min(len(diagonals), size))
         upper = sparse.diags_array(
-            [np.full(size - k, d) for k, d in enumerate(diagonals)], offsets=range(len(diagonals))
+            [np.full(size - k, diagonals[k]) for k in beside], offsets=beside
         )
-        hessian = upper + sparse.triu(upper, 1).T
+        around = np.append(diagonals[:0:-1], diagonals)
+        gradient = np.convolve(now - best, around)[len(diagonals) - 1 :][part]
         conditions = self._conditions[0][:, part]
         met = np.any(conditions != 0.0, axis=1)
         rows, low, high = limits.rows(self._spline(now))
@@ -160,7 +197,7 @@ class ServoRows:
         solver.settings.eps_abs = solver.settings.eps_rel = _ACCURACY
         solver.setup(
             sparse.csc_matrix(upper),
-            hessian @ (now - best)[part] / _UNIT,
+            gradient / _UNIT,
             sparse.csc_matrix(conditions[met]),
             np.zeros(met.sum()),
             sparse.csc_matrix(rows[:, part][touched]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolated
 from coupling.robot.robot import BacklashReversal, InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.fmi.interface import IDEAL
 
 # Longest distance of the times at which the simulated tool is watched [s].
 _WATCHED = 0.004
@@ -39,7 +39,7 @@ class Inverter:
     moving: MovingRobot
     simulated: RobotFmu
     simulations: int = 300
-    drive: Literal["ideal", "servo"] = "ideal"
+    drive: str = IDEAL
 
     def invert(
         self, wanted: DesiredMotion, controller: Controller, goal: float, watch: Watch
@@ -83,7 +83,7 @@ class Inverter:
         )
         view = Observation(motion, limits, watched)
         command = Polish(view, seen, goal, self.simulations).run(found.command)
-        if self.drive == "servo":
+        if self.drive != IDEAL:
             rest = InterpolatedPath(wanted.path).at_rest
             command = servo_command(moving, found, command, limits, rest)
         joints = self.moving.model.gear_joint

@@ -81,15 +81,15 @@ class Models:
 
 
 def cell_of(
-    robots: Sequence[PlacedRobot], models: Models
+    robots: Sequence[PlacedRobot], models: Models, drive: str = IDEAL
 ) -> tuple[Cell, tuple[SimulatedModel, ...]]:
-    """Return the robots of a case, with what simulates each of them."""
+    """Return the robots of a case, with what simulates each of them, and inverts it for such drives."""
     members, simulated = [], []
     for placed in robots:
         planner = InverseKinematics(placed.description, placed.home, models.watch)
-        model = models.of(placed.description, placed.torque_curve)
+        model = models.of(placed.description, placed.torque_curve, drive)
         moving = MovingRobot(placed.description, placed.torque_curve)
-        inverter = Inverter(moving, model.fmu, _POLISH[models.kind])
+        inverter = Inverter(moving, model.fmu, _POLISH[models.kind], drive)
         members.append(
             Member(
                 placed.name,

@@ -13,9 +13,11 @@ from scipy.interpolate import CubicSpline
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion
+from coupling.inverse.servo_command import servo_command
 from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
@@ -81,7 +83,7 @@ def test_a_motor_at_a_constant_rate_wants_its_command_ahead_by_rate_over_gain():
 @pytest.mark.parametrize("feed_forward", [0.0, 0.6, 1.0])
 @pytest.mark.parametrize("integral_gain", [0.0, KP / 0.02])
 def test_a_motor_that_swings_wants_what_its_frequency_response_says(feed_forward, integral_gain):
-    """q_cmd / q = (J s^3 + (Kp + b) s^2 + (Kp Kv + Ki) s + Ki Kv) / (kff s + Kv) (Kp s + Ki), s = i w."""
+    """(J s^3 + (Kp + b) s^2 + (Kp Kv + Ki) s + Ki Kv) / (kff s + Kv) (Kp s + Ki), s = i w."""
     drive = replace(PLAIN, feed_forward=feed_forward, integral_gain=integral_gain, viscous=700.0)
     time, w = np.linspace(0.0, 3.0, 30_001), 40.0
     swing = np.exp(1j * w * time)
@@ -101,7 +103,7 @@ def test_a_motor_that_swings_wants_what_its_frequency_response_says(feed_forward
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=8, deadline=None, derandomize=True)
 def test_any_motor_told_its_inverse_moves_as_wanted(seed):
-    """Random drives, motions that turn back under a gear's torque; a plain simulation answers."""
+    """Random drives, and motions that turn back under a gear's torque, against a plain simulation."""
     random = np.random.default_rng(seed)
     inertia = random.uniform(5.0, 400.0)
     rate_gain = inertia * 2.0 * np.pi * random.uniform(15.0, 50.0)
@@ -133,17 +135,17 @@ def test_any_motor_told_its_inverse_moves_as_wanted(seed):
 
 
 @pytest.mark.parametrize("degree", [3, 5])
-def test_rows_are_fitted_to_what_the_motor_does_of_them(degree):
+def test_rows_are_fitted_to_all_of_the_command(degree):
     """Without feed-forward a reversal bends the command: sampled rows leave three times the miss."""
     drive = replace(RUBBED, feed_forward=0.0, friction=200.0)
-    time_of = CommandRows(0.0, 0.012, 60, degree)
-    time = dense_times(time_of)
+    rows = CommandRows(0.0, 0.012, 60, degree)
+    time = dense_times(rows)
     w = 2.0 * np.pi / 0.36
     swing = 0.5e-3 * (1.0 - np.cos(w * time))
     rates = 0.5e-3 * w * np.sin(w * time), 0.5e-3 * w**2 * np.cos(w * time)
     motion = MotorMotion(time, swing, *rates, np.zeros(len(time)), 0.0)
     told = servo_motion(drive, motion)
-    fit = ServoRows(time_of, told.angle, (0.0, 0.0, float(rates[1][0])))
+    fit = ServoRows(drive, rows, told.angle, (0.0, 0.0, float(rates[1][0])))
     torque = motor_torque(drive, motion)
     start = 0.0, 0.0, torque[0]
     late = time > 0.2
@@ -199,10 +201,11 @@ class Judge:
 
     def __init__(self, robot, folder):
         self.robot = robot
-        self.fmu = RobotFmu(build_fmu(robot, folder / "R.fmu", BuildOptions("native")), "backlash")
+        file = build_fmu(robot, folder / "R.fmu", BuildOptions("native"))
+        self.fmu = RobotFmu(file, "backlash", drive="servo")
 
-    def inverted(self, wanted, drive, controller):
-        inverter = Inverter(MovingRobot(self.robot, "backlash"), self.fmu, 0, drive)
+    def inverted(self, wanted, drive, controller, polish=0):
+        inverter = Inverter(MovingRobot(self.robot, "backlash"), self.fmu, polish, drive)
         return inverter.invert(wanted, controller, 1e-6, lambda event: None).joints
 
     def missed(self, wanted, command, drive="servo", skipped=0.0):
@@ -219,12 +222,15 @@ class Judge:
 def test_a_robot_with_servos_keeps_its_tool_on_the_path(
     example, tmp_path, interpolation, feed_forward
 ):
-    """Friction, rotors and loops make 0.2 mm of a command for ideal drives; told, under 2 um."""
+    """Friction, rotors and loops make 0.2 mm of a command for ideal drives; told, under 1 um."""
     robot = robot_with_servos(example, feed_forward=feed_forward)
     judge, wanted = Judge(robot, tmp_path), stroke(robot)
     controller = Controller(interpolation=interpolation)
     assert judge.missed(wanted, judge.inverted(wanted, "ideal", controller)) > 2e-4
-    assert judge.missed(wanted, judge.inverted(wanted, "servo", controller)) < 2e-6
+    told = judge.inverted(wanted, "servo", controller, polish=5)
+    assert judge.missed(wanted, told) < 1e-6
+    end = told.trajectory.at(told.time[-1:])
+    np.testing.assert_allclose(end[1], 0.0, rtol=0, atol=1e-9)  # it rests there
 
 
 def test_a_path_cut_in_mid_motion_begins_with_the_motors_moving(example, tmp_path):
@@ -246,6 +252,18 @@ def test_a_servos_command_keeps_the_limits_between_its_rows(example, tmp_path):
     held = judge.inverted(wanted, "servo", Controller(max_acceleration=cap))
     assert np.abs(held.trajectory.at(dense)[2]).max() <= cap * (1.0 + 1e-6)
     assert judge.missed(wanted, held) < 2e-5
+
+
+def test_limits_that_leave_no_command_for_a_servo_are_named(example):
+    robot = robot_with_servos(example)
+    moving, wanted = MovingRobot(robot, "backlash"), stroke(robot)
+    found = moving.invert(wanted, Controller(), JointLimits.of(robot), lambda *event: None)
+    slow = JointLimits.of(robot, max_acceleration=0.2)
+    with pytest.raises(
+        PlanningError,
+        match=r"joint 1: expected a command of its servo within 0\.2 rad/s\^2, got none",
+    ):
+        servo_command(moving, found, found.command, slow, (True, True))
 
 
 def test_a_motor_too_weak_for_the_path_is_named_with_time_and_torque(example, tmp_path):

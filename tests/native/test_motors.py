@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 
@@ -331,3 +332,21 @@ def test_derivatives_are_those_of_motors_that_slip_and_stick(tmp_path, drive):
                 np.testing.assert_allclose(
                     found[rows], by_difference[rows], rtol=0, atol=1e-4 * scale + 1e-9
                 )
+
+
+def test_a_row_of_the_command_hardly_behind_a_step_stops_no_motor(tmp_path):
+    """Slivers of a step, in which an angle's rounding is more than its motion, show no reversals."""
+    time = 0.004 * np.arange(60)
+    angle = 0.3 + np.cumsum(np.append(0.0, np.random.default_rng(4).uniform(1e-3, 3e-3, 59)))
+    file = tmp_path / "command.npz"
+    np.savez(file, columns=["time", "q1"], data=np.column_stack([time, angle]))
+    drive = Drive(10.0, **LOOPS, integral_gain=1e5, friction=20.0)
+    fmu, ends = built(one_joint(drive), tmp_path), []
+    for step in (lambda t: t, lambda t: np.nextafter(t, 0.0)):
+        slave = fmu.start(fmu.slave(), [0.3], 1e-9, drive="servo", trajectory=str(file))
+        places = [0.0, *(float(step(t)) for t in time[1:-5])]
+        for begin, end in itertools.pairwise(places):
+            slave.doStep(begin, end - begin)
+        ends.append(fmu.get(slave, "motor_angle[1]")[0])
+    assert ends[0] > 0.35
+    assert ends[0] == pytest.approx(ends[1], abs=1e-10)

@@ -121,13 +121,26 @@ static void find_rate(const course *x, double h, double *rate)
     }
 }
 
-/* That of a motor.  Where its angles' differences over a sliver of a step are rounding: a line between its ends. */
-static void find_motor_rate(const course *x, double start, double end, double h, double least, double *rate)
+/* That of a motor: of p, and of its command's rate at the nodes, for angles round too much to be told apart.  Over a
+ * sliver of a step those of p do as well: a line between its ends. */
+static void find_motor_rate(const er_run *r, const er_state *state, int d, const er_step *step, double least,
+                            double *rate)
 {
-    double rounding = ER_DEGREE * DBL_EPSILON * fmax(fabs(x->lowest), fabs(x->highest));
-    find_rate(x, h, rate);
-    for (int c = 0; c < ER_CONTROL && rounding > least * h; c++)
-        rate[c] = start + (end - start) * c / ER_DEGREE;
+    const er_motor_work *work = &r->work->motors;
+    int i = r->system->robot->motor[d].joint;
+    double start = state->motors.rate[d], end = step->motors.rate[d], command[ER_CONTROL];
+    course p;
+    find_course(step->length, work->p[d], work->pv[d], step->motor_acceleration[d], &p);
+    find_rate(&p, step->length, rate);
+    command[0] = start - work->pv[d];
+    memcpy(command + 1, r->work->stages.qd[i], ER_STAGES * sizeof *command);
+    command[ER_DEGREE] = r->work->end.qd[i][0];
+    for (int c = 0; c < ER_CONTROL; c++)
+        for (int j = 0; j < ER_CONTROL; j++)
+            rate[c] += er_gauss_bernstein_from_value[c][j] * command[j];
+    if (ER_DEGREE * DBL_EPSILON * fmax(fabs(p.lowest), fabs(p.highest)) > least * step->length)
+        for (int c = 0; c < ER_CONTROL; c++)
+            rate[c] = start + (end - start) * c / ER_DEGREE;
 }
 
 static void find_edges(const er_run *r, const er_state *state, int k, const course *x, er_crossing *first,
@@ -175,8 +188,7 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
             if (k < r->m)
                 find_rate(&x, step->length, rate);
             else
-                find_motor_rate(&x, state->motors.rate[k - r->m], step->motors.rate[k - r->m], step->length,
-                                least, rate);
+                find_motor_rate(r, state, k - r->m, step, least, rate);
             take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
                          found);
             reversing = k;

@@ -198,7 +198,8 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
 
-/* Where a step ends on a reversal of a motor, its rate there and that of its polynomials are on different sides. */
+/* A step that lands on what another coordinate crosses may end just behind a motor's reversal, which no later step
+ * has in it. */
 static void stick_reversed(const er_run *r, er_state *state)
 {
     const er_robot *robot = r->system->robot;
