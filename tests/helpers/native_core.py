@@ -149,12 +149,15 @@ class Core:
         )
         return out
 
-    def reset(self, curve, time, q, load, *, path="", quasistatic=False, tolerance=1e-6) -> None:
+    def reset(
+        self, curve, time, q, load, *, path="", quasistatic=False, tolerance=1e-6, undeflected=False
+    ) -> None:
         self._require(
             self._lib.probe_reset(
                 self._model,
                 CURVES.index(curve),
                 quasistatic,
+                undeflected,
                 ctypes.c_double(tolerance),
                 str(path).encode(),
                 ctypes.c_double(time),

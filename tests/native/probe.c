@@ -243,13 +243,14 @@ void probe_curve(er_model *model, int kind, int region, int count, const double 
         }
 }
 
-bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance, const char *path,
-                 double time, const double *q, const double *load_values)
+bool probe_reset(er_model *model, int curve, bool quasistatic, bool undeflected, double tolerance,
+                 const char *path, double time, const double *q, const double *load_values)
 {
     const er_load load = load_of(load_values);
     const er_command command = standing(model, q);
     model->memory.options.curve = curve;
     model->memory.options.quasistatic = quasistatic;
+    model->memory.options.initial = undeflected ? ER_UNDEFLECTED : ER_FROM_UNLOADED;
     model->memory.options.tolerance = tolerance;
     strcpy(model->memory.options.trajectory, path);
     return er_model_reset(model, time, &command, &load, &failure);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from native_core import CURVES, Core
@@ -9,6 +11,7 @@ from pendulum import held
 from random_robots import hardly_loaded, make_robot, with_hysteresis
 from touching import entries
 
+from elastic_robot.description import StopElement
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load
@@ -66,3 +69,27 @@ def test_slipping_gears_move_as_in_python(kind):
             out = core.outputs(python.chain.elastic_count)
             np.testing.assert_allclose(out["x"], python.deflection(), rtol=0, atol=1e-9)
             np.testing.assert_allclose(out["velocity"], python.velocity(), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("kind", "parts"), [("backlash", (1.0,)), ("spline", (0.5, 1.5))])
+def test_slip_angles_on_the_edge_of_the_backlash_are_passed_with_it(example, kind, parts):
+    """From the undeflected gear an element slips and its curve bends at one moment: both are seen."""
+    joints = tuple(
+        replace(j, hysteresis=tuple(StopElement(40.0, part * j.backlash) for part in parts))
+        if j.backlash > 0.0
+        else j
+        for j in example.joints
+    )
+    robot = replace(example, joints=joints)
+    q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+    python = ElasticRobot(robot, kind, tolerance=1e-8)
+    python.reset(0.0, held(q), Load(), undeflected=True)
+    core = Core(robot)
+    core.reset(kind, 0.0, q, np.zeros(6), tolerance=1e-8)
+    for k in range(30):
+        wrench = np.array([300.0 * np.sin(1.1 * k), 0.0, 1500.0 * np.sin(0.5 * k), 0.0, 0.0, 0.0])
+        end = 4e-3 * (k + 1)
+        python.step(end, held(q), Load(wrench))
+        core.step(end, q, wrench)
+        out = core.outputs(python.chain.elastic_count)
+        np.testing.assert_allclose(out["tcp"], python.tcp(), rtol=0, atol=1e-8)

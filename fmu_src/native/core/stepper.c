@@ -158,15 +158,46 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
     state->rate = fmin(step->rate, 1.0);
 }
 
+static void slip_one(const er_run *r, er_state *state, int j, int direction)
+{
+    if (r->work->sensitivity != NULL)
+        er_sensitivity_slip(r->work->sensitivity, j);
+    er_stops_slip(r->system->robot, &state->stops, j, direction);
+}
+
 static void slip(const er_run *r, er_state *state, const er_crossing *crossing)
 {
     const er_robot *robot = r->system->robot;
-    for (int j = 0; j < er_all_elements(robot); j++) {
-        if (!er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+    for (int j = 0; j < er_all_elements(robot); j++)
+        if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
+            slip_one(r, state, j, crossing->outward);
+}
+
+/* A step that ends on one boundary may have passed others of the same moment by a hair: what is beyond one obeys the
+ * law there from now on. */
+static void settle(const er_run *r, er_state *state)
+{
+    const er_system *system = r->system;
+    const er_robot *robot = system->robot;
+    for (int k = 0; k < r->m; k++) {
+        double edge[2];
+        int outward, region = state->region[k];
+        if (!er_gear_switches(system->gears, k))
             continue;
-        if (r->work->sensitivity != NULL)
-            er_sensitivity_slip(r->work->sensitivity, j);
-        er_stops_slip(robot, &state->stops, j, crossing->outward);
+        er_gear_edges(system->gears, r->settings, k, region, r->means->tolerance, edge);
+        outward = state->x[k] > edge[1] ? 1 : state->x[k] < edge[0] ? -1 : 0;
+        if (outward != 0)
+            state->region[k] = region == 0 ? outward : 0;
+    }
+    for (int j = 0; j < robot->elements + r->motors; j++) {
+        const er_element *element = &robot->element[j];
+        int way = state->stops.slipping[j], k = element->coordinate;
+        double elongation = state->stops.elongation[j];
+        double rate = k < r->m ? state->v[k] : state->motors.rate[k - r->m];
+        if (way != 0 && way * rate < -er_reversal_slack(robot, k, r->means->tolerance))
+            er_stops_stick(robot, &state->stops, k);
+        else if (way == 0 && fabs(elongation) > element->angle + er_stop_slack(robot, j, r->means->tolerance))
+            slip_one(r, state, j, elongation > 0.0 ? 1 : -1);
     }
 }
 
@@ -183,6 +214,7 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
     case ER_AT_CONTACT: state->touching = crossing->region; break;
     }
+    settle(r, state);
     if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT)
         state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
