@@ -85,7 +85,7 @@ def test_slip_angles_on_the_edge_of_the_backlash_are_passed_with_it(example, kin
     python = ElasticRobot(robot, kind, tolerance=1e-8)
     python.reset(0.0, held(q), Load(), undeflected=True)
     core = Core(robot)
-    core.reset(kind, 0.0, q, np.zeros(6), tolerance=1e-8)
+    core.reset(kind, 0.0, q, np.zeros(6), tolerance=1e-8, undeflected=True)
     for k in range(30):
         wrench = np.array([300.0 * np.sin(1.1 * k), 0.0, 1500.0 * np.sin(0.5 * k), 0.0, 0.0, 0.0])
         end = 4e-3 * (k + 1)
