@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from elastic_robot.description import Robot
+if TYPE_CHECKING:
+    from elastic_robot.description import Robot
 
 
 class CouplingError(Exception):

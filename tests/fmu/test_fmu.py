@@ -60,7 +60,7 @@ def _expected_names() -> dict[str, list[str]]:
             *[f"{name}.damping" for name in elastic],
             *[f"joint[{i}].backlash" for i in range(1, 6)],
             "tcp_tolerance",
-            *["trajectory", "torque_curve", "mode", "initial_state"],
+            *["trajectory", "torque_curve", "mode", "initial_state", "drive"],
         ],
     }
 
