@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import CASES
 from scipy.interpolate import CubicSpline
 
+from coupling.case.file import load_case
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
@@ -27,6 +29,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.models import Models, cell_of
 from elastic_robot.description import Drive, StopElement
 
 J, KV = 50.0, 20.0
@@ -291,3 +294,15 @@ def test_a_polish_stays_within_what_the_motors_can_do(example, tmp_path):
     before = judge.missed(wanted, judge.inverted(wanted, "servo", seldom))
     behind = judge.missed(wanted, judge.inverted(wanted, "servo", seldom, polish=20))
     assert behind < 1.01 * before
+
+
+def test_a_cell_of_servos_is_inverted_and_simulated_as_one(example):
+    robot = robot_with_servos(example)
+    wanted = stroke(robot)
+    (placed,) = load_case(CASES / "cone.toml").robots
+    with Models("native") as models:
+        cell, _ = cell_of([replace(placed, description=robot)], models, "servo")
+        told = cell.inverse(SampledPath.of(wanted.path), wanted.wrench, Controller(), 1e-6).joints
+        fine = SampledPath.of(wanted.path).refined(0.002).path
+        moved = cell.simulate(told, wanted.wrench.refined(fine.time), "dynamic")
+    assert moved.distance_to(fine).max() < 1e-6
