@@ -63,7 +63,13 @@ def keep_within(
 
 
 def stretches(over: np.ndarray, margin: int, count: int, degree: int) -> list[tuple[int, int]]:
-    """Return the intervals (begin, end) of the rows around coefficients that pass a limit."""
+    """Return the intervals (begin, end) of the rows around coefficients that pass a limit.
+
+    Args:
+        over: Mask of the coefficients that do, (count + degree,).
+        margin: Number of intervals before and behind them.
+        count, degree: Of the rows.
+    """
     ends = np.zeros(count + 1, dtype=int)
     places = np.flatnonzero(over)
     np.add.at(ends, np.maximum(places - degree - margin, 0), 1)

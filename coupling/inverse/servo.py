@@ -108,10 +108,10 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
 
 
 def low_pass(values: np.ndarray, step: float, time_constant: float, start: float) -> np.ndarray:
-    """Return y of  T y' = u - y,  y(0) given, at even times; u is straight in between.
+    """Return y of  T y' = u - y,  y(0) given, any unit, (n,), at even times; u is straight in between.
 
     Args:
-        values: u, (n,).
+        values: u, in the same unit, (n,).
         step: Distance of the times [s].
         time_constant: T [s], > 0.
         start: y at the first time.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -20,48 +22,60 @@ from elastic_robot.description import Drive
 _LOST = 1e-3
 
 
-def servo_command(
-    moving: MovingRobot,
-    found: InverseSolution,
-    motors: UniformSpline,
-    limits: JointLimits,
-    rest: tuple[bool, bool],
-) -> UniformSpline:
-    """Return what servos must be told for their motors to move as wanted; other joints as they are.
+class RobotServos:
+    """Servos of a robot along its path.
 
     The gears' torque is that which the links need, so the motors are to be those that move these.
 
     Args:
         moving: The robot.
-        found: Its inverse: the links.
-        motors: Motion of the motors [rad], a column a joint: `found.command`, or that after a polish.
+        found: Its inverse: the links, and the motors on their rows.
         limits: Limits of the drives, which the commands keep as well.
         rest: Whether the path is at rest at its start, and at its end.
-
-    Returns:
-        On the same rows.
-
-    Raises:
-        PlanningError: If a motor needs more torque than it has, or no command moves it so within the
-            limits; with joint, time, value and limit.
     """
-    rows = CommandRows(motors.start, motors.spacing, motors.intervals, motors.degree, rest)
-    time, theta = dense_times(rows), found.links.theta
-    fine = fine_times(theta)
-    needed = CubicSpline(fine, moving.torque(theta, fine, found.wrench))
-    gear_torque = -needed(np.minimum(time, theta.end))
-    first = theta.at(fine[:1])
-    rest_torque = moving.model.load(first, 0.0 * first, 0.0 * first, found.wrench(fine[:1]))[0]
-    motion = [motors.at(time, order) for order in range(3)]
-    coefficients = motors.coefficients.copy()
-    for gear, joint in enumerate(moving.model.gear_joint):
-        drive = moving.robot.joints[joint].drive
-        if drive is not None:
-            angle, rate, acceleration = (values[:, joint] for values in motion)
-            held = float(rest_torque[moving.model.gears[gear]])
-            own = MotorMotion(time, angle, rate, acceleration, gear_torque[:, gear], held)
-            coefficients[:, joint] = _column(drive, own, rows, limits.of_joint(joint))
-    return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
+
+    def __init__(
+        self,
+        moving: MovingRobot,
+        found: InverseSolution,
+        limits: JointLimits,
+        rest: tuple[bool, bool],
+    ) -> None:
+        self._moving, self._limits, motors = moving, limits, found.command
+        self._rows = CommandRows(
+            motors.start, motors.spacing, motors.intervals, motors.degree, rest
+        )
+        theta = found.links.theta
+        fine = fine_times(theta)
+        needed = CubicSpline(fine, moving.torque(theta, fine, found.wrench))
+        self._gear_torque = -needed(np.minimum(dense_times(self._rows), theta.end))
+        first = theta.at(fine[:1])
+        still = 0.0 * first
+        held = moving.model.load(first, still, still, found.wrench(fine[:1]))
+        self._held = held[0, moving.model.gears]
+
+    def command(self, motors: UniformSpline) -> UniformSpline:
+        """Return what servos must be told for their motors to move so; other joints as they are.
+
+        Args:
+            motors: Motion of the motors [rad], a column a joint, on the rows.
+
+        Raises:
+            PlanningError: If a motor needs more torque than it has, or no command moves it so within
+                the limits; with joint, time, value and limit.
+        """
+        time, moving = dense_times(self._rows), self._moving
+        motion = [motors.at(time, order) for order in range(3)]
+        coefficients = motors.coefficients.copy()
+        for gear, joint in enumerate(moving.model.gear_joint):
+            drive = moving.robot.joints[joint].drive
+            if drive is not None:
+                angle, rate, acceleration = (values[:, joint] for values in motion)
+                torque, held = self._gear_torque[:, gear], float(self._held[gear])
+                own = MotorMotion(time, angle, rate, acceleration, torque, held)
+                limits = self._limits.of_joint(joint)
+                coefficients[:, joint] = _column(drive, own, self._rows, limits)
+        return replace(motors, coefficients=coefficients)
 
 
 def _column(

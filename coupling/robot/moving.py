@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.errors import PlanningError
 from coupling.events import Progress, Watch
-from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
+from coupling.inverse.inversion import DesiredMotion, InverseSolution, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.polish import Polish
 from coupling.inverse.polish_step import Observation, ObservedTimes, RobotResponse
 from coupling.inverse.response import AlongMotion
-from coupling.inverse.servo_command import servo_command
+from coupling.inverse.servo_command import RobotServos
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
@@ -31,7 +33,7 @@ class Inverter:
 
     Attributes:
         moving: Model of the robot.
-        simulated: The same robot, simulated.
+        simulated: The same robot, simulated with such drives.
         simulations: Simulations at most for the polish of a command.
         drive: "servo" for a command of the robot's servos, "ideal" for the motion of its motors.
     """
@@ -72,23 +74,37 @@ class Inverter:
         def even(rows: np.ndarray) -> np.ndarray:
             return interpolated(times, fine.time, rows)
 
-        def seen(command: UniformSpline) -> RobotResponse:
-            joints = joint_path(command)
+        moving, told = self.moving, self._told(found, limits, InterpolatedPath(wanted.path).at_rest)
+
+        still = np.zeros((watched.count, coordinates))
+
+        def seen(motors: UniformSpline) -> RobotResponse:
+            try:
+                joints = joint_path(told(motors))
+            except PlanningError:
+                if motors is found.command:
+                    raise
+                # A change that the servos cannot take is none that helps.
+                return RobotResponse(np.full((watched.count, 6), np.inf), still)
             path, deflection = self.simulated.deflected(joints, loads, coordinates)
             return RobotResponse(even(path.deviation_from(fine)[0]), even(deflection))
 
-        moving = self.moving
         motion = AlongMotion(
             moving.model, moving.curve, found.links.theta, found.wrench, moving.elements
         )
         view = Observation(motion, limits, watched)
-        command = Polish(view, seen, goal, self.simulations).run(found.command)
-        if self.drive != IDEAL:
-            rest = InterpolatedPath(wanted.path).at_rest
-            command = servo_command(moving, found, command, limits, rest)
+        command = told(Polish(view, seen, goal, self.simulations).run(found.command))
         joints = self.moving.model.gear_joint
         changes = [
             BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
             for c in found.crossings
         ]
         return InverseCommand(joint_path(command), tuple(changes))
+
+    def _told(
+        self, found: InverseSolution, limits: JointLimits, rest: tuple[bool, bool]
+    ) -> Callable[[UniformSpline], UniformSpline]:
+        """Return the function from the motors' motion to what their drives must be told for it."""
+        if self.drive == IDEAL:
+            return lambda motors: motors
+        return RobotServos(self.moving, found, limits, rest).command

@@ -148,9 +148,7 @@ class RobotFmu:
     def deflected(
         self, command: JointPath, wrench: WrenchHistory, coordinates: int
     ) -> tuple[ToolPath, np.ndarray]:
-        """Run the drives' motion in dynamic mode and return the TCP's path and how the joints give way.
-
-        The drives follow the command exactly, whatever `drive` is.
+        """Run a command in dynamic mode and return the TCP's path and how the joints give way on it.
 
         Args:
             command, wrench: As for `simulate`.
@@ -162,7 +160,7 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, {"mode": "dynamic", "drive": IDEAL}, coordinates)
+        rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
     def _run(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import CASES
 from scipy.interpolate import CubicSpline
 
+from coupling.case.file import load_case
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
@@ -17,7 +20,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion
-from coupling.inverse.servo_command import servo_command
+from coupling.inverse.servo_command import RobotServos
 from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
@@ -26,6 +29,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.models import Models, cell_of
 from elastic_robot.description import Drive, StopElement
 
 J, KV = 50.0, 20.0
@@ -263,7 +267,7 @@ def test_limits_that_leave_no_command_for_a_servo_are_named(example):
         PlanningError,
         match=r"joint 1: expected a command of its servo within 0\.2 rad/s\^2, got none",
     ):
-        servo_command(moving, found, found.command, slow, (True, True))
+        RobotServos(moving, found, slow, (True, True)).command(found.command)
 
 
 def test_a_motor_too_weak_for_the_path_is_named_with_time_and_torque(example, tmp_path):
@@ -274,3 +278,31 @@ def test_a_motor_too_weak_for_the_path_is_named_with_time_and_torque(example, tm
         match=r"joint 1: expected at most 500 N m .* asks for \d+.* N m too much, at \d\.\d+ s",
     ):
         judge.inverted(wanted, "servo", Controller())
+
+
+def test_a_polish_stays_within_what_the_motors_can_do(example, tmp_path):
+    """The limit is just above what the path needs: changes beyond it are left out, none is refused."""
+    robot = robot_with_servos(example, torque_limit=1.0)
+    judge, wanted, seldom = Judge(robot, tmp_path), stroke(robot), Controller(cycle=0.016)
+    with pytest.raises(PlanningError) as refused:
+        judge.inverted(wanted, "servo", seldom)
+    needed = float(re.search(r"asks for (\S+) N m", str(refused.value)).group(1))
+    free = robot_with_servos(example).joints
+    weak = replace(free[0], drive=replace(free[0].drive, torque_limit=1.0001 * needed))
+    (tmp_path / "weak").mkdir()
+    judge = Judge(replace(robot, joints=(weak, *free[1:])), tmp_path / "weak")
+    before = judge.missed(wanted, judge.inverted(wanted, "servo", seldom))
+    behind = judge.missed(wanted, judge.inverted(wanted, "servo", seldom, polish=20))
+    assert behind < 1.01 * before
+
+
+def test_a_cell_of_servos_is_inverted_and_simulated_as_one(example):
+    robot = robot_with_servos(example)
+    wanted = stroke(robot)
+    (placed,) = load_case(CASES / "cone.toml").robots
+    with Models("native") as models:
+        cell, _ = cell_of([replace(placed, description=robot)], models, "servo")
+        told = cell.inverse(SampledPath.of(wanted.path), wanted.wrench, Controller(), 1e-6).joints
+        fine = SampledPath.of(wanted.path).refined(0.002).path
+        moved = cell.simulate(told, wanted.wrench.refined(fine.time), "dynamic")
+    assert moved.distance_to(fine).max() < 1e-6
