@@ -61,7 +61,12 @@ class DriveEquations(Protocol):
         ...
 
     def along(self, coefficients: np.ndarray, misses: np.ndarray) -> DriveEquations:
-        """Return the drive about a motion; itself where its gear keeps nothing of its way."""
+        """Return the drive about a motion; itself where its gear keeps nothing of its way.
+
+        Args:
+            coefficients: Of the command's spline [rad], (n,).
+            misses: Those of the link at the nodes [rad], (nodes,).
+        """
         ...
 
     def part(self, begin: int, end: int) -> DriveEquations:

@@ -76,7 +76,11 @@ class Memory:
     elongation: np.ndarray
 
     def about(self, wind_up: np.ndarray) -> np.ndarray:
-        """Return the integrals over half steps near the motion, as `impulse`."""
+        """Return the integrals over half steps near the motion [N m s], (n, parts, 2).
+
+        Args:
+            wind_up: At the quarters of the steps [rad], (n, parts, 5).
+        """
         change: np.ndarray = (self.by_wind_up @ (wind_up - self.wind_up)[..., None])[..., 0]
         return self.impulse + change
 

@@ -58,8 +58,8 @@ class AlongMotion:
             outputs: Evenly spaced times [s], (k,).
             deflection: Elastic coordinates of the robot under the command at these times [rad], (k, m):
                 where the gears really are in their backlash.
-            before: The same from the motion's first time to that of the first output, (b, m): what the
-                elements of a hysteresis come from.
+            before: The same from the motion's first time to that of the first output [rad], (b, m): what
+                the elements of a hysteresis come from.
 
         Returns:
             Position [m/rad] and rotation [rad/rad], base axes, (k, 6, len(free), joints).
