@@ -185,7 +185,8 @@ static void settle(const er_run *r, er_state *state)
         if (!er_gear_switches(system->gears, k))
             continue;
         er_gear_edges(system->gears, r->settings, k, region, r->means->tolerance, edge);
-        outward = state->x[k] > edge[1] ? 1 : state->x[k] < edge[0] ? -1 : 0;
+        outward = state->x[k] > edge[1] ? 1 : state->x[k] < edge[0] ? -1
+                                                                    : 0;
         if (outward != 0)
             state->region[k] = region == 0 ? outward : 0;
     }
