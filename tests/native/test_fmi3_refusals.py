@@ -34,8 +34,8 @@ REFUSED = {
         "asked for as a Float64 variable; this FMU has none there",
     ),
     "often the same": (
-        lambda p, s: s.setFloat64([p.references["q_cmd"]] * 100, [0.0] * 600),
-        "in one call, got 600",
+        lambda p, s: s.setFloat64([p.references["q_cmd"]] * 200, [0.0] * 1200),
+        "in one call, got 1200",
     ),
     "output": (
         lambda p, s: p.set(s, "tcp.position", [0.0] * 3),
