@@ -268,15 +268,13 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
                             const double *elongation)
 {
     const er_robot *robot = r->system->robot;
-    double sum = 0.0, left = 1.0, slope;
+    double sum = 0.0;
     int d = crossing->coordinate - r->m;
-    if (d >= 0) /* of a motor's friction as much as Stribeck leaves */
-        left = er_motor_friction(&robot->motor[d], 1.0, 1.0, state->motors.rate[d], &slope) -
-               robot->motor[d].viscous * state->motors.rate[d];
     for (int j = 0; j < er_all_elements(robot); j++)
         if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
             sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
-    return left * sum;
+    /* Of a motor's friction as much as Stribeck leaves. */
+    return d < 0 ? sum : er_stribeck_left(&robot->motor[d], state->motors.rate[d]) * sum;
 }
 
 /* The motor that moves an entry of x, or that is one itself; -1 without any. */

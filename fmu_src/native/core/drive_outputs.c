@@ -1,8 +1,8 @@
-/* What the drives do: angles and rates of the chain with them, their torques, and beside each its derivative along a
+/* What the drives do: the chain's angles and rates with them, their torques, and beside each its derivative along a
  * change. */
 #include "tangent.h"
 
-#include <math.h>
+#include <string.h>
 
 int er_model_motors(const er_model *model)
 {
@@ -10,98 +10,131 @@ int er_model_motors(const er_model *model)
     return options->drive == ER_IDEAL || options->quasistatic ? 0 : model->robot.motors;
 }
 
+/* What all drives do: the motors that move by themselves, the others as they are commanded. */
+static void join(const er_model *model, const double *commands, const double *motors, double *drives)
+{
+    memcpy(drives, commands, (size_t)model->robot.joints * sizeof *drives);
+    for (int d = 0; d < er_model_motors(model); d++)
+        drives[model->robot.motor[d].joint] = motors[d];
+}
+
+void er_model_motor_angle(const er_model *model, double *angles)
+{
+    join(model, model->memory.held.q, model->memory.state.motors.angle, angles);
+}
+
+void er_model_motor_rate(const er_model *model, double *rates)
+{
+    join(model, model->memory.held.qd, model->memory.state.motors.rate, rates);
+}
+
+void er_motor_angle_along(const er_model *model, const er_change *change, double *angles)
+{
+    join(model, change->held.q, change->motors.angle, angles);
+}
+
+void er_motor_rate_along(const er_model *model, const er_change *change, double *rates)
+{
+    join(model, change->held.qd, change->motors.rate, rates);
+}
+
 void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
-    const er_memory *memory = &model->memory;
-    er_angles(&model->robot, memory->held.q, rigid ? NULL : memory->state.x, theta);
-    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
-        int joint = model->robot.motor[d].joint;
-        theta[model->robot.drive_angle[joint]] += memory->state.motors.angle[d] - memory->held.q[joint];
-    }
+    double q[ER_MAX_JOINTS];
+    er_model_motor_angle(model, q);
+    er_angles(&model->robot, rigid ? model->memory.held.q : q, rigid ? NULL : model->memory.state.x, theta);
 }
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
-    const er_memory *memory = &model->memory;
-    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
-    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
-        int joint = model->robot.motor[d].joint;
-        rate[model->robot.drive_angle[joint]] += memory->state.motors.rate[d] - memory->held.qd[joint];
-    }
-}
-
-/* The torque that gives a motor the motion of its command, with the friction of one that has slipped. */
-static double ideal_torque(const er_model *model, const er_motor *motor, double slip_torque)
-{
-    const er_held *held = &model->memory.held;
-    double rate = held->qd[motor->joint], slope;
-    if (model->memory.options.quasistatic)
-        return 0.0;
-    return motor->inertia * held->qdd[motor->joint] +
-           er_motor_friction(motor, slip_torque, rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
-                                                                               : 0.0,
-                             rate, &slope);
-}
-
-er_drive_state er_model_drive(const er_model *model, int joint)
-{
-    const er_memory *memory = &model->memory;
-    const er_motors *motors = &memory->state.motors;
-    er_drive_state drive = {memory->held.q[joint], memory->held.qd[joint], 0.0};
-    for (int k = 0; k < model->robot.elastics; k++)
-        if (model->robot.elastic_joint[k] == joint && model->robot.elastic_tilt[k] == 0)
-            drive.torque = er_model_gear_torque(model, k);
-    for (int d = 0; d < model->robot.motors; d++) {
-        const er_motor *motor = &model->robot.motor[d];
-        double p = motors->angle[d] - drive.angle, pv = motors->rate[d] - drive.rate;
-        if (motor->joint != joint)
-            continue;
-        if (er_model_motors(model) == 0)
-            drive.torque += ideal_torque(model, motor, memory->parameters.friction[d]);
-        else if (memory->options.drive == ER_TORQUE)
-            drive = (er_drive_state){motors->angle[d], motors->rate[d], memory->held.torque[d]};
-        else
-            drive = (er_drive_state){motors->angle[d], motors->rate[d],
-                                     er_servo_torque(motor, er_servo_wanted(motor, p, pv, drive.rate),
-                                                     motors->integral[d])};
-    }
-    return drive;
-}
-
-static double ideal_torque_along(const er_model *model, const er_change *change, int joint)
-{
-    double slope, rate = model->memory.held.qd[joint], along = 0.0;
-    for (int d = 0; d < model->robot.motors; d++) {
-        const er_motor *motor = &model->robot.motor[d];
-        double side = rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
-                                                    : 0.0,
-               at;
-        if (motor->joint != joint || model->memory.options.quasistatic)
-            continue;
-        er_motor_friction(motor, model->memory.parameters.friction[d], side, rate, &slope);
-        at = er_motor_friction(motor, 1.0, side, rate, &(double){0.0}) - motor->viscous * rate;
-        along += motor->inertia * change->held.qdd[joint] + slope * change->held.qd[joint] +
-                 at * change->parameters.friction[d];
-    }
-    return along;
+    double qd[ER_MAX_JOINTS];
+    er_model_motor_rate(model, qd);
+    er_angles(&model->robot, rigid ? model->memory.held.qd : qd, rigid ? NULL : model->memory.state.v, rate);
 }
 
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
 {
-    er_angles(&model->robot, change->held.q, rigid ? NULL : change->x, theta);
-    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
-        int joint = model->robot.motor[d].joint;
-        theta[model->robot.drive_angle[joint]] += change->motors.angle[d] - change->held.q[joint];
-    }
+    double q[ER_MAX_JOINTS];
+    er_motor_angle_along(model, change, q);
+    er_angles(&model->robot, rigid ? change->held.q : q, rigid ? NULL : change->x, theta);
 }
 
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
 {
-    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate);
-    for (int d = 0; !rigid && d < er_model_motors(model); d++) {
-        int joint = model->robot.motor[d].joint;
-        rate[model->robot.drive_angle[joint]] += change->motors.rate[d] - change->held.qd[joint];
+    double qd[ER_MAX_JOINTS];
+    er_motor_rate_along(model, change, qd);
+    er_angles(&model->robot, rigid ? change->held.qd : qd, rigid ? NULL : change->v, rate);
+}
+
+/* The motor that moves the gear of entry k of x, or -1. */
+static int motor_of(const er_model *model, int k)
+{
+    for (int d = 0; d < model->robot.motors; d++)
+        if (model->robot.motor[d].coordinate == k)
+            return d;
+    return -1;
+}
+
+/* The way that a motor turns by its command: its friction has slipped that way. */
+static double side_of(double rate)
+{
+    return rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0
+                                         : 0.0;
+}
+
+/* w of a motor's servo now [rad/s]. */
+static double wanted_of(const er_model *model, int d)
+{
+    const er_held *held = &model->memory.held;
+    const er_motors *motors = &model->memory.state.motors;
+    const er_motor *motor = &model->robot.motor[d];
+    return er_servo_wanted(motor, motors->angle[d] - held->q[motor->joint], motors->rate[d] - held->qd[motor->joint],
+                           held->qd[motor->joint]);
+}
+
+double er_model_motor_torque(const er_model *model, int k)
+{
+    const er_memory *memory = &model->memory;
+    const er_held *held = &memory->held;
+    int d = motor_of(model, k);
+    const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
+    double rate, slope;
+    if (d < 0 || memory->options.quasistatic)
+        return er_model_gear_torque(model, k);
+    if (memory->options.drive == ER_TORQUE)
+        return held->torque[d];
+    if (memory->options.drive == ER_SERVO)
+        return er_servo_torque(motor, wanted_of(model, d), memory->state.motors.integral[d]);
+    rate = held->qd[motor->joint];
+    return er_model_gear_torque(model, k) +
+           (motor->inertia * held->qdd[motor->joint] +
+            er_motor_friction(motor, memory->parameters.friction[d], side_of(rate), rate, &slope));
+}
+
+double er_motor_torque_along(const er_model *model, const er_change *change, int k)
+{
+    const er_memory *memory = &model->memory;
+    const er_held *moved = &change->held;
+    const er_motors *motors = &memory->state.motors;
+    int d = motor_of(model, k), joint;
+    const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
+    double rate, slope;
+    if (d < 0 || memory->options.quasistatic)
+        return er_gear_torque_along(model, change, k);
+    if (memory->options.drive == ER_TORQUE)
+        return moved->torque[d];
+    joint = motor->joint;
+    if (memory->options.drive == ER_SERVO) {
+        double wanted = er_servo_wanted(motor, change->motors.angle[d] - moved->q[joint],
+                                        change->motors.rate[d] - moved->qd[joint], moved->qd[joint]);
+        if (er_servo_saturates(motor, wanted_of(model, d), motors->integral[d]))
+            return 0.0;
+        return motor->rate_gain * wanted + change->motors.integral[d];
     }
+    rate = memory->held.qd[joint];
+    er_motor_friction(motor, memory->parameters.friction[d], side_of(rate), rate, &slope);
+    return er_gear_torque_along(model, change, k) + motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
+           side_of(rate) * er_stribeck_left(motor, rate) * change->parameters.friction[d];
 }
 
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors)
@@ -118,29 +151,4 @@ void er_start_motors_along(const er_model *model, const er_change *change, er_mo
                               er_gear_torque_along(model, change, motor->coordinate) + slope * change->held.qd[joint] -
                               motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, change->held.qd[joint]);
     }
-}
-
-er_drive_state er_drive_along(const er_model *model, const er_change *change, int joint)
-{
-    const er_memory *memory = &model->memory;
-    const er_motors *motors = &memory->state.motors;
-    er_drive_state drive = {change->held.q[joint], change->held.qd[joint], 0.0};
-    for (int k = 0; k < model->robot.elastics; k++)
-        if (model->robot.elastic_joint[k] == joint && model->robot.elastic_tilt[k] == 0)
-            drive.torque = er_gear_torque_along(model, change, k);
-    drive.torque += ideal_torque_along(model, change, joint);
-    for (int d = 0; d < er_model_motors(model); d++) {
-        const er_motor *motor = &model->robot.motor[d];
-        double wanted = er_servo_wanted(motor, motors->angle[d] - memory->held.q[joint],
-                                        motors->rate[d] - memory->held.qd[joint], memory->held.qd[joint]);
-        double change_wanted = er_servo_wanted(motor, change->motors.angle[d] - drive.angle,
-                                               change->motors.rate[d] - drive.rate, drive.rate);
-        bool limited = fabs(motor->rate_gain * wanted + motors->integral[d]) > motor->torque_limit;
-        if (motor->joint != joint)
-            continue;
-        drive = (er_drive_state){change->motors.angle[d], change->motors.rate[d], change->held.torque[d]};
-        if (memory->options.drive == ER_SERVO)
-            drive.torque = limited ? 0.0 : motor->rate_gain * change_wanted + change->motors.integral[d];
-    }
-    return drive;
 }

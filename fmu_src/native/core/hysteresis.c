@@ -1,14 +1,6 @@
 #include "hysteresis.h"
 
 #include <math.h>
-#include <string.h>
-
-void er_stops_copy(const er_robot *robot, er_stops *to, const er_stops *from)
-{
-    size_t elements = (size_t)er_all_elements(robot);
-    memcpy(to->elongation, from->elongation, elements * sizeof *to->elongation);
-    memcpy(to->slipping, from->slipping, elements * sizeof *to->slipping);
-}
 
 double er_elements_torque(const er_robot *robot, int k, double slip_torque, const double *elongation)
 {
@@ -27,8 +19,8 @@ void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const 
             stiffness[robot->element[j].coordinate] += er_element_stiffness(robot, slip_torque, j);
 }
 
-void er_stops_follow_along(const er_robot *robot, const er_stops *stops, const double *before,
-                           const double *after, double *elongation)
+void er_stops_follow(const er_robot *robot, const er_stops *stops, const double *before,
+                     const double *after, double *elongation)
 {
     for (int j = 0; j < robot->elements; j++) {
         int k = robot->element[j].coordinate;
@@ -37,16 +29,12 @@ void er_stops_follow_along(const er_robot *robot, const er_stops *stops, const d
     }
 }
 
-void er_stops_follow(const er_robot *robot, er_stops *stops, const double *before, const double *after)
-{
-    er_stops_follow_along(robot, stops, before, after, stops->elongation);
-}
-
-void er_stops_follow_motors(const er_robot *robot, er_stops *stops, const double *before, const double *after)
+void er_stops_follow_motors(const er_robot *robot, const er_stops *stops, const double *before,
+                            const double *after, double *elongation)
 {
     for (int d = 0; d < robot->motors; d++)
         if (stops->slipping[robot->elements + d] == 0)
-            stops->elongation[robot->elements + d] += after[d] - before[d];
+            elongation[robot->elements + d] += after[d] - before[d];
 }
 
 void er_stops_slip(const er_robot *robot, er_stops *stops, int j, int direction)

@@ -23,8 +23,6 @@ static inline double er_element_stiffness(const er_robot *robot, const double *s
     return slip_torque[element->coordinate] * element->share / element->angle;
 }
 
-void er_stops_copy(const er_robot *robot, er_stops *to, const er_stops *from);
-
 /* Torque of the elements of a coordinate that all slip at a torque, of elongations [N m]. */
 double er_elements_torque(const er_robot *robot, int k, double slip_torque, const double *elongation);
 
@@ -33,21 +31,19 @@ double er_elements_torque(const er_robot *robot, int k, double slip_torque, cons
 void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops,
                         double *stiffness);
 
-/* Lets the elements that stick follow x, or the motors. */
-void er_stops_follow(const er_robot *robot, er_stops *stops, const double *before, const double *after);
-void er_stops_follow_motors(const er_robot *robot, er_stops *stops, const double *before, const double *after);
-
-/* The derivative of that, of the elongations of one column. */
-void er_stops_follow_along(const er_robot *robot, const er_stops *stops, const double *before,
-                           const double *after, double *elongation);
+/* Lets the elongations of elements that stick, or changes of them, follow x, or the motors. */
+void er_stops_follow(const er_robot *robot, const er_stops *stops, const double *before, const double *after,
+                     double *elongation);
+void er_stops_follow_motors(const er_robot *robot, const er_stops *stops, const double *before,
+                            const double *after, double *elongation);
 
 /* Lets an element slip in a direction, or all that slip on a coordinate stick again. */
 void er_stops_slip(const er_robot *robot, er_stops *stops, int j, int direction);
+void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate);
 
 /* Whether another element of the same coordinate slips as one begins to: at the end of a loop all of them return
  * to their slip angles at once. */
 bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int first, int direction);
-void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate);
 
 /* How far beyond its slip angle an element sticks [rad], so that rounding does not undo it; and the rate of a
  * coordinate by which a reversal is passed [rad/s]. */

@@ -29,6 +29,11 @@ er_model *er_model_create(const er_robot *robot)
     return model;
 }
 
+void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from)
+{
+    memcpy(to, from, offsetof(er_memory, state) + er_state_size(robot));
+}
+
 void er_model_free(er_model *model)
 {
     if (model == NULL)
@@ -241,7 +246,7 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
     if (computed && !require_trajectory(model, memory->options.trajectory,
                                         memory->trajectory_fingerprint, failure))
         return false;
-    model->memory = *memory;
+    er_memory_copy(&model->robot, &model->memory, memory);
     if (computed)
         derive(model);
     return true;

@@ -45,9 +45,11 @@ typedef struct {
     uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
     er_past past; /* what the last step leaves to a moving robot without a trajectory */
-    er_state state;
     bool opposite[2]; /* quaternions of the elastic and the rigid tool: w was below 0 at the start */
+    er_state state;   /* the last, of which few robots have all */
 } er_memory;
+
+void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from);
 
 /* A posture of the elastic or the rigid robot, kept for the next that asks. */
 typedef struct {
@@ -150,12 +152,11 @@ int er_model_motors(const er_model *model);
 void er_model_angles(const er_model *model, bool rigid, double *theta);
 void er_model_rates(const er_model *model, bool rigid, double *rate);
 
-/* Angle, rate [rad, rad/s] and torque [N m] of a joint's drive at the gear's output: of its motor where there is one. */
-typedef struct {
-    double angle, rate, torque;
-} er_drive_state;
-
-er_drive_state er_model_drive(const er_model *model, int joint);
+/* Angles and rates of all drives at the gears' output [rad, rad/s], of the motors that move by themselves theirs; and
+ * the torque of the motor of the gear of entry k of x there [N m]. */
+void er_model_motor_angle(const er_model *model, double *angles);
+void er_model_motor_rate(const er_model *model, double *rates);
+double er_model_motor_torque(const er_model *model, int k);
 
 /* Torque of the gear of entry k of x on its link [N m]. */
 double er_model_gear_torque(const er_model *model, int k);

@@ -52,16 +52,8 @@ static double find_growth(const er_run *r, int d, int l, const er_motor_column *
     const er_motor *motor = &r->system->robot->motor[d];
     const er_motor_work *work = &r->work->motors;
     *wanted = er_servo_wanted(motor, own->stage_p[d][l], own->stage_pv[d][l], at.qd);
-    return er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l]) ? 0.0
-                                                                                : motor->integral_gain * *wanted;
-}
-
-/* Whether the limit holds the torque at a stage. */
-static bool is_held(const er_run *r, int d, int l)
-{
-    const er_motor *motor = &r->system->robot->motor[d];
-    const er_motor_work *work = &r->work->motors;
-    return fabs(motor->rate_gain * work->wanted[d][l] + work->integral[d][l]) > motor->torque_limit;
+    return er_servo_waits(motor, work->wanted[d][l], work->integral[d][l]) ? 0.0
+                                                                           : motor->integral_gain * *wanted;
 }
 
 /* Friction along a column at a stage [N m]. */
@@ -72,14 +64,13 @@ static double friction_along(const er_sensitivity *s, const er_run *r, const er_
     const er_motor *motor = &robot->motor[d];
     const er_motor_work *work = &r->work->motors;
     const er_nodes *nodes = &r->work->stages;
-    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate, by_part, part, changed, unused;
+    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate, part, changed;
     double angle = nodes->q[motor->joint][l] + work->stage_p[d][l];
-    double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l];
+    double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l], by_part = er_stribeck_left(motor, rate);
     int entry;
     er_cause cause = er_cause_of(robot, column, &entry);
     part = er_friction_part(r, state, d, angle, &by_angle);
     er_motor_friction(motor, slip_torque, part, rate, &by_rate);
-    by_part = er_motor_friction(motor, 1.0, 1.0, rate, &unused) - motor->viscous * rate; /* of 1 N m */
     changed = s->elongation[column][robot->elements + d] / motor->slip_angle +
               by_angle * (own->stage_p[d][l] + at.q - s->motors[column].angle[d]);
     return slip_torque * by_part * changed + by_rate * (own->stage_pv[d][l] + at.qd) +
@@ -107,7 +98,8 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
                 torque = motor->rate_gain * wanted[l] + s->motors[column].integral[d];
                 for (int j = 0; j < ER_STAGES; j++)
                     torque += h * er_gauss_once[j][l] * growth[j];
-                torque = is_held(r, d, l) ? 0.0 : torque;
+                if (er_servo_saturates(motor, work->wanted[d][l], work->integral[d][l]))
+                    torque = 0.0;
             }
             work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque - own->gear[d][l] -
                                    gear[motor->coordinate][l] +
@@ -138,7 +130,6 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
         s->v[column][k] -= pv[d];
         motors->angle[d] = p[d] + at.q;
         motors->rate[d] = pv[d] + at.qd;
-        if (state->stops.slipping[robot->elements + d] == 0)
-            s->elongation[column][robot->elements + d] += motors->angle[d] - before[d];
     }
+    er_stops_follow_motors(robot, &state->stops, before, motors->angle, s->elongation[column]);
 }

@@ -48,7 +48,7 @@ void er_motors_stages(const er_run *r, const er_state *state, const er_step *ste
         for (int l = 0; l < ER_STAGES; l++) {
             work->wanted[d][l] =
                 er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], w->stages.qd[motor->joint][l]);
-            growth[l] = er_servo_is_limited(motor, work->wanted[d][l], work->integral[d][l])
+            growth[l] = er_servo_waits(motor, work->wanted[d][l], work->integral[d][l])
                             ? 0.0
                             : motor->integral_gain * work->wanted[d][l];
         }
@@ -75,7 +75,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.integral[d] = state->motors.integral[d];
         for (int j = 0; j < ER_STAGES; j++) {
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
-            if (!er_servo_is_limited(motor, work->wanted[d][j], work->integral[d][j]))
+            if (!er_servo_waits(motor, work->wanted[d][j], work->integral[d][j]))
                 step->motors.integral[d] += h * er_gauss_end_rate[j] * motor->integral_gain * work->wanted[d][j];
         }
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
@@ -133,7 +133,7 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
     er_motor_slopes slopes;
     er_motor_friction(motor, slip_torque, part, state->motors.rate[d], &by_rate);
     slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0};
-    if (r->system->drive != ER_SERVO || er_servo_is_limited(motor, wanted, state->motors.integral[d]))
+    if (r->system->drive != ER_SERVO || er_servo_waits(motor, wanted, state->motors.integral[d]))
         return slopes;
     slopes.damping += motor->rate_gain;
     slopes.stiffness += motor->rate_gain * motor->position_gain + motor->integral_gain;

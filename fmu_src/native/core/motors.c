@@ -2,9 +2,21 @@
 
 #include <math.h>
 
+/* exp(-(q'/v)^2); not asked for where it does not count. */
+static double find_fall(const er_motor *motor, double rate)
+{
+    double u = rate / motor->stribeck_rate;
+    return motor->stribeck > 0.0 ? exp(-u * u) : 1.0;
+}
+
+double er_stribeck_left(const er_motor *motor, double rate)
+{
+    return 1.0 - motor->stribeck * (1.0 - find_fall(motor, rate));
+}
+
 double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope)
 {
-    double u = rate / motor->stribeck_rate, fall = motor->stribeck > 0.0 ? exp(-u * u) : 1.0;
+    double u = rate / motor->stribeck_rate, fall = find_fall(motor, rate);
     double left = 1.0 - motor->stribeck * (1.0 - fall);
     *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * u / motor->stribeck_rate;
     return slip_torque * part * left + motor->viscous * rate;
@@ -16,10 +28,14 @@ double er_servo_torque(const er_motor *motor, double wanted, double integral)
     return fmax(fmin(torque, motor->torque_limit), -motor->torque_limit);
 }
 
-bool er_servo_is_limited(const er_motor *motor, double wanted, double integral)
+bool er_servo_saturates(const er_motor *motor, double wanted, double integral)
 {
-    double torque = motor->rate_gain * wanted + integral;
-    return fabs(torque) > motor->torque_limit && torque * wanted > 0.0;
+    return fabs(motor->rate_gain * wanted + integral) > motor->torque_limit;
+}
+
+bool er_servo_waits(const er_motor *motor, double wanted, double integral)
+{
+    return er_servo_saturates(motor, wanted, integral) && (motor->rate_gain * wanted + integral) * wanted > 0.0;
 }
 
 double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate)

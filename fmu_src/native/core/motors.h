@@ -66,6 +66,9 @@ typedef struct {
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
 
+/* The part of a motor's friction at rest that is left at a rate [rad/s]. */
+double er_stribeck_left(const er_motor *motor, double rate);
+
 /* Friction of a motor [N m] at a part of its slip torque [N m] and a rate [rad/s], and its slope by the rate. */
 double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope);
 
@@ -75,7 +78,9 @@ double er_servo_wanted(const er_motor *motor, double p, double pv, double comman
 /* Torque that a servo asks for, within its limit [N m]. */
 double er_servo_torque(const er_motor *motor, double wanted, double integral);
 
-/* Whether the limit keeps a servo from what it asks for: its integral waits then. */
-bool er_servo_is_limited(const er_motor *motor, double wanted, double integral);
+/* Whether its limit keeps a servo from what it asks for, and whether its integral waits: that would only ask for
+ * more. */
+bool er_servo_saturates(const er_motor *motor, double wanted, double integral);
+bool er_servo_waits(const er_motor *motor, double wanted, double integral);
 
 #endif

@@ -271,6 +271,8 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
 {
     const er_robot *robot = r->system->robot;
     bool is_any = cause != ER_BY_GRAVITY && find_parameter(r, state, column, cause, load);
+    if (!is_any && robot->elements == 0 && r->motors == 0)
+        return false;
     if (!is_any)
         memset(load, 0, (size_t)r->m * sizeof *load);
     for (int k = 0; robot->elements > 0 && k < r->m; k++) {
@@ -279,7 +281,7 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] += held;
     }
-    return is_any || robot->elements > 0;
+    return true;
 }
 
 static void add_to(int m, er_lanes *tangent, bool is_any, const er_lanes *load)
@@ -377,7 +379,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
                        s->v[column]);
         if (r->motors > 0)
             er_motor_column_end(s, r, state, step->length, column, &motors);
-        er_stops_follow_along(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
+        er_stops_follow(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
     }
     s->still = false;
 }

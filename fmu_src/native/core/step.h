@@ -9,6 +9,7 @@
 #define ER_STEP_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "chain.h"
 #include "contact_motion.h"
@@ -227,6 +228,8 @@ void er_linearise_as(const er_run *r, const er_state *state);
 /* Lets the next step have matrices of its own. */
 void er_relinearise(er_workspace *work);
 
+/* Bytes of a state that a robot makes use of, and a copy of them. */
+size_t er_state_size(const er_robot *robot);
 void er_state_copy(const er_robot *robot, er_state *to, const er_state *from);
 
 /* Begins an integration at the x and v that are in the state, and its elements of hysteresis. */

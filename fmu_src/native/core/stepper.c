@@ -24,12 +24,14 @@ void er_state_start(er_state *state, const er_robot *robot, const er_gears *gear
         state->region[k] = er_gear_region(gears, k, state->x[k]);
 }
 
+size_t er_state_size(const er_robot *robot)
+{
+    return er_all_elements(robot) > 0 ? sizeof(er_state) : offsetof(er_state, stops);
+}
+
 void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)
 {
-    memcpy(to, from, offsetof(er_state, stops)); /* a library's copy is faster than an assignment of this size */
-    er_stops_copy(robot, &to->stops, &from->stops);
-    if (robot->motors > 0)
-        to->motors = from->motors;
+    memcpy(to, from, er_state_size(robot)); /* a library's copy is faster than an assignment of this size */
 }
 
 /* Stage accelerations at other nodes of a step's polynomial. */
@@ -144,10 +146,11 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
 {
     if (r->work->sensitivity != NULL)
         er_sensitivity_follow(r->work->sensitivity, r, state, step);
-    er_stops_follow(r->system->robot, &state->stops, state->x, step->x);
+    er_stops_follow(r->system->robot, &state->stops, state->x, step->x, state->stops.elongation);
     if (r->motors > 0) {
         er_motors *motors = &state->motors;
-        er_stops_follow_motors(r->system->robot, &state->stops, motors->angle, step->motors.angle);
+        er_stops_follow_motors(r->system->robot, &state->stops, motors->angle, step->motors.angle,
+                               state->stops.elongation);
         memcpy(motors->angle, step->motors.angle, sizeof motors->angle);
         memcpy(motors->rate, step->motors.rate, sizeof motors->rate);
         memcpy(motors->integral, step->motors.integral, sizeof motors->integral);

@@ -45,8 +45,10 @@ void er_rates_along(const er_model *model, const er_change *change, bool rigid, 
 /* Change of the motors' initial state. */
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);
 
-/* Change of a joint's drive. */
-er_drive_state er_drive_along(const er_model *model, const er_change *change, int joint);
+/* Changes of what the drives do. */
+void er_motor_angle_along(const er_model *model, const er_change *change, double *angles);
+void er_motor_rate_along(const er_model *model, const er_change *change, double *rates);
+double er_motor_torque_along(const er_model *model, const er_change *change, int k);
 
 
 /* Placements of the elastic or the rigid robot and how they move. */

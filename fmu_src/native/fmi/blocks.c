@@ -17,10 +17,29 @@
         return true;                                                                                \
     }
 
+/* The same of one entry of x, for every torsion. */
+#define OF_TORSIONS(name)                                                                           \
+    static bool find_##name(er_instance *instance, double *values)                                  \
+    {                                                                                               \
+        for (int i = 0; i < instance->interface.torsions; i++)                                      \
+            values[i] = er_model_##name(instance->model, instance->interface.torsion[i]);           \
+        return true;                                                                                \
+    }                                                                                               \
+    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    {                                                                                               \
+        for (int i = 0; i < instance->interface.torsions; i++)                                      \
+            derivatives[i] = er_##name##_along(instance->model, change, instance->interface.torsion[i]); \
+        return true;                                                                                \
+    }
+
 OF_MODEL(tcp)
 OF_MODEL(velocity)
 OF_MODEL(rigid)
 OF_MODEL(deviation)
+OF_MODEL(motor_angle)
+OF_MODEL(motor_rate)
+OF_TORSIONS(gear_torque)
+OF_TORSIONS(motor_torque)
 
 static bool find_compliance(er_instance *instance, double *values)
 {
@@ -84,67 +103,6 @@ static bool acceleration_along(er_instance *instance, const er_change *change, d
     return true;
 }
 
-/* Torques by the gears alone, in the order of the torsions. */
-static bool find_gear_torque(er_instance *instance, double *values)
-{
-    for (int i = 0; i < instance->interface.torsions; i++)
-        values[i] = er_model_gear_torque(instance->model, instance->interface.torsion[i]);
-    return true;
-}
-
-static bool gear_torque_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    for (int i = 0; i < instance->interface.torsions; i++)
-        derivatives[i] = er_gear_torque_along(instance->model, change, instance->interface.torsion[i]);
-    return true;
-}
-
-static bool find_motor_torque(er_instance *instance, double *values)
-{
-    const er_robot *robot = &instance->model->robot;
-    for (int i = 0; i < instance->interface.torsions; i++)
-        values[i] = er_model_drive(instance->model, robot->elastic_joint[instance->interface.torsion[i]]).torque;
-    return true;
-}
-
-static bool motor_torque_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    const er_robot *robot = &instance->model->robot;
-    for (int i = 0; i < instance->interface.torsions; i++)
-        derivatives[i] = er_drive_along(instance->model, change,
-                                        robot->elastic_joint[instance->interface.torsion[i]])
-                             .torque;
-    return true;
-}
-
-static bool find_motor_angle(er_instance *instance, double *values)
-{
-    for (int i = 0; i < instance->model->robot.joints; i++)
-        values[i] = er_model_drive(instance->model, i).angle;
-    return true;
-}
-
-static bool motor_angle_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    for (int i = 0; i < instance->model->robot.joints; i++)
-        derivatives[i] = er_drive_along(instance->model, change, i).angle;
-    return true;
-}
-
-static bool find_motor_rate(er_instance *instance, double *values)
-{
-    for (int i = 0; i < instance->model->robot.joints; i++)
-        values[i] = er_model_drive(instance->model, i).rate;
-    return true;
-}
-
-static bool motor_rate_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    for (int i = 0; i < instance->model->robot.joints; i++)
-        derivatives[i] = er_drive_along(instance->model, change, i).rate;
-    return true;
-}
-
 static bool find_elongation(er_instance *instance, double *values)
 {
     const er_model *model = instance->model;
@@ -164,7 +122,7 @@ static void follow_rates(const er_instance *instance, const double *v, double *r
     static const double still[ER_MAX_ANGLES];
     const er_model *model = instance->model;
     memset(rates, 0, (size_t)model->robot.elements * sizeof *rates);
-    er_stops_follow_along(&model->robot, &model->memory.state.stops, still, v, rates);
+    er_stops_follow(&model->robot, &model->memory.state.stops, still, v, rates);
 }
 
 static bool find_elongation_rate(er_instance *instance, double *values)

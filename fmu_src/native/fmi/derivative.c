@@ -126,8 +126,8 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
         known_along(instance, column, 1.0, &change);
         if (!er_equilibrium_along(instance->model, &change, sensitivity->x[column]))
             sensitivity->reason = "the stiffness is singular";
-        er_stops_follow_along(&instance->model->robot, &instance->model->memory.state.stops, still,
-                              sensitivity->x[column], sensitivity->elongation[column]);
+        er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still,
+                        sensitivity->x[column], sensitivity->elongation[column]);
         memcpy(change.x, sensitivity->x[column], sizeof change.x);
         memcpy(change.elongation, sensitivity->elongation[column], sizeof change.elongation);
         er_start_motors_along(instance->model, &change, &sensitivity->motors[column]);
@@ -193,8 +193,8 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
         x[k] *= seed;
         change->x[k] += x[k];
     }
-    er_stops_follow_along(&instance->model->robot, &instance->model->memory.state.stops, still, x,
-                          change->elongation);
+    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x,
+                    change->elongation);
     return true;
 }
 

@@ -32,12 +32,12 @@ typedef struct {
 
 /* Where the step that led to the present state began, for derivatives. */
 typedef struct {
-    er_state state;
     er_past past;
     er_command command; /* of the step */
     er_load load;       /* of the step, at its beginning */
     double end;         /* [s], in the model's time */
     bool stepped;       /* false: the present state is the initial one, computed from these inputs */
+    er_state state;     /* the last, of which few robots have all */
 } er_step_start;
 
 /* What an instance of model exchange remembers beside that. */

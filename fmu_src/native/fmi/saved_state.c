@@ -6,7 +6,12 @@
 #include "exchange.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740009)
+#define STATE_MARK UINT64_C(0x45526f626f74000a)
+
+static void copy_step_start(const er_robot *robot, er_step_start *to, const er_step_start *from)
+{
+    memcpy(to, from, offsetof(er_step_start, state) + er_state_size(robot));
+}
 
 void er_instance_save(er_instance *instance, er_saved_state *saved)
 {
@@ -15,9 +20,9 @@ void er_instance_save(er_instance *instance, er_saved_state *saved)
     saved->fingerprint = instance->fingerprint;
     saved->inputs = instance->inputs;
     saved->progress = instance->progress;
-    saved->step_start = *er_step_start_of(instance);
+    copy_step_start(&instance->model->robot, &saved->step_start, er_step_start_of(instance));
     saved->exchange = instance->exchange;
-    saved->memory = instance->model->memory;
+    er_memory_copy(&instance->model->robot, &saved->memory, &instance->model->memory);
 }
 
 static const char *kind(const er_exchange *exchange)
@@ -48,7 +53,7 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
         return false;
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
-    instance->step_start[instance->latest] = saved->step_start;
+    copy_step_start(&instance->model->robot, &instance->step_start[instance->latest], &saved->step_start);
     instance->exchange = saved->exchange;
     instance->exchange.held = false;
     instance->columns = 0;
