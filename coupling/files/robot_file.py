@@ -6,10 +6,11 @@ way: stiffness, damping, backlash and tilts.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -30,6 +31,8 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
+
+T = TypeVar("T")
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -81,11 +84,7 @@ def hysteresis_in_words(path: Path) -> list[str]:
         RobotFileError: If the file cannot be read, or a gear cannot be as it says.
     """
     lines = []
-    for number, joint in enumerate(_validated(path)[1].joint, start=1):
-        try:
-            backlash, elements = joint.hysteresis()
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+    for number, (backlash, elements) in _of_joints(path, JointElasticity.hysteresis):
         if elements:
             each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
             lines.append(
@@ -102,15 +101,20 @@ def drives_in_words(path: Path) -> list[str]:
     Raises:
         RobotFileError: If the file cannot be read, or a drive cannot be as it says.
     """
-    lines = []
+    return [
+        f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}"
+        for number, drive in _of_joints(path, JointElasticity.motor)
+        if drive is not None
+    ]
+
+
+def _of_joints(path: Path, read: Callable[[JointElasticity], T]) -> Iterator[tuple[int, T]]:
+    """Yield the joints' numbers, from 1 on, and what their tables come to."""
     for number, joint in enumerate(_validated(path)[1].joint, start=1):
         try:
-            drive = joint.motor()
+            yield number, read(joint)
         except ValueError as cause:
             raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
-        if drive is not None:
-            lines.append(f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}")
-    return lines
 
 
 def _validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:

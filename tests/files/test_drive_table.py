@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from places import DOCS
+from two_joint_file import two_joints
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
@@ -20,15 +21,6 @@ from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Drive, Robot
 from elastic_robot.errors import RobotFileError
 
-HEAD = 'name = "one"\n[tcp]\nposition = [1.0, 0.0, 0.0]\n'
-JOINT = """
-[[joint]]
-origin = [0.0, 0.0, 0.0]
-axis = [0, 1, 0]
-mass = 10.0
-com = [0.5, 0.0, 0.0]
-inertia = [0.1, 1.0, 1.0]
-"""
 ELASTIC = "stiffness = 1e6"
 USUAL = {
     "rotor_inertia_kg_m2": "5e-3",
@@ -48,11 +40,7 @@ def lines(**other: str | None) -> str:
 
 def written(folder: Path, drive: str, joint: str = ELASTIC, after: str = "") -> Path:
     """Write a robot of two joints, the second with a drive; returns the file."""
-    file = folder / "robot.toml"
-    file.write_text(
-        f"{HEAD}{JOINT}stiffness = 1e6\n{JOINT}{joint}\n[joint.drive]\n{drive}\n{after}"
-    )
-    return file
+    return two_joints(folder, joint, f"[joint.drive]\n{drive}", after)
 
 
 def read(drive: str) -> Drive:

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from places import DOCS
 from scipy.optimize import brentq
+from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import hysteresis_in_words, load_robot, shipped_robots
@@ -25,23 +26,12 @@ from elastic_robot.errors import RobotFileError
 
 ARCMIN = math.radians(1.0 / 60.0)
 K, RATED = 1.7e6, 3000.0
-HEAD = 'name = "one"\n[tcp]\nposition = [1.0, 0.0, 0.0]\n'
-JOINT = """
-[[joint]]
-origin = [0.0, 0.0, 0.0]
-axis = [0, 1, 0]
-mass = 10.0
-com = [0.5, 0.0, 0.0]
-inertia = [0.1, 1.0, 1.0]
-"""
 SHEET = "hysteresis_width_arcmin = 0.4\nlost_motion_arcmin = 0.5\nrated_torque_Nm = 3000.0\n"
 
 
 def written(folder: Path, joint: str, gear: str, after: str = "") -> Path:
     """Write a robot of two joints, the second with a gear; returns the file."""
-    file = folder / "robot.toml"
-    file.write_text(f"{HEAD}{JOINT}stiffness = 1e6\n{JOINT}{joint}\n[joint.gear]\n{gear}\n{after}")
-    return file
+    return two_joints(folder, joint, f"[joint.gear]\n{gear}", after)
 
 
 def read(joint: str, gear: str) -> Joint:

@@ -13,7 +13,7 @@ from elastic_robot.commands import Command
 from elastic_robot.description import Robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
-from elastic_robot.fmi.interface import blocks
+from elastic_robot.fmi.interface import IDEAL, blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.parameters import Parameters
@@ -144,10 +144,10 @@ class MasterValues:
             strings: Values of the string variables by name.
             tolerance: Error allowed at the TCP over a path [m].
         """
-        if strings["drive"] != "ideal":
+        if strings["drive"] != IDEAL:
             raise ParameterError(
-                f"drive: expected ideal in an FMU of kind python, got {strings['drive']}: build it with"
-                " --kind native"
+                f"drive: expected {IDEAL} in an FMU of kind python, got {strings['drive']}: build it"
+                " with --kind native"
             )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)

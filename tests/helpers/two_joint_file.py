@@ -1,0 +1,22 @@
+"""A robot file of two joints, the second with a table of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+HEAD = 'name = "one"\n[tcp]\nposition = [1.0, 0.0, 0.0]\n'
+JOINT = """
+[[joint]]
+origin = [0.0, 0.0, 0.0]
+axis = [0, 1, 0]
+mass = 10.0
+com = [0.5, 0.0, 0.0]
+inertia = [0.1, 1.0, 1.0]
+"""
+
+
+def two_joints(folder: Path, joint: str, table: str, after: str = "") -> Path:
+    """Write it with keys and table of the second joint; return the file."""
+    file = folder / "robot.toml"
+    file.write_text(f"{HEAD}{JOINT}stiffness = 1e6\n{JOINT}{joint}\n{table}\n{after}")
+    return file
