@@ -210,7 +210,8 @@ class Drive:
         f = (F (1 - c (1 - exp(-(q' / v)^2))) + mu |T|) s / a + b q',
         tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
 
-    mu |T| is what the gear loses of its torque: a gear of efficiency eta has mu = 1 / eta - 1. Rotors are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
+    mu |T| is what the gear loses of its torque: a gear of efficiency eta has mu = 1 / eta - 1. Rotors
+    are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
 
     Attributes:
         inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
@@ -347,8 +348,8 @@ class Joint:
         steepest = sum(error.amplitude * error.order for error in self.kinematic_error)
         if steepest > _STEEPEST_ERROR:
             raise ValueError(
-                f"kinematic_error: expected a sum of amplitude times order of at most {_STEEPEST_ERROR:g},"
-                f" as no gear stops or turns back, got {steepest:.4g}"
+                "kinematic_error: expected a sum of amplitude times order of at most"
+                f" {_STEEPEST_ERROR:g}, as no gear stops or turns back, got {steepest:.4g}"
             )
         if self.drive is not None and self.stiffness is None:
             raise ValueError(
