@@ -112,11 +112,15 @@ void er_model_angles(const er_model *model, bool rigid, double *theta)
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
+    double qd[ER_MAX_JOINTS];
     if (rigid) {
         er_angles(&model->robot, model->memory.held.qd, NULL, rate);
-    } else {
+    } else if (model->robot.errors > 0) {
         driven own = drive(model);
         er_angles(&model->robot, own.qd, model->memory.state.v, rate);
+    } else {
+        er_model_motor_rate(model, qd);
+        er_angles(&model->robot, qd, model->memory.state.v, rate);
     }
 }
 

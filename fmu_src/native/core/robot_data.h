@@ -164,6 +164,8 @@ typedef struct {
     int joints;   /* n */
     int elastics; /* m, entries of x */
     int angles;   /* rotations of the chain */
+    int errors;   /* sines of all gears, in the order of their joints */
+    int balancers;
     er_rotation rotation[ER_MAX_ANGLES];
     int drive_angle[ER_MAX_JOINTS];   /* place of each drive among the rotations */
     int elastic_angle[ER_MAX_ANGLES]; /* place of each entry of x among the rotations */
@@ -179,10 +181,8 @@ typedef struct {
     er_motor motor[ER_MAX_JOINTS];
     er_parameters parameters;         /* start values */
     er_settings settings;
-    int errors;                           /* sines of all gears, in the order of their joints */
     int first_error[ER_MAX_JOINTS + 1];   /* the first of each joint, and behind the last */
     er_error_sine error[ER_MAX_ERRORS * ER_MAX_JOINTS];
-    int balancers;
     er_balancer balancer[ER_MAX_JOINTS];
 } er_robot;
 
