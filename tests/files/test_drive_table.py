@@ -90,10 +90,10 @@ def test_both_forms_of_a_servo_are_one(rotor, ratio, position, bandwidth, time):
 def test_friction_is_that_of_the_file_at_rest_and_at_high_rates(coulomb, more, rate, viscous):
     text = f"coulomb_Nm = {coulomb!r}, stiction_Nm = {coulomb * more!r}, viscous_Nm_s = {viscous!r}"
     drive = read(lines(friction=f"{{ {text}, stribeck_rate = {rate!r} }}", max_torque_Nm=None))
-    at_rest = drive.friction_torque(drive.friction, 1.0, 0.0)
+    at_rest = drive.friction_torque(drive.friction, 1.0, 0.0, 0.0)
     assert at_rest == coulomb * more
     fast = 10.0 * rate
-    moving = drive.friction_torque(drive.friction, -1.0, -fast)
+    moving = drive.friction_torque(drive.friction, -1.0, -fast, 0.0)
     assert moving == pytest.approx(-coulomb - viscous * fast, rel=1e-12)
     assert drive.torque_limit is None
 
