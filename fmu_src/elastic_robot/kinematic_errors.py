@@ -25,7 +25,7 @@ class KinematicErrors:
         joint_count: Number of joints n.
         joint: Number of the joint of each, from 0, (s,).
         amplitude: Amplitude a [rad], > 0, (s,).
-        order: Periods n in a turn of the gear's output, > 0, (s,).
+        order: Number n of its periods in a turn of the gear's output, > 0, (s,).
         phase: Phase p at q = 0 [rad], (s,).
 
     Example:

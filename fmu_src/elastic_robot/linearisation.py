@@ -75,7 +75,7 @@ class Linearisation:
     feedthrough: np.ndarray
 
     def by_motors(self, output_by_motor: np.ndarray) -> Linearisation:
-        """Return it with the motors as drives; `KinematicErrors.gradient`, (3 n, 3 n)."""
+        """Return it by the motors, with `KinematicErrors.gradient` in its units, (3 n, 3 n)."""
 
         def moved(columns: np.ndarray) -> np.ndarray:
             return np.hstack([columns[:, :6], columns[:, 6:] @ output_by_motor])

@@ -68,7 +68,7 @@ class ResidualDerivatives:
     parameters: ByParameter
 
     def by_motors(self, output_by_motor: np.ndarray) -> ResidualDerivatives:
-        """Return them with the motors as drives; `KinematicErrors.gradient`, (3 n, 3 n)."""
+        """Return them by the motors, with `KinematicErrors.gradient` in its units, (3 n, 3 n)."""
         at_output = np.concatenate([self.drive, self.drive_rate, self.drive_acceleration], axis=-1)
         by = np.split(at_output @ output_by_motor, 3, axis=-1)
         return replace(self, drive=by[0], drive_rate=by[1], drive_acceleration=by[2])

@@ -40,7 +40,7 @@ class Sensitivity:
     parameters: ByParameter
 
     def by_motors(self, slope: np.ndarray) -> Sensitivity:
-        """Return it with the motors as drives; `KinematicErrors.slope` [1], (n,)."""
+        """Return it by the motors, with `KinematicErrors.slope` [1], (n,)."""
         return replace(self, drives=self.drives * slope)
 
 
@@ -59,7 +59,7 @@ class StaticSensitivities:
     tcp: Sensitivity
 
     def by_motors(self, slope: np.ndarray) -> StaticSensitivities:
-        """Return them with the motors as drives; `KinematicErrors.slope` [1], (n,)."""
+        """Return them by the motors, with `KinematicErrors.slope` [1], (n,)."""
         return StaticSensitivities(self.x.by_motors(slope), self.tcp.by_motors(slope))
 
 
