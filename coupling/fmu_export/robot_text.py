@@ -9,18 +9,16 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from coupling.files.gear_table import MOST_ELEMENTS
+from coupling.files.balancer_table import MOST_POINTS
+from coupling.files.gear_table import MOST_ELEMENTS, MOST_ERRORS
 from elastic_robot.description import Body, Drive, Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.settings import SETTINGS
 
 VERSION = 3
-# What the C core's arrays hold (ER_MAX_JOINTS, ER_MAX_KNOTS, ER_MAX_ERRORS and ER_MAX_BALANCER_POINTS in
-# robot_data.h).
+# What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
-MOST_ERRORS = 8
-MOST_BALANCER_POINTS = 256
 
 
 def robot_text(robot: Robot, guid: str) -> str:
@@ -78,7 +76,7 @@ def _joint_lines(number: int, joint: Joint) -> list[str]:
         _require(number, "torque_table", "points", MOST_TABLE_POINTS, points)
         lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
     if joint.balancer is not None:
-        _require(number, "balancer", "points", MOST_BALANCER_POINTS, len(joint.balancer))
+        _require(number, "balancer", "points", MOST_POINTS, len(joint.balancer))
         lines.append(_balancer_line(np.array(joint.balancer)))
     _require(number, "hysteresis", "elements", MOST_ELEMENTS, len(joint.hysteresis))
     lines += [_line("stop", [stop.slip_torque, stop.slip_angle]) for stop in joint.hysteresis]

@@ -270,10 +270,13 @@ class Drive:
             limit = self.torque_limit
             _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
 
-    def friction_torque(self, friction: float, part: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Return f [N m] with F [N m], at s / a and q' [rad/s], any shape."""
+    def friction_torque(
+        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+    ) -> np.ndarray:
+        """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
-        return np.asarray(friction * part * (1.0 - lost) + self.viscous * rate)
+        of_load = self.load_friction * np.abs(carried)
+        return np.asarray((friction * (1.0 - lost) + of_load) * part + self.viscous * rate)
 
 
 @dataclass(frozen=True)
@@ -364,15 +367,15 @@ class Joint:
                 raise ValueError(
                     f"limits: expected [low, high], low < high [rad], got {list(self.limits)}"
                 )
-        if self.balancer is not None:
-            self._require_balancer(np.array(self.balancer))
+        if self.balancer is not None and self.stiffness is not None:
+            self._require_balancer(np.array(self.balancer), self.stiffness)
         if self.torque_table is not None:
             self._require_table(np.array(self.torque_table))
         for key, unit in (("max_rate", "rad/s"), ("max_acceleration", "rad/s^2")):
             if getattr(self, key) is not None:
                 _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
 
-    def _require_balancer(self, table: np.ndarray) -> None:
+    def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
         if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():
             raise ValueError(
                 "balancer: expected at least 3 pairs of finite numbers [rad, N m], got"
@@ -383,6 +386,13 @@ class Joint:
             raise ValueError(
                 "balancer: expected strictly rising angles, got no rise behind"
                 f" {table[flat[0], 0]:.6g} rad"
+            )
+        slope = np.diff(table[:, 1]) / np.diff(table[:, 0])
+        if slope.max() >= stiffness:
+            raise ValueError(
+                f"balancer: expected torques that rise by less than the gear's {stiffness:.6g}"
+                f" N m/rad, as its link is driven away else, got {slope.max():.6g} N m/rad behind"
+                f" {table[slope.argmax(), 0]:.6g} rad"
             )
 
     def _require_table(self, table: np.ndarray) -> None:
