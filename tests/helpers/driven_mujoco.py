@@ -125,7 +125,8 @@ class DrivenMujoco:
         for i in self.motors:
             for element in joints[i].hysteresis:
                 add(joint_name(i), "integrator", -element.stiffness)
-        for i in self.motors if self.backlash else ():
+        loose = [i for i in self.motors if self.backlash and joints[i].backlash > 0.0]
+        for i in loose:
             self._add_relief(add(joint_name(i), "none", 0.0), joints[i])
 
     def _add_relief(self, relief: Element, joint: Joint) -> None:

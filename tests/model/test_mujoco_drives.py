@@ -129,11 +129,27 @@ def by_mujoco(
     return np.array(found)
 
 
+def unlimited_manutec() -> Robot:
+    """The shipped robot that has drives; it goes beyond their limits here, which have a test below."""
+    robot = load_robot(find_robot("manutec_r3"))
+    drives = [j.drive and replace(j.drive, torque_limit=None) for j in robot.joints]
+    joints = (replace(j, drive=d) for j, d in zip(robot.joints, drives, strict=True))
+    return replace(robot, joints=tuple(joints))
+
+
 ROBOTS = {
     "random-2": lambda: make_robot(2, 3),
     "random-6": lambda: make_robot(6, 5),
     "icme2008": lambda: load_robot(find_robot("icme2008")),
+    "manutec_r3": unlimited_manutec,
 }
+
+
+def with_drives(name: str) -> Robot:
+    """A robot with its own drives, or with random ones."""
+    robot = ROBOTS[name]()
+    own = any(joint.drive for joint in robot.joints)
+    return robot if own else driven(robot, np.random.default_rng(1))
 
 
 def compared(robot: Robot, drive: str, curve: str, folder: Path, parts: int) -> tuple[float, ...]:
@@ -154,7 +170,7 @@ def test_mujoco_converges_to_smooth_drives(tmp_path, name, drive):
 
     Found are 1e-11 to 3.3e-9 rad and m of 0.01 to 0.08.
     """
-    robot = smooth(driven(ROBOTS[name](), np.random.default_rng(1)))
+    robot = smooth(with_drives(name))
     first, second, apart = compared(robot, drive, "linear", tmp_path, 8)
     assert np.log2(first / second) > 3.8
     assert second < 1e-7
@@ -169,7 +185,7 @@ def test_mujoco_converges_to_drives_that_slip_and_stick(tmp_path, name, curve, d
 
     Found are 4e-10 to 1.3e-7 rad and m.
     """
-    robot = driven(ROBOTS[name](), np.random.default_rng(1))
+    robot = with_drives(name)
     _, second, apart = compared(robot, drive, curve, tmp_path, 16)
     assert second < 2e-7
     assert apart < 1.5 * second
@@ -181,7 +197,7 @@ def test_mujoco_limits_a_servo_as_we_do(tmp_path):
     That an integral waits, and goes on, both find at the end of their steps only: MuJoCo's steps of
     1/32 and 1/64 ms are 2e-6 rad from a finer one's, ours at a tolerance of 1e-10 m 5e-7.
     """
-    robot = driven(ROBOTS["random-6"](), np.random.default_rng(1))
+    robot = with_drives("random-6")
     motion = Motion(robot, np.random.default_rng(2).uniform(-0.5, 0.5, 5), 3)
     start, _, free = simulated(robot, motion, "servo", "linear", tmp_path / "free")
     limits = iter(0.5 * np.abs(start[1]) + 0.5 * np.abs(free).max(axis=0))
