@@ -145,9 +145,10 @@ def test_the_robot_moves_as_dymola_has_it(tmp_path, slip_angle, bent):
     np.testing.assert_allclose(torque[0], TORQUE * RATIO * currents[0], rtol=0, atol=1e-6)
     assert np.abs(link - axes[:, :3]).max() < 1e-4
     assert np.abs(wind_up - springs / RATIO).max() < bent
-    # While all axes move evenly, all is nearer.
+    # While all axes move evenly, all is nearer, and torques tell of friction, to 0.6 of 500 N m.
     even = (times > 0.4) & (times < 1.2)
     assert np.abs(link - axes[:, :3])[even].max() < 1e-5
+    assert np.abs(torque - TORQUE * RATIO * currents)[even].max() < 0.6
 
 
 def made_up_for(bent: np.ndarray, time: float) -> np.ndarray:
