@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from driven_robot import DrivenRobot
 from native_fmu import NativeFmu
-from native_motors import built, driven, one_joint, start_of
-from random_robots import make_robot
+from native_motors import built, one_joint, start_of
+from random_robots import driven, make_robot
 
 from elastic_robot.description import Drive, Joint, KinematicError, Robot
 

@@ -11,14 +11,15 @@ import pinocchio as pin
 import pytest
 from driven_robot import DrivenRobot
 from fmpy.fmi1 import FMICallException
-from native_motors import built, driven, one_joint, start_of
-from random_robots import make_robot
+from native_motors import built, one_joint, start_of
+from random_robots import driven, make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Drive
+from elastic_robot.kinematics import base_from_tool
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
 LOOPS = {"position_gain": 20.0, "rate_gain": 2e3}
@@ -54,6 +55,37 @@ def test_motors_move_as_scipy_has_them(tmp_path, seed, joints):
     moved = np.abs(np.append(x, angle) - began).max()
     assert moved > 1e-5
     assert {"gear", "motor"} == {kind for kind, _ in slipped}
+
+
+@pytest.mark.parametrize(("seed", "joints"), [(5, 3), (8, 4)])
+def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
+    """The TCP's, against SciPy, within a hundredth of it; ten times less for a hundredth of it."""
+    rng = np.random.default_rng(seed)
+    robot = driven(make_robot(seed, joints), rng)
+    fmu, step = built(robot, tmp_path), 4e-3
+    q, forces = rng.uniform(-0.5, 0.5, joints), rng.normal(size=(6, 3)).repeat(5, axis=0) * 400.0
+    tolerances, paths = (1e-6, 1e-7, 1e-8, 1e-9), []
+    for tolerance in tolerances:
+        slave = fmu.start(fmu.slave(), q, tolerance, drive="servo", torque_curve="linear")
+        paths.append([fmu.get(slave, "tcp.x", "tcp.y", "tcp.z")])
+        for k, force in enumerate(forces):
+            fmu.set(slave, dict(zip(("force.x", "force.y", "force.z"), force, strict=True)))
+            slave.doStep(k * step, step)
+            paths[-1].append(fmu.get(slave, "tcp.x", "tcp.y", "tcp.z"))
+    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
+    state = start_of(fmu, fmu.start(fmu.slave(), q, drive="servo", torque_curve="linear"), own, q)
+    exact = [paths[0][0]]
+    for k, force in enumerate(forces):
+        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
+        state = own.run(state, np.array([k, k + 1]) * step, 2e-4, 1e-10)[-1]
+        angles = q.copy()
+        x, _, angles[own.driven], *_ = own.split(state)
+        theta = own.chain.theta(angles, x)
+        exact.append(base_from_tool(own.chain, own.dynamics.data, theta).translation.copy())
+    errors = np.abs(np.array(paths) - exact).max(axis=(1, 2))
+    assert np.all(errors < 1e-2 * np.array(tolerances))
+    assert errors[2] < 0.1 * errors[0]
+    assert np.ptp(exact, axis=0).max() > 1e-4
 
 
 def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
