@@ -246,12 +246,13 @@ class TouchOffResult(ResultPart):
 
 
 class RobotResult(ResultPart):
-    """A robot of a run: its file, sources of its numbers, links."""
+    """A robot of a run: its file, how its drives move, sources of its numbers, links."""
 
     name: str
     title: str
     description: str
     torque_curve: str
+    drive: Literal["ideal", "servo"] = "ideal"
     sources: dict[str, list[str]]
     touch_off: TouchOffResult | None = None
     links_m: Annotated[tuple[Three, ...], Field(min_length=2)]
