@@ -1,7 +1,7 @@
 """A FANUC R-2000iC through whose tool a drill's thrust is gone at once: surge, and nothing fitted.
 
-Masses are published, stiffness is that of the shipped file, identified at rest; its damping is an assumption,
-and so is the largest one here. The data: examples/measured/fanuc_drilling.
+Masses are published, stiffness is that of the shipped file, identified at rest; its damping is an
+assumption. The data: examples/measured/fanuc_drilling.
 """
 
 from __future__ import annotations
@@ -10,14 +10,17 @@ import csv
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu.driver import SimulationJob
 from coupling.robot.robot_fmu import SCALARS
+from docs.scripts.page import table as page_table
 from docs.scripts.trust_comparison import Against, Comparison
 from docs.scripts.trust_fmu import answers
 from elastic_robot.description import Robot
@@ -27,13 +30,15 @@ from elastic_robot.trajectory import HeldCommand
 
 DATA = Path(__file__).parents[2] / "examples" / "measured" / "fanuc_drilling"
 RECORDINGS = ("A-1", "A-2", "A-3")
-# Damping over that of the file: as it is, and so much that the first mode has the ratio 0.24, that of the
-# first decrement measured, as if the joints had all of it.
+# Damping over that of the file: as it is, and so much that the first mode has the ratio 0.24, that of
+# the first decrement measured, as if the joints had all of it.
 DAMPING = (1.0, 7.0)
 # How long the thrust of the eight tests takes from 90 to 10 % [s]: not known, as of the recordings.
 FALLS = (0.016, 0.032)
 # Authors' stiffness of the joints [N m/rad], behind the thrust of the eight tests.
 _PUBLISHED = (933941.7645, 4129256.136, 1907534.091, 233204.6026, 404358.8275, 79618.1594)
+# How far the tools went on, read from the whole recordings [mm]; the feed leaves it open by 0.4.
+STEPS = {"A-1": 2.3, "A-2": 1.7, "A-3": 1.4}
 # Where a recording's rate is the feed alone, but for ripple [s].
 _FEED = {"A-1": (2.193445, 2.395445), "A-2": (2.195445, 2.333045), "A-3": (1.902225, 2.203725)}
 _STEP, _BEFORE, _AFTER = 5e-4, 0.02, 0.25  # [s]
@@ -156,7 +161,9 @@ def predicted() -> dict[str, tuple[Surge, ...]]:
     """Return what the model says of the recordings, a surge for each of DAMPING."""
     jobs = [recorded(name)[0].job(damping) for name in RECORDINGS for damping in DAMPING]
     found = iter(answers(robot(), jobs))
-    return {name: tuple(recorded(name)[0].surge(next(found)) for _ in DAMPING) for name in RECORDINGS}
+    return {
+        name: tuple(recorded(name)[0].surge(next(found)) for _ in DAMPING) for name in RECORDINGS
+    }
 
 
 def static_step(name: str) -> float:
@@ -209,6 +216,54 @@ def drilled() -> Drilled:
     return Drilled(measured, authors, thrust, low, high, found[:, -1])
 
 
+def table() -> str:
+    """Return the page's table of the recordings."""
+    lines = []
+    for name in RECORDINGS:
+        release, real = recorded(name)
+        declared, damped = predicted()[name]
+        lines.append(
+            (
+                name,
+                f"{release.force[0]:.0f} N",
+                f"{1e3 * declared.rate:.0f}, {1e3 * damped.rate:.0f}",
+                f"{1e3 * real.rate:.1f}",
+                f"{1e3 * declared.half_cycle:.0f}, {1e3 * damped.half_cycle:.0f}",
+                f"{1e3 * real.half_cycle:.0f}",
+                f"{1e3 * static_step(name):.1f}",
+                f"{STEPS[name]:.1f} ± 0.4",
+            )
+        )
+    head = (
+        "",
+        "thrust",
+        "surge [mm/s]",
+        "measured",
+        "half cycle [ms]",
+        "measured",
+        "step at rest [mm]",
+    )
+    return page_table((*head, "measured"), lines)
+
+
+def values() -> dict[str, Any]:
+    """Return what the page says of it, by the names of its template."""
+    feeds = [1e3 * recorded(name)[0].feed for name in RECORDINGS]
+    tests = drilled()
+    inside = (tests.low <= tests.measured) & (tests.measured <= tests.high)
+    misses = {"authors": tests.authors, "ours": tests.declared}
+    missed = {name: 100.0 * np.abs(said / tests.measured - 1.0) for name, said in misses.items()}
+    return {
+        **comparisons(),
+        "breakthroughs": table(),
+        "feed_low": min(feeds),
+        "feed_high": max(feeds),
+        "inside": int(inside.sum()),
+        **{f"{name}_rms": np.sqrt(np.mean(off**2)) for name, off in missed.items()},
+        **{f"{name}_worst": off.max() for name, off in missed.items()},
+    }
+
+
 def comparisons() -> dict[str, Comparison]:
     """Return the page's entries: rms over recordings or tests, the file's damping."""
     measured = [recorded(name)[1] for name in RECORDINGS]
@@ -231,8 +286,10 @@ def comparisons() -> dict[str, Comparison]:
     }
 
 
-def _compared(what: str, ours: np.ndarray | list, theirs: np.ndarray | list, unit: str) -> Comparison:
-    error, size = (float(np.sqrt(np.mean(np.square(x)))) for x in (np.subtract(ours, theirs), theirs))
+def _compared(what: str, ours: ArrayLike, theirs: ArrayLike, unit: str) -> Comparison:
+    error, size = (
+        float(np.sqrt(np.mean(np.square(x)))) for x in (np.subtract(ours, theirs), theirs)
+    )
     words = f"{1e3 * error:.0f} of {1e3 * size:.0f} {unit} rms"
     return Comparison(what, Against.MEASUREMENT, error, size, words)
 

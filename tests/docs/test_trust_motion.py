@@ -62,7 +62,7 @@ def test_the_thrust_is_that_of_the_authors_links_and_formula():
 
 
 def test_all_postures_of_the_recordings_drill_in_one_direction():
-    """A wrong sign or zero of one joint would turn them apart: they differ by up to 300 degrees in joint 4."""
+    """A wrong sign or zero of a joint would turn them apart: joint 4 differs by up to 400 degrees."""
     postures = breakthrough.rows("breakthrough_initial")
     drills = [
         breakthrough.drill_axis(breakthrough.file_angles(row))
