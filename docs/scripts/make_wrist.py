@@ -1,6 +1,6 @@
 """Write the table of docs/robot_file.md on the wrist of the KR 210: make wrist.
 
-Its modes with the stiffness of joints 4 and 5 that its file has, and with what modal tests of others fit.
+Its modes with the stiffness of joints 4 and 5 that its file has, and with that of modal tests of others.
 """
 
 from __future__ import annotations
