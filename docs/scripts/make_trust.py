@@ -1,4 +1,4 @@
-"""Write docs/trust.md, its pictures and the README's summary of it: make trust, a minute or two.
+"""Write docs/trust.md, its pictures and the README's summary of it: make trust, some five minutes.
 
 The FMUs, MuJoCo, CalculiX (where it is installed), the measured robot and the cone on other robots are
 run anew; what `make measured-sheet` and `make study` take long for is read from their pages.
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from docs.scripts import trust_breakthrough as breakthrough
+from docs.scripts import trust_drives as drives
 from docs.scripts import trust_engines as engines
 from docs.scripts import trust_figures as figures
 from docs.scripts import trust_recordings as recordings
@@ -35,7 +36,9 @@ SUMMARY = """\
   On a measured sheet `sheet-fem` is off by {axial.beyond}, Aerens' law by {law.beyond}.
 - **A command is as right as its robot file.**
   Of the example cone's {before:.0f} um it leaves {as_file_um:.2f} um if the file is right,
-  {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer.
+  {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer. On a KUKA with
+  servos and friction it leaves {driven.words} if they are as in the file, {undriven.words} if
+  they are ignored, {rubbed.words} with 20 % less friction.
 - **Never compared:** the path of a real robot's tool, hysteresis of its gears, heat, its controller; a
   part made by a command of this project."""
 
@@ -84,6 +87,7 @@ def computed() -> dict[str, Any]:
         "stiffer": robots.stiffer(),
         **recordings.values(),
         **breakthrough.values(),
+        **drives.values(),
         **left,
         "before": 1e6 * left["as_file"].of,
         **{f"{name}_um": 1e6 * found.deviation for name, found in left.items()},
