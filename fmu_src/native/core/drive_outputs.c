@@ -45,6 +45,8 @@ void er_motor_rate_along(const er_model *model, const er_change *change, double 
 static er_transmission transmission_of(const er_model *model, int joint)
 {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS];
+    if (model->robot.errors == 0)
+        return (er_transmission){{0.0, 0.0, 0.0, 0.0}, 0.0, 0.0};
     er_model_motor_angle(model, q);
     er_model_motor_rate(model, qd);
     return er_transmission_at(&model->robot, joint, q[joint], qd[joint], model->memory.held.qdd[joint]);
@@ -192,7 +194,7 @@ double er_model_motor_torque(const er_model *model, int k)
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
     double rate, slope, torque;
     if (d < 0 || memory->options.quasistatic)
-        return er_model_gear_torque(model, k);
+        return (1.0 + transmission_of(model, model->robot.elastic_joint[k]).error.slope) * er_model_gear_torque(model, k);
     if (memory->options.drive == ER_TORQUE)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
@@ -204,6 +206,17 @@ double er_model_motor_torque(const er_model *model, int k)
             er_motor_friction(motor, memory->parameters.friction[d], torque, side_of(rate), rate, &slope));
 }
 
+/* Change of what the drive of entry k of x feels of its gear [N m]. */
+static double of_gear_along(const er_model *model, const er_change *change, int k)
+{
+    int joint = model->robot.elastic_joint[k];
+    er_gear_error error = transmission_of(model, joint).error;
+    double angles[ER_MAX_JOINTS];
+    er_motor_angle_along(model, change, angles);
+    return (1.0 + error.slope) * er_gear_torque_along(model, change, k) +
+           error.bend * er_model_gear_torque(model, k) * angles[joint];
+}
+
 double er_motor_torque_along(const er_model *model, const er_change *change, int k)
 {
     const er_memory *memory = &model->memory;
@@ -211,10 +224,9 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     const er_motors *motors = &memory->state.motors;
     int d = motor_of(model, k), joint;
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
-    er_gear_error error;
     double rate, slope, torque, side;
     if (d < 0 || memory->options.quasistatic)
-        return er_gear_torque_along(model, change, k);
+        return of_gear_along(model, change, k);
     if (memory->options.drive == ER_TORQUE)
         return moved->torque[d];
     joint = motor->joint;
@@ -228,10 +240,10 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     rate = memory->held.qd[joint];
     side = side_of(rate);
     torque = er_model_gear_torque(model, k);
-    error = transmission_of(model, joint).error;
     er_motor_friction(motor, memory->parameters.friction[d], torque, side, rate, &slope);
-    return (1.0 + error.slope + side * copysign(motor->load_friction, torque)) * er_gear_torque_along(model, change, k) +
-           error.bend * torque * moved->q[joint] + motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
+    return of_gear_along(model, change, k) +
+           side * copysign(motor->load_friction, torque) * er_gear_torque_along(model, change, k) +
+           motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
            side * er_stribeck_left(motor, rate) * change->parameters.friction[d];
 }
 
