@@ -69,7 +69,7 @@ def _corrected(case: Case, models: Models, drive: str) -> Correction:
     Raises:
         RuntimeError: If that does not converge.
     """
-    cell, _ = cell_of(case.robots, models, drive)
+    cell, _ = cell_of([replace(robot, drive=drive) for robot in case.robots], models)
     found = case.method.correct(loop_of(case, cell), case.motion)
     if not found.converged:
         raise RuntimeError(found.reason)
@@ -82,8 +82,8 @@ def _moved(case: Case, models: Models, found: Correction, robot: Robot) -> Devia
     Raises:
         RuntimeError: If that does not converge.
     """
-    placed = [replace(case.robots[0], description=robot)]
-    cell, _ = cell_of(placed, models, "servo")
+    placed = [replace(case.robots[0], description=robot, drive="servo")]
+    cell, _ = cell_of(placed, models)
     coupling = coupled_on(case, cell, 1.0, found.joints, found.achieved, unwatched)
     if not coupling.converged:
         raise RuntimeError(coupling.reason)

