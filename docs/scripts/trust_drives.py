@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 from coupling.case.file import Case
+from coupling.case.robots import OneOfDrives
 from coupling.events import unwatched
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import loop_of
@@ -63,7 +64,7 @@ def left(path: str) -> dict[str, Deviation]:
     return rows
 
 
-def _corrected(case: Case, models: Models, drive: str) -> Correction:
+def _corrected(case: Case, models: Models, drive: OneOfDrives) -> Correction:
     """Return the correction for such drives.
 
     Raises:
