@@ -53,16 +53,17 @@ def sentence(figures: RunResult, process: str) -> str:
 
 
 def _of_gears(figures: RunResult) -> str:
-    """Return what an error of the backlash would do, and one of the hysteresis where gears have any."""
-    rows = [row for row in figures.robustness if row.name.startswith("hysteresis")]
-    if not rows:
-        return _of_backlash(figures)
-    return f"{_of_backlash(figures)}; {_worst(rows)}"
+    """Return what an error of the backlash would do, and those of what not every robot has."""
+    told = [_of_backlash(figures)]
+    for name, where in (("hysteresis", "gears"), ("friction", "motors"), ("servo gain", "motors")):
+        rows = [row for row in figures.robustness if row.name.startswith(name)]
+        told += [_worst(rows, where)] if rows else []
+    return "; ".join(told)
 
 
-def _worst(rows: Sequence[ReplayResult]) -> str:
+def _worst(rows: Sequence[ReplayResult], where: str = "gears") -> str:
     worst = max(rows, key=lambda row: row.deviation_m.maximum)
-    return f"{worst.name} in all gears would leave {_um(worst.deviation_m.maximum)}"
+    return f"{worst.name} in all {where} would leave {_um(worst.deviation_m.maximum)}"
 
 
 def _of_backlash(figures: RunResult) -> str:
