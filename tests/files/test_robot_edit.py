@@ -83,8 +83,8 @@ MOTOR = "rotor_inertia_kg_m2 = 1e-3, gear_ratio = 100.0"
 FRICTION = "{ coulomb_Nm = 10.0, stiction_Nm = 15.0 }"
 SERVO = "{ position_gain = 20.0, rate_gain = 2e3 }"
 FORMS = {
-    "inline": f"gear = {{ hysteresis = [{FIRST}, {SECOND}] }}\ndrive = {{ {MOTOR}, friction = {FRICTION},"
-    f" servo = {SERVO} }}\n",
+    "inline": f"gear = {{ hysteresis = [{FIRST}, {SECOND}] }}\n"
+    f"drive = {{ {MOTOR}, friction = {FRICTION}, servo = {SERVO} }}\n",
     "dotted": f"gear.hysteresis = [\n    {FIRST},\n    {SECOND},\n]\ndrive.rotor_inertia_kg_m2 = 1e-3\n"
     f"drive.gear_ratio = 100.0\ndrive.friction = {FRICTION}\ndrive.servo = {SERVO}\n",
     "tables": """[[joint.gear.hysteresis]]
