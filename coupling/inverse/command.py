@@ -39,7 +39,7 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     exact = RigidDrive.of(task.link, rows).link
     times = np.linspace(rows.start, rows.end, len(exact))
     output = exact - np.interp(times, task.time, task.wind_up)
-    exact = task.errors.at_motor(output[:, None])[:, 0]
+    exact = task.errors.motor_angle(output[:, None])[:, 0]
     return _command(GearDrive.of(task, rows), task.link, rows, exact, limits)
 
 
@@ -48,7 +48,7 @@ def rigid_command(
 ) -> UniformSpline:
     """Return the command of a rigid joint that is nearest to its link; the rest as in `gear_command`."""
     drive = replace(RigidDrive.of(link, rows), errors=errors)
-    exact = errors.at_motor(drive.link[:, None])[:, 0]
+    exact = errors.motor_angle(drive.link[:, None])[:, 0]
     return _command(drive, link, rows, exact, limits)
 
 
@@ -141,7 +141,7 @@ class RigidDrive:
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return delta - u(q) + phi at the ends of the steps [rad], (n, parts)."""
         wanted = (misses + self.link)[1:].reshape(-1, self.layout.parts)
-        defects: np.ndarray = wanted - self.errors.output(self._drive(coefficients))[..., 0]
+        defects: np.ndarray = wanted - self.errors.output_angle(self._drive(coefficients))[..., 0]
         return defects
 
     def _drive(self, coefficients: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ class KinematicErrors:
         derivatives: np.ndarray = sines @ self._owner
         return derivatives
 
-    def output(self, q: np.ndarray) -> np.ndarray:
+    def output_angle(self, q: np.ndarray) -> np.ndarray:
         """Return u = q + eps(q) [rad] at q (..., n) [rad], (..., n)."""
         return q + self.derivatives(q)[0] if self.count else q
 
@@ -90,7 +90,7 @@ class KinematicErrors:
         rise = 1.0 + slope
         return np.stack([q + eps, rise * rate, rise * acceleration + bend * rate**2])
 
-    def at_motor(self, output: np.ndarray) -> np.ndarray:
+    def motor_angle(self, output: np.ndarray) -> np.ndarray:
         """Return q of the angles u = q + eps(q) at the gears' outputs [rad], (..., n).
 
         By Newton's method, and where its step does not halve what is left, by q = u - eps(q), which does
@@ -111,6 +111,15 @@ class KinematicErrors:
             eps, slope, *_ = self.derivatives(q)
             left = q + eps - output
         return q
+
+    def at_motor(self, outputs: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' [rad, rad/s, rad/s^2] of u, u', u'', (3, ..., n) each."""
+        if self.count == 0:
+            return outputs
+        q = self.motor_angle(outputs[0])
+        _, slope, bend, _ = self.derivatives(q)
+        rate = outputs[1] / (1.0 + slope)
+        return np.stack([q, rate, (outputs[2] - bend * rate**2) / (1.0 + slope)])
 
     def gradient(self, drives: np.ndarray) -> np.ndarray:
         """Return the derivatives of u, u', u'' by q, q', q'' of one state or of k.
