@@ -38,32 +38,38 @@ void er_motor_rate_along(const er_model *model, const er_change *change, double 
     join(model, change->held.qd, change->motors.rate, rates);
 }
 
+/* Whether the rigid robot follows its commands: with torques in their place it goes with the motors. */
+static bool is_commanded(const er_model *model)
+{
+    return model->memory.options.drive != ER_TORQUE;
+}
+
 void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
     er_model_motor_angle(model, q);
-    er_angles(&model->robot, rigid ? model->memory.held.q : q, rigid ? NULL : model->memory.state.x, theta);
+    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.q : q, rigid ? NULL : model->memory.state.x, theta);
 }
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     double qd[ER_MAX_JOINTS];
     er_model_motor_rate(model, qd);
-    er_angles(&model->robot, rigid ? model->memory.held.qd : qd, rigid ? NULL : model->memory.state.v, rate);
+    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.qd : qd, rigid ? NULL : model->memory.state.v, rate);
 }
 
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
     er_motor_angle_along(model, change, q);
-    er_angles(&model->robot, rigid ? change->held.q : q, rigid ? NULL : change->x, theta);
+    er_angles(&model->robot, rigid && is_commanded(model) ? change->held.q : q, rigid ? NULL : change->x, theta);
 }
 
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
 {
     double qd[ER_MAX_JOINTS];
     er_motor_rate_along(model, change, qd);
-    er_angles(&model->robot, rigid ? change->held.qd : qd, rigid ? NULL : change->v, rate);
+    er_angles(&model->robot, rigid && is_commanded(model) ? change->held.qd : qd, rigid ? NULL : change->v, rate);
 }
 
 /* The motor that moves the gear of entry k of x, or -1. */
@@ -82,14 +88,21 @@ static double side_of(double rate)
                                          : 0.0;
 }
 
-/* w of a motor's servo now [rad/s]. */
-static double wanted_of(const er_model *model, int d)
+double er_model_wanted(const er_model *model, int d)
 {
     const er_held *held = &model->memory.held;
     const er_motors *motors = &model->memory.state.motors;
     const er_motor *motor = &model->robot.motor[d];
     return er_servo_wanted(motor, motors->angle[d] - held->q[motor->joint], motors->rate[d] - held->qd[motor->joint],
                            held->qd[motor->joint]);
+}
+
+double er_wanted_along(const er_model *model, const er_change *change, int d)
+{
+    const er_motor *motor = &model->robot.motor[d];
+    const er_held *moved = &change->held;
+    return er_servo_wanted(motor, change->motors.angle[d] - moved->q[motor->joint],
+                           change->motors.rate[d] - moved->qd[motor->joint], moved->qd[motor->joint]);
 }
 
 double er_model_motor_torque(const er_model *model, int k)
@@ -104,7 +117,7 @@ double er_model_motor_torque(const er_model *model, int k)
     if (memory->options.drive == ER_TORQUE)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
-        return er_servo_torque(motor, wanted_of(model, d), memory->state.motors.integral[d]);
+        return er_servo_torque(motor, er_model_wanted(model, d), memory->state.motors.integral[d]);
     rate = held->qd[motor->joint];
     return er_model_gear_torque(model, k) +
            (motor->inertia * held->qdd[motor->joint] +
@@ -125,9 +138,8 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
         return moved->torque[d];
     joint = motor->joint;
     if (memory->options.drive == ER_SERVO) {
-        double wanted = er_servo_wanted(motor, change->motors.angle[d] - moved->q[joint],
-                                        change->motors.rate[d] - moved->qd[joint], moved->qd[joint]);
-        if (er_servo_saturates(motor, wanted_of(model, d), motors->integral[d]))
+        double wanted = er_wanted_along(model, change, d);
+        if (er_servo_saturates(motor, er_model_wanted(model, d), motors->integral[d]))
             return 0.0;
         return motor->rate_gain * wanted + change->motors.integral[d];
     }

@@ -19,7 +19,7 @@ bool er_free_motion_find(er_model *model)
     const er_memory *memory = &model->memory;
     const er_parameters *parameters = &memory->parameters;
     int m = robot->elastics;
-    double theta[ER_MAX_ANGLES], values[ER_MAX_ANGLES];
+    double theta[ER_MAX_ANGLES], values[ER_MAX_ANGLES], drives[ER_MAX_JOINTS];
     const er_load *acting = &memory->held.load;
     er_load at_rest = *acting;
     double of_contact[6];
@@ -29,16 +29,17 @@ bool er_free_motion_find(er_model *model)
     er_motion *motion = &free->motion;
     free->linked = false;
     at_rest.contact.stiffness = 0.0; /* it moves */
-    er_angles(robot, memory->held.q, memory->state.x, theta);
+    er_model_angles(model, false, theta);
     er_place_bodies(robot, theta, &placement);
     for (int i = 0; i < robot->angles; i++)
         for (int l = 0; l < ER_LANES; l++) {
             motion->sine[i][l] = sin(theta[i]);
             motion->cosine[i][l] = cos(theta[i]);
         }
-    er_angles(robot, memory->held.qd, memory->state.v, values);
+    er_model_rates(model, false, values);
     fill(robot->angles, values, motion->rate);
-    er_angles(robot, memory->held.qdd, NULL, values);
+    er_model_accelerations(model, drives);
+    er_angles(robot, drives, NULL, values);
     fill(robot->angles, values, motion->acceleration);
     er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
     er_load_wrench(&at_rest, placement.tool_position, free->wrench);
@@ -62,8 +63,9 @@ static void prepare_tangent(er_model *model)
 {
     er_free_motion *free = &model->free;
     const er_memory *memory = &model->memory;
-    double values[ER_MAX_ANGLES];
-    er_angles(&model->robot, memory->held.qdd, free->acceleration, values);
+    double values[ER_MAX_ANGLES], drives[ER_MAX_JOINTS];
+    er_model_accelerations(model, drives);
+    er_angles(&model->robot, drives, free->acceleration, values);
     fill(model->robot.angles, values, free->motion.acceleration);
     model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL,
                        &free->links);
@@ -88,8 +90,8 @@ static void add_contact(const er_model *model, const er_change *change, double w
     double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES], along[6];
     if (!er_contact_holds(&load->contact) || !(motion->touch.depth > 0.0))
         return;
-    er_angles(robot, change->held.q, change->x, theta);
-    er_angles(robot, change->held.qd, change->v, rate);
+    er_angles_along(model, change, false, theta);
+    er_rates_along(model, change, false, rate);
     er_contact_wrench_along(robot, load, motion, theta, rate, &change->held.load, along);
     for (int c = 0; c < 6; c++)
         wrench[c] += along[c];
@@ -100,17 +102,18 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     er_free_motion *free = &model->free;
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3];
+    double values[ER_MAX_ANGLES], drives[ER_MAX_JOINTS], wrench[6], moved[3], pull[3];
     ER_ALIGNED er_lanes load[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
     ER_ALIGNED er_vector shift;
     er_direction direction;
     if (!free->linked)
         prepare_tangent(model);
-    er_angles(robot, change->held.q, change->x, values);
+    er_angles_along(model, change, false, values);
     fill(robot->angles, values, direction.angle);
-    er_angles(robot, change->held.qd, change->v, values);
+    er_rates_along(model, change, false, values);
     fill(robot->angles, values, direction.rate);
-    er_angles(robot, change->held.qdd, NULL, values);
+    er_accelerations_along(model, change, drives);
+    er_angles(robot, drives, NULL, values);
     fill(robot->angles, values, direction.acceleration);
     model->kernel.shift(robot, &free->links, &direction, shift);
     for (int c = 0; c < 3; c++)

@@ -158,6 +158,13 @@ void er_model_motor_angle(const er_model *model, double *angles);
 void er_model_motor_rate(const er_model *model, double *rates);
 double er_model_motor_torque(const er_model *model, int k);
 
+/* What a motor's servo wants beside its rate, w [rad/s]; its acceleration [rad/s^2], and z' [N m/s]; the accelerations
+ * of all drives, of the motors that move by themselves theirs. */
+double er_model_wanted(const er_model *model, int d);
+double er_model_motor_acceleration(const er_model *model, int d);
+double er_model_integral_growth(const er_model *model, int d);
+void er_model_accelerations(const er_model *model, double *drives);
+
 /* Torque of the gear of entry k of x on its link [N m]. */
 double er_model_gear_torque(const er_model *model, int k);
 

@@ -49,6 +49,10 @@ void er_start_motors_along(const er_model *model, const er_change *change, er_mo
 void er_motor_angle_along(const er_model *model, const er_change *change, double *angles);
 void er_motor_rate_along(const er_model *model, const er_change *change, double *rates);
 double er_motor_torque_along(const er_model *model, const er_change *change, int k);
+double er_wanted_along(const er_model *model, const er_change *change, int d);
+double er_motor_acceleration_along(const er_model *model, const er_change *change, int d);
+double er_integral_growth_along(const er_model *model, const er_change *change, int d);
+void er_accelerations_along(const er_model *model, const er_change *change, double *drives);
 
 
 /* Placements of the elastic or the rigid robot and how they move. */
