@@ -192,7 +192,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             with _timed("robustness", durations):
-                replays = replayed(cell, models, found)
+                replays = replayed(cell, models, found, fmus.of)
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
