@@ -12,6 +12,7 @@ from random_robots import make_robot, with_gear_parts
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from coupling.check.backlash import right_command
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.command import rigid_command
 from coupling.inverse.gear_drive import GearDrive, GearTask
@@ -255,6 +256,14 @@ def test_the_tool_stays_on_its_path_behind_gears_with_errors_and_a_balancer(
     with RobotFmu(file, "backlash") as fmu:
         assert missed(fmu, wanted, commands[0]) < 5e-7
         assert missed(fmu, wanted, commands[1]) > 5e-5
+
+
+def test_the_exact_drive_is_behind_its_gears_errors(case):
+    """Its rows are a millisecond apart."""
+    robot, wanted, file = case
+    exact = right_command(MovingRobot(robot, "backlash"), wanted)
+    with RobotFmu(file, "backlash") as fmu:
+        assert missed(fmu, wanted, exact) < 2e-7
 
 
 def test_servos_are_told_what_their_gears_errors_and_losses_ask_for(case):
