@@ -1,8 +1,9 @@
 """What a path would ask of the motors of a robot, cold and warm, without a run.
 
-The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the motor turning as
-its link does with the tool on its path, the tilts at rest under their loads.  What a motor does in
-addition where its gear passes the backlash is not in it: a run tells that.
+The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the tool on its path and
+the tilts at rest under their loads: friction follows the motor, the link less the wind-up of its gear,
+the rotor is accelerated as the link is.  What a rotor needs to go through the backlash is not in it: a
+run tells that.
 """
 
 from __future__ import annotations
@@ -73,15 +74,23 @@ def motor_demands(
         links: Motion of its links.
         loads: Torques of its gears along it.
     """
-    motion = [links.at(loads.time, order) for order in range(3)]
+    motion = [links.at(loads.time, order)[:, moving.model.gears] for order in range(3)]
+    wind_up = moving.wind_up_from(loads.static[0], loads.time, loads.torque)
     found = []
     for gear, joint in enumerate(moving.model.gear_joint.tolist()):
-        drive, column = moving.robot.joints[joint].drive, int(moving.model.gears[gear])
+        drive = moving.robot.joints[joint].drive
         if drive is None:
             continue
         carried = -loads.carried[:, gear]
-        angle, rate, acceleration = (values[:, column] for values in motion)
-        own = MotorMotion(loads.time, angle, rate, acceleration, carried, float(carried[0]))
+        angle, rate, acceleration = (values[:, gear] for values in motion)
+        own = MotorMotion(
+            loads.time,
+            angle - wind_up.angle[:, gear],
+            rate - wind_up.rate[:, gear],
+            acceleration,
+            carried,
+            float(carried[0]),
+        )
         needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
         found.append(
             MotorDemand(
