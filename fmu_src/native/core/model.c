@@ -268,6 +268,7 @@ void er_model_hold(er_model *model, double time, const er_command *command, cons
         memcpy(held->qd, command->qd, sizeof held->qd);
         memcpy(held->qdd, command->qdd, sizeof held->qdd);
     }
+    memcpy(held->torque, command->torque, sizeof held->torque);
     held->load = *load;
     model->memory.state.time = own;
 }

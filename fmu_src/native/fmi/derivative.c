@@ -221,7 +221,7 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
         change->x[k] += seed * sensitivity->x[column][k];
         change->v[k] += seed * sensitivity->v[column][k];
     }
-    for (int j = 0; j < robot->elements; j++)
+    for (int j = 0; j < er_all_elements(robot); j++)
         change->elongation[j] += seed * sensitivity->elongation[column][j];
     for (int d = 0; d < er_model_motors(instance->model); d++) {
         int joint = robot->motor[d].joint;
