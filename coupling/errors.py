@@ -66,12 +66,13 @@ class HysteresisError(CouplingError):
     """A command does not know the hysteresis of gears."""
 
 
-def require_no_hysteresis(robot: Robot, what: str) -> None:
+def require_no_hysteresis(robot: Robot, what: str, instead: str = "") -> None:
     """Refuse a robot with hysteresis where it is not known yet.
 
     Args:
         robot: The robot.
         what: What does not know it.
+        instead: What can be done but for taking it out of the file.
 
     Raises:
         HysteresisError: If a gear has any.
@@ -79,8 +80,9 @@ def require_no_hysteresis(robot: Robot, what: str) -> None:
     for number, joint in enumerate(robot.joints, start=1):
         if joint.hysteresis:
             raise HysteresisError(
-                f"{robot.name}: joint {number} has hysteresis, which {what} does not know yet: take the"
-                " [joint.gear] hysteresis out of the robot file"
+                f"{robot.name}: joint {number} has hysteresis, which {what} does not know"
+                f"{f' from single loads: {instead}, or' if instead else ' yet:'} take the [joint.gear]"
+                " hysteresis out of the robot file"
             )
 
 

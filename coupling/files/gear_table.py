@@ -171,9 +171,7 @@ class GearTable(Schema):
                 f" {slip_torque:.6g} N m together by hysteresis_width_arcmin = {width:.6g} and stiffness"
                 f" = {stiffness:.6g} N m/rad, got {rated:.6g}"
             )
-        return backlash, tuple(
-            StopElement(slip_torque / len(_SLIP_ANGLES), part * own) for part in _SLIP_ANGLES
-        )
+        return backlash, sheet_elements(own, stiffness)
 
     @staticmethod
     def _backlash(lost: float, width: float, rated: float, stiffness: float) -> float:
@@ -192,6 +190,17 @@ class GearTable(Schema):
                 " from the lost motion: leave it out and give backlash"
             )
         return 0.5 * (lost - elastic) * ARCMIN
+
+
+def sheet_elements(width: float, stiffness: float) -> tuple[StopElement, ...]:
+    """Return the elements by which a loop has a width at no load.
+
+    Args:
+        width: Width beside that of the backlash [rad].
+        stiffness: Stiffness of the gear [N m/rad].
+    """
+    each = 0.5 * stiffness * width / len(_SLIP_ANGLES)
+    return tuple(StopElement(each, part * width) for part in _SLIP_ANGLES)
 
 
 def _elements(tables: list[StopElementTable]) -> list[StopElement]:

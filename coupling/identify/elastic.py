@@ -37,7 +37,7 @@ class ElasticParameters:
         Raises:
             HysteresisError: If a gear has hysteresis.
         """
-        require_no_hysteresis(robot, "identify")
+        require_no_hysteresis(robot, "identify", "measure loading loops, a table with a column loop")
         return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
     @cached_property
@@ -56,20 +56,25 @@ class ElasticParameters:
         return np.array([own.kind == "backlash" for own in self.own], dtype=bool)
 
     @cached_property
+    def is_compliance(self) -> np.ndarray:
+        """Which are compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
+        return np.array([own.kind == "stiffness" for own in self.own], dtype=bool)
+
+    @cached_property
     def is_torsion(self) -> np.ndarray:
         """Which are compliances of a joint about its own axis, (P,)."""
-        return ~self.is_backlash & [own.gear is not None for own in self.own]
+        return self.is_compliance & [own.gear is not None for own in self.own]
 
     @cached_property
     def start(self) -> np.ndarray:
         """Values in the robot's description, (P,)."""
         value = np.array([own.value for own in self.own])
-        return np.where(self.is_backlash, value, 1.0 / value)
+        return np.where(self.is_compliance, 1.0 / value, value)
 
     @property
     def least(self) -> np.ndarray:
         """Smallest values that the model is computed with, (P,)."""
-        return np.where(self.is_backlash, LEAST_BACKLASH, LEAST_COMPLIANCE)
+        return np.where(self.is_compliance, LEAST_COMPLIANCE, LEAST_BACKLASH)
 
     def described(self, values: np.ndarray) -> Robot:
         """Return the robot with values of p, (P,)."""
@@ -79,7 +84,7 @@ class ElasticParameters:
     def in_units(self, values: np.ndarray) -> np.ndarray:
         """Return stiffnesses [N m/rad] in the place of compliances; infinite for none."""
         with np.errstate(divide="ignore"):
-            return np.where(self.is_backlash, values, 1.0 / np.maximum(values, 0.0))
+            return np.where(self.is_compliance, 1.0 / np.maximum(values, 0.0), values)
 
 
 @dataclass(frozen=True)

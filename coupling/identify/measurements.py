@@ -10,6 +10,7 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
+from coupling.identify.loop_column import loops_of
 
 FORCE, MOMENT = ("fx", "fy", "fz"), ("mx", "my", "mz")
 SHIFT, TURN = ("dx", "dy", "dz"), ("drx", "dry", "drz")
@@ -33,6 +34,8 @@ class Measurements:
         deflection_deviation: Standard deviations of the deflection, (k, r); nan where not given.
         wrench_deviation: Standard deviations of the load, (k, 6); nan where not given.
         remarks: What is odd about the file, in sentences.
+        loop: Number of the loading loop of each row, whose rows follow each other in the order in which
+            their loads were applied, (k,); None where each row was loaded from rest.
     """
 
     names: tuple[str, ...]
@@ -44,6 +47,7 @@ class Measurements:
     deflection_deviation: np.ndarray
     wrench_deviation: np.ndarray
     remarks: tuple[str, ...] = ()
+    loop: np.ndarray | None = None
 
     @property
     def count(self) -> int:
@@ -110,6 +114,7 @@ def read_measurements(path: Path, joints: int) -> Measurements:
         table.deviations(measured),
         deviations,
         _remarks(header, joints),
+        loops_of(table, (*angles, *LOAD_POINT) if table.has(LOAD_POINT) else angles),
     )
 
 

@@ -138,6 +138,30 @@ def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
     return np.vstack([jacobian[:3] + np.cross(jacobian[3:].T, arm).T, jacobian[3:]])
 
 
+def between(
+    before: pin.SE3,
+    by_before: np.ndarray,
+    after: pin.SE3,
+    by_after: np.ndarray,
+    by_wrench: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the deflection from one state to another, (6,), and its derivatives.
+
+    Args:
+        before, after: Placements of the measured point, base axes.
+        by_before, by_after: Their derivatives by the parameters, (6, P).
+        by_wrench: That of the second one by its load, (6, 6).
+    """
+    turn = after.rotation @ before.rotation.T
+    shift = after.translation - before.translation
+    # d log(E) = J_l^-1 (w1 - E w0), E = R1 R0^T; J_l^-1 is Pinocchio's Jlog3 of the inverse turn.
+    by_turn = pin.Jlog3(turn.T)
+    changed, by_load = by_after - by_before, by_wrench.copy()
+    changed[3:] = by_turn @ (by_after[3:] - turn @ by_before[3:])
+    by_load[3:] = by_turn @ by_wrench[3:]
+    return np.append(shift, pin.log3(turn)), changed, by_load
+
+
 def _flank(torque: np.ndarray) -> np.ndarray:
     return np.where(np.abs(torque) < SETTINGS.neutral_torque, 0.0, np.sign(torque))
 
@@ -160,7 +184,7 @@ class StaticModel:
         for point in measured.load_point:
             place = tuple(point.tolist())
             if place not in self._robots:
-                at_load = _with_tcp_at(elasticity.robot, point)
+                at_load = with_tcp_at(elasticity.robot, point)
                 self._robots[place] = ElasticRobot(at_load, torque_curve, quasistatic=True)
 
     def predict(self, values: np.ndarray) -> Prediction:
@@ -190,14 +214,8 @@ class StaticModel:
                 raise IdentifyError(f"{measured.names[k]}: {cause}") from cause
             ends.append(self._state(robot, arm))
         (before, by_before, _), (after, by_after, by_wrench) = ends
-        turn = after.rotation @ before.rotation.T
-        shift = after.translation - before.translation
-        # d log(E) = J_l^-1 (w1 - E w0), E = R1 R0^T; J_l^-1 is Pinocchio's Jlog3 of the inverse turn.
-        by_turn = pin.Jlog3(turn.T)
-        changed = by_after - by_before
-        changed[3:] = by_turn @ (by_after[3:] - turn @ by_before[3:])
-        by_wrench[3:] = by_turn @ by_wrench[3:]
-        return np.append(shift, pin.log3(turn))[:rows], changed[:rows], by_wrench[:rows]
+        moves = between(before, by_before, after, by_after, by_wrench)
+        return moves[0][:rows], moves[1][:rows], moves[2][:rows]
 
     def _state(
         self, robot: ElasticRobot, arm: np.ndarray
@@ -218,7 +236,7 @@ class StaticModel:
         return at_point, by_parameter, by_wrench
 
 
-def _with_tcp_at(robot: Robot, point: np.ndarray) -> Robot:
+def with_tcp_at(robot: Robot, point: np.ndarray) -> Robot:
     """Return the robot with its TCP moved to a point of its TCP frame."""
     place = Frame.of_rpy(robot.tcp_position, robot.tcp_rpy).points(point)
     return replace(robot, tcp_position=tuple(place.tolist()))
