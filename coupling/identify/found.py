@@ -37,6 +37,23 @@ class CandidateTest:
 
 
 @dataclass(frozen=True)
+class LoopErrors:
+    """Rms errors of a loading loop [m], as of `rms`.
+
+    Attributes:
+        number: Number of the loop in the table.
+        fit: Left by the fit.
+        left_out: Left by a fit of all other loops.
+        without: By such a fit of a robot without hysteresis.
+    """
+
+    number: int
+    fit: float
+    left_out: float
+    without: float
+
+
+@dataclass(frozen=True)
 class Identification:
     """What measurements tell of a robot.
 
@@ -56,6 +73,7 @@ class Identification:
         loss: What every row lacks.
         points: Whether load and measured point seem to be elsewhere.
         noise: Standard deviations that were given.
+        loops: Errors of loading loops, where rows are such.
     """
 
     measured: Measurements
@@ -72,6 +90,7 @@ class Identification:
     loss: CommonLoss | None
     points: tuple[MovedPoint, ...]
     noise: MeasurementNoise
+    loops: tuple[LoopErrors, ...] = ()
 
     @property
     def residual(self) -> np.ndarray:

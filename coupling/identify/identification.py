@@ -60,7 +60,7 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
     before = ElasticParameters.of(robot, options.torque_curve)
     if not before.names:
         raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
-    rms_start = _rms_of(StaticModel(before, measured, options.torque_curve), before.start, measured)
+    rms_start = rms_of(StaticModel(before, measured, options.torque_curve), before.start, measured)
     added: list[str] = []
     for name in options.add:
         if name != SUPPORTED:
@@ -112,7 +112,7 @@ def _once(
     for j, name in enumerate(elasticity.names):
         if name in added and not identified[j]:
             kept[j] = elasticity.least[j]
-    written = _beside(fit, identified, kept, sure)
+    written = beside(fit, identified, kept, sure)
     errors = fit.in_units(left_out(fit.problem, fit.weight))
     model = StaticModel(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
@@ -125,7 +125,7 @@ def _once(
         written,
         errors,
         rms_start,
-        _rms_of(model, written, measured),
+        rms_of(model, written, measured),
         telling,
         tuple(further),
         common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
@@ -134,7 +134,7 @@ def _once(
     )
 
 
-def _beside(
+def beside(
     fit: StaticFit, identified: np.ndarray, kept: np.ndarray, sure: ConfidenceIntervals
 ) -> np.ndarray:
     """Return the values to write: kept ones, and beside them those that fit best in their intervals.
@@ -177,7 +177,7 @@ def _further(
     return results
 
 
-def _rms_of(model: StaticModel, values: np.ndarray, measured: Measurements) -> float:
+def rms_of(model: StaticModel, values: np.ndarray, measured: Measurements) -> float:
     try:
         return rms(measured.deflection - model.predict(values).deflection)
     except IdentifyError:

@@ -63,17 +63,21 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, telling: Separability, j:
     if not fit.converged:
         return "the fit has not converged"
     if name in telling.silent:
+        if fit.elasticity.own[j].kind in ("hysteresis", "slip_angle"):
+            return "no loop turns the load of this gear back"
         if fit.elasticity.is_backlash[j]:
             return "no measurement moves it: no load takes this gear to another flank"
         return "no measurement moves it: no load turns it, or the measured point does not follow"
     if fit.rigid.held[j]:
         mixed = [d.in_words() for d in telling.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} change nothing measured"
+    if sure.against[j] and fit.elasticity.own[j].kind == "hysteresis":
+        return "its loops are narrower than none would be"
     if sure.against[j]:
         return "deflections go against its load: it would be negative"
     if not np.isfinite(sure.high[j]):
         return "as many unknowns as numbers measured: no error can be estimated"
-    if sure.low[j] <= 0.0 and fit.elasticity.is_backlash[j]:
+    if sure.low[j] <= 0.0 and not fit.elasticity.is_compliance[j]:
         return "its interval reaches to none"
     if sure.low[j] <= 0.0:
         return "its interval reaches to rigid"

@@ -107,13 +107,14 @@ class LoopModel:
         torque_curve: A name of `TORQUE_CURVES`.
 
     Attributes:
+        elasticity: As given.
         told: Which parameters loops can tell at all: a gear's hysteresis where its load turns back, (P,).
     """
 
     def __init__(
         self, elasticity: LoopParameters, measured: Measurements, torque_curve: str
     ) -> None:
-        self._elasticity, self._measured, self._curve = elasticity, measured, torque_curve
+        self.elasticity, self._measured, self._curve = elasticity, measured, torque_curve
         self._loops = loop_rows(measured)
         turned = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
@@ -125,7 +126,7 @@ class LoopModel:
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
         """
-        robot, measured = self._elasticity.described(values), self._measured
+        robot, measured = self.elasticity.described(values), self._measured
         count, width = measured.count, measured.rows
         deflection = np.empty((count, width))
         by_parameter = np.zeros((count, width, len(values)))
@@ -133,7 +134,7 @@ class LoopModel:
         for rows in self._loops:
             loop = _Loop(
                 with_tcp_at(robot, measured.load_point[rows[0]]),
-                self._elasticity,
+                self.elasticity,
                 self._curve,
                 measured.q[rows[0]],
             )
