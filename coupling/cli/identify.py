@@ -65,12 +65,13 @@ def identify(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
-    """Identify stiffness, tilts and backlash from measured static deflections; or plan them."""
+    """Identify stiffness, tilts, backlash and hysteresis from static deflections; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identify.figures import figures
     from coupling.identify.identification import IdentifyOptions
     from coupling.identify.identification import identify as identified
     from coupling.identify.least_squares import LOSSES
+    from coupling.identify.loop_identification import identify_loops
     from coupling.identify.measurements import read_measurements
     from coupling.identify.noise import noise_of
     from coupling.identify.plan import PlanRequest
@@ -96,7 +97,8 @@ def identify(
         raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     measured = read_measurements(measurements, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
-    found = identified(described, measured, options)
+    own = identified if measured.loop is None else identify_loops
+    found = own(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
     tell(console, identify_summary(told))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import MutableMapping
+from collections.abc import Iterable, MutableMapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from coupling.files.gear_table import SHEET_KEYS
 from coupling.files.robot_schema import JointTable, UrdfJoint
 from coupling.files.sources import SOURCES, lost_places, numbers
 from coupling.files.toml_file import document
-from elastic_robot.description import Robot
+from elastic_robot.description import Robot, StopElement
 from elastic_robot.errors import RobotFileError
 
 # Parameters that are sums: of a gear's elements, and what of a motor's friction is there at rest.
@@ -93,6 +93,12 @@ class RobotEdit:
         table.setdefault("tilt", []).append(tilt)
         for key, source in sources.items():
             self._set_source(f"joint[{at}].tilt[{len(table['tilt'])}].{key}", source)
+
+    def add_elements(self, joint: int, elements: Iterable[StopElement]) -> None:
+        """Give a gear without hysteresis its elements."""
+        _, table = self._joints[joint]
+        gear = table.setdefault("gear", tomlkit.inline_table())
+        gear["hysteresis"] = [asdict(element) for element in elements]
 
     def text(self, head: str, target: Path) -> str:
         """Return the new file.

@@ -21,7 +21,7 @@ class FileEntry:
         name: Name in the FMU.
         value: New value, in the file's unit; None: as in the start file.
         remark: Comment beside it.
-        added: Whether the start file lacks its tilt.
+        added: Whether the start file lacks its tilt, or its gear's elements of hysteresis.
     """
 
     name: str
@@ -58,6 +58,8 @@ def fitted_text(
                 "damping": "the ratio to the stiffness that the joint itself has",
             }
             file.add_tilt(joint, table, sources)
+        if entry.added and entry.name.endswith(".hysteresis"):
+            file.add_elements(joint, robot.joints[joint - 1].hysteresis)
         if entry.value is not None:
             file.change(entry.name, entry.value, source)
         file.remark(entry.name, entry.remark)

@@ -17,6 +17,9 @@ from coupling.results.identified_result import (
 )
 
 
+_UNITS = {"stiffness": "N m/rad", "backlash": "rad", "hysteresis": "N m", "slip_angle": "rad"}
+
+
 def figures(found: Identification) -> IdentifiedResult:
     """Return an identification's figures; SI, None for what is infinite or not known."""
     measured, predicted = found.measured, found.fit.prediction.deflection
@@ -36,7 +39,7 @@ def figures(found: Identification) -> IdentifiedResult:
         parameters=[
             IdentifiedParameterResult.of(
                 own,
-                unit="rad" if own.is_backlash else "N m/rad",
+                unit=_UNITS[own.parameter.kind],
                 start=None if own.name in found.added else own.start,
                 written=value,
                 identified=own.identifiable,
@@ -68,7 +71,7 @@ def figures(found: Identification) -> IdentifiedResult:
 
 
 def _further(own: CandidateTest) -> FurtherResult:
-    unit, value = "rad", own.value
+    unit, value = _UNITS.get(own.candidate.name.rpartition(".")[2], "rad"), own.value
     if own.candidate.axis is not None:
         unit, value = "N m/rad", 1.0 / own.value if own.value > 0.0 else np.inf
     return FurtherResult.of(own.support, name=own.candidate.name, unit=unit, value=value)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.files.gear_table import sheet_elements
 from coupling.fit.parameters import RobotParameter
-from coupling.identify.accuracy import intervals
+from coupling.identify.accuracy import ConfidenceIntervals, intervals
 from coupling.identify.elastic import Candidate
 from coupling.identify.fit import StaticFit
 from coupling.identify.found import CandidateTest, Identification, LoopErrors, rms
@@ -132,6 +133,7 @@ def _judged(
     for j, own in enumerate(elasticity.own):
         if own.name in added and own.kind == "hysteresis" and not identified[j]:
             kept[j] = elasticity.least[j]
+    kept = np.where(elasticity.chosen("slip_angle"), _assumed(fit, sure), kept)
     written = beside(fit, identified, kept, sure)
     model = LoopModel(elasticity, measured, options.torque_curve)
     residual = measured.deflection - fit.prediction.deflection
@@ -157,6 +159,18 @@ def _judged(
         options.noise,
         loops,
     )
+
+
+def _assumed(fit: StaticFit, sure: ConfidenceIntervals) -> np.ndarray:
+    """Return slip angles as of a data sheet's loop of the fitted slip torque, in their intervals, (P,)."""
+    elasticity, assumed = fit.elasticity, fit.values.copy()
+    of = {(own.kind, own.coordinate): value for own, value in zip(elasticity.own, fit.values, strict=True)}
+    for j, own in enumerate(elasticity.own):
+        if own.kind == "slip_angle":
+            torque, compliance = of["hysteresis", own.coordinate], of["stiffness", own.coordinate]
+            stops = sheet_elements(2.0 * torque * compliance, 1.0 / compliance)
+            assumed[j] = np.clip(stops[-1].slip_angle, sure.low[j], sure.high[j])
+    return np.maximum(assumed, elasticity.least)
 
 
 def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) -> np.ndarray:

@@ -15,7 +15,7 @@ def warnings(found: Identification) -> list[str]:
     if not fit.converged:
         said.append(f"the fit has not converged: {fit.reason}")
     idle = [n for n, w in zip(measured.names, measured.wrench, strict=True) if not w.any()]
-    if idle:
+    if idle and not found.loops:
         said.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
     if np.abs(measured.q).max() > 4.0 * np.pi:
         said.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")

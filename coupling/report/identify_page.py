@@ -45,6 +45,7 @@ def identify_summary(found: IdentifiedResult) -> list[Section]:
     return [
         _verdict(found),
         _sizes(found),
+        *_loops(found),
         Section("Parameters", [_parameters(found)]),
         *warned(text + "." * (not text.endswith("?")) for text in found.warnings),
         _separability(found),
@@ -65,13 +66,26 @@ def _sizes(found: IdentifiedResult) -> Section:
         "measured": "measured deflections",
         "start": "left by the start file",
         "fit": "left by the fit",
-        "left_out": "rows predicted by a fit of all others (leave-one-out)",
+        "left_out": f"{'loops' if found.loops else 'rows'} predicted by a fit of all others"
+        " (leave-one-out)",
         "written": "left by the robot as written",
     }
     rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
     worst = ", ".join(_worst(found, name) for name in found.worst)
     sizes = Table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
     return Section("", [sizes, f"Worst predicted when left out: {worst}."])
+
+
+def _loops(found: IdentifiedResult) -> list[Section]:
+    """Return the errors of loading loops, and what hysteresis is worth."""
+    if not found.loops:
+        return []
+    rows = [
+        (str(loop.number), *map(_size, (loop.fit_m, loop.left_out_m, loop.without_hysteresis_m)))
+        for loop in found.loops
+    ]
+    columns = ("loop", "fit", "left out", "left out, without hysteresis")
+    return [Section("Loops, rms over all components [mm]", [_LOOPS, Table(columns, rows)])]
 
 
 def _worst(found: IdentifiedResult, name: str) -> str:
@@ -133,8 +147,10 @@ def _further(found: IdentifiedResult) -> list[Section]:
         (entry.name, f"{_number(entry.value)} {entry.unit}", entry.in_words) for entry in tested
     ]
     count = sum(entry.supported for entry in tested)
-    text = f"The data support {count} of {len(rows)}, one by one (--add NAME, or --add supported)."
     table = Table(("", "fit", "tests"), rows)
+    if found.loops:
+        return [Section("Further parameters", [_NO_HYSTERESIS, table])]
+    text = f"The data support {count} of {len(rows)}, one by one (--add NAME, or --add supported)."
     return [Section("Further parameters", [text, _FURTHER, table])]
 
 
@@ -147,6 +163,11 @@ _INTERVALS = Note(
     "Bars that run far to the right have no upper end: the data cannot tell the joint from a rigid"
     " one."
 )
+_LOOPS = Note(
+    "Left out: predicted by a fit of all other loops; beside it, by such a fit of a robot whose gears have"
+    " no hysteresis."
+)
+_NO_HYSTERESIS = "Gears whose loops show no hysteresis get no elements."
 _FURTHER = Note(
     "Tilts and backlashes that the start file does not have, one at a time beside its own. Supported:"
     " an F test (5 % over the number of tests) and a smaller leave-one-out error, both."

@@ -79,6 +79,15 @@ class CommonLossResult(ResultPart):
     probability: float
 
 
+class LoopResult(ResultPart):
+    """Rms errors of a loading loop [m]; None where a robot finds no rest."""
+
+    number: int
+    fit_m: float | None
+    left_out_m: float | None
+    without_hysteresis_m: Annotated[float | None, From("without")]
+
+
 class MeasuredRowResult(ResultPart):
     """A measurement and what the robot predicts of it [m], [rad]."""
 
@@ -113,3 +122,4 @@ class IdentifiedResult(ResultFile):
     warnings: tuple[str, ...]
     measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
     worst: tuple[str, ...]
+    loops: tuple[LoopResult, ...] = ()
