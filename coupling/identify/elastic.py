@@ -37,7 +37,9 @@ class ElasticParameters:
         Raises:
             HysteresisError: If a gear has hysteresis.
         """
-        require_no_hysteresis(robot, "identify", "measure loading loops, a table with a column loop")
+        require_no_hysteresis(
+            robot, "identify", "measure loading loops, a table with a column loop"
+        )
         return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
     @cached_property

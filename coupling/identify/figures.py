@@ -16,7 +16,6 @@ from coupling.results.identified_result import (
     RmsResult,
 )
 
-
 _UNITS = {"stiffness": "N m/rad", "backlash": "rad", "hysteresis": "N m", "slip_angle": "rad"}
 
 

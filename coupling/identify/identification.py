@@ -178,6 +178,7 @@ def _further(
 
 
 def rms_of(model: StaticModel, values: np.ndarray, measured: Measurements) -> float:
+    """Return the rms error of a model at values of its parameters [m]; nan where it finds no rest."""
     try:
         return rms(measured.deflection - model.predict(values).deflection)
     except IdentifyError:

@@ -35,7 +35,9 @@ def loops_of(table: MeasuredTable, kept: Sequence[str]) -> np.ndarray | None:
                 LOOP, int(start), "the rows of a loop one after the other, as they were loaded"
             )
         if end - start < 2:
-            raise table.row_error(LOOP, int(start), "two rows or more of each loop, the way and back")
+            raise table.row_error(
+                LOOP, int(start), "two rows or more of each loop, the way and back"
+            )
         moved = np.argwhere(np.any(states[start:end] != states[start], axis=0))
         if len(moved):
             name, column = kept[int(moved[0, 0])], int(moved[0, 0])

@@ -63,6 +63,9 @@ def settled(
         measured: The measurements.
         white: Their whitening, (k, r, r).
         start: Values to begin at, (P,); what loops do not tell stays there.
+
+    Raises:
+        IdentifyError: If the robot finds no rest at the start.
     """
     own, size = model.elasticity, model.elasticity.start
     free = model.told
@@ -91,6 +94,7 @@ def settled(
         return (columns * size[free]).reshape(measured.deflection.size, -1)
 
     begin = np.clip(start[free] / size[free], low * (1.0 + 1e-9), high)
+    predicted(begin)  # raises where the search cannot begin
     result = least_squares(
         residual,
         begin,

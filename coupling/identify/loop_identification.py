@@ -139,7 +139,9 @@ def _judged(
     residual = measured.deflection - fit.prediction.deflection
     assert measured.loop is not None
     loops = tuple(
-        LoopErrors(int(measured.loop[rows[0]]), *(rms(e[rows]) for e in (residual, left_out, without)))
+        LoopErrors(
+            int(measured.loop[rows[0]]), *(rms(e[rows]) for e in (residual, left_out, without))
+        )
         for rows in loop_rows(measured)
     )
     return Identification(
@@ -162,9 +164,12 @@ def _judged(
 
 
 def _assumed(fit: StaticFit, sure: ConfidenceIntervals) -> np.ndarray:
-    """Return slip angles as of a data sheet's loop of the fitted slip torque, in their intervals, (P,)."""
+    """Return slip angles by a data sheet's loop of that slip torque, in their intervals, (P,)."""
     elasticity, assumed = fit.elasticity, fit.values.copy()
-    of = {(own.kind, own.coordinate): value for own, value in zip(elasticity.own, fit.values, strict=True)}
+    of = {
+        (own.kind, own.coordinate): value
+        for own, value in zip(elasticity.own, fit.values, strict=True)
+    }
     for j, own in enumerate(elasticity.own):
         if own.kind == "slip_angle":
             torque, compliance = of["hysteresis", own.coordinate], of["stiffness", own.coordinate]

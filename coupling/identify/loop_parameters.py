@@ -20,9 +20,9 @@ _START = 0.1
 class LoopParameters(ElasticParameters):
     """The parameters p: those of `ElasticParameters`, then hysteresis of gears.
 
-    `joint[i].hysteresis` is the torque at which all elements of a gear slip [N m]; `joint[i].slip_angle`,
-    of a gear that the file has without elements, the largest slip angle [rad], in proportion to which
-    the others are.
+    `joint[i].hysteresis` is the torque at which all elements of a gear slip [N m].
+    `joint[i].slip_angle`, of a gear that the file has without elements, is the largest slip angle [rad],
+    to which the others are in proportion.
     """
 
     @classmethod
@@ -88,11 +88,11 @@ def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
 
     def given(own: Joint, largest: float) -> Joint:
         assert own.stiffness is not None
-        return replace(own, hysteresis=sheet_elements(2.0 * _START * largest / own.stiffness, own.stiffness))
+        return replace(
+            own, hysteresis=sheet_elements(2.0 * _START * largest / own.stiffness, own.stiffness)
+        )
 
-    joints = (
-        given(own, ranges[i]) if i in ranges else own for i, own in enumerate(robot.joints)
-    )
+    joints = (given(own, ranges[i]) if i in ranges else own for i, own in enumerate(robot.joints))
     return replace(robot, joints=tuple(joints))
 
 

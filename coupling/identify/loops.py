@@ -62,7 +62,7 @@ def only(measured: Measurements, rows: np.ndarray) -> Measurements:
 
 
 def reversed_ranges(robot: Robot, measured: Measurements) -> np.ndarray:
-    """Return the range of each elastic coordinate's torque where a loop turns it back [N m], (m,), else 0.
+    """Return the range of each elastic coordinate's torque [N m], 0 where no loop turns it back, (m,).
 
     In the posture of the rigid robot.
     """
@@ -108,7 +108,7 @@ class LoopModel:
 
     Attributes:
         elasticity: As given.
-        told: Which parameters loops can tell at all: a gear's hysteresis where its load turns back, (P,).
+        told: Which parameters loops can tell: a gear's hysteresis where its load turns back, (P,).
     """
 
     def __init__(
@@ -138,17 +138,20 @@ class LoopModel:
                 self._curve,
                 measured.q[rows[0]],
             )
-            before = rest = loop.rest(np.zeros(6), None)
+            before = rest = self._rest(loop, np.zeros(6), None, int(rows[0]))
             for k in rows:
-                try:
-                    rest = loop.rest(measured.wrench[k], rest)
-                except ElasticRobotError as cause:
-                    raise IdentifyError(f"{measured.names[k]}: {cause}") from cause
+                rest = self._rest(loop, measured.wrench[k], rest, int(k))
                 arm = measured.measured_point[k] - measured.load_point[k]
                 ends = [*loop.point(before, arm)[:2], *loop.point(rest, arm)]
                 moves = between(*ends)
                 deflection[k], by_parameter[k], by_wrench[k] = (part[:width] for part in moves)
         return Prediction(deflection, by_parameter * self.told, by_wrench)
+
+    def _rest(self, loop: _Loop, wrench: np.ndarray, before: _Rest | None, row: int) -> _Rest:
+        try:
+            return loop.rest(wrench, before)
+        except ElasticRobotError as cause:
+            raise IdentifyError(f"{self._measured.names[row]}: {cause}") from cause
 
 
 class _Loop:
@@ -163,15 +166,16 @@ class _Loop:
         self._stiffness = parameters.stiffness
         self._law = TORQUE_CURVES[torque_curve].build(parameters)
         self._hysteresis = Hysteresis(self._chain.elements, parameters.hysteresis)
-        elements, columns = self._chain.elements, np.equal.outer(
-            elasticity.elastic, self._chain.elements.coordinate
+        elements, columns = (
+            self._chain.elements,
+            np.equal.outer(elasticity.elastic, self._chain.elements.coordinate),
         )
         self._largest = np.max(columns * elements.slip_angle, axis=1, initial=1e-300)
         self._q = self._chain.kinematic_errors.at_output(np.stack([q, 0.0 * q, 0.0 * q]))[0]
 
     def rest(self, wrench: np.ndarray, before: _Rest | None) -> _Rest:
         """Return the rest under a load, from the one before, or from no load."""
-        chain, own, elements = self._chain, self._own, self._chain.elements
+        own, elements = self._own, self._chain.elements
         past, count = Past.start(self._hysteresis), len(own.names)
         by_x, by_s = np.zeros((len(past.x), count)), np.zeros((elements.count, count))
         if before is not None:

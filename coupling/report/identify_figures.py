@@ -136,7 +136,8 @@ def intervals(found: IdentifiedResult) -> go.Figure:
         name="start file",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
     )
-    figure.update_xaxes(title="N m/rad (backlash, slip angle: rad; hysteresis: N m)", exponentformat="power")
+    units = "N m/rad (backlash, slip angle: rad; hysteresis: N m)"
+    figure.update_xaxes(title=units, exponentformat="power")
     return figure
 
 

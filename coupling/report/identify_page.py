@@ -164,8 +164,8 @@ _INTERVALS = Note(
     " one."
 )
 _LOOPS = Note(
-    "Left out: predicted by a fit of all other loops; beside it, by such a fit of a robot whose gears have"
-    " no hysteresis."
+    "Left out: predicted by a fit of all other loops; beside it, by such a fit of a robot whose gears"
+    " have no hysteresis."
 )
 _NO_HYSTERESIS = "Gears whose loops show no hysteresis get no elements."
 _FURTHER = Note(

@@ -48,3 +48,14 @@ def stepped(robot: Robot, q: np.ndarray, loads: np.ndarray) -> np.ndarray:
         moving.step(float(k), drives, Load(load))
         found.append(moving.tcp()[:3] - start)
     return np.array(found)
+
+
+def written(rows: Measurements) -> str:
+    """Return the table of loops, with positions alone."""
+    assert rows.loop is not None
+    names = [f"q{i + 1}" for i in range(rows.q.shape[1])]
+    lines = [",".join(["loop", *names, "fx", "fy", "fz", "dx", "dy", "dz"])]
+    for k in range(rows.count):
+        numbers = [*rows.q[k], *rows.wrench[k, :3], *rows.deflection[k]]
+        lines.append(",".join([str(rows.loop[k]), *(repr(float(number)) for number in numbers)]))
+    return "\n".join(lines) + "\n"

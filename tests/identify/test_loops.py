@@ -29,5 +29,8 @@ def test_predictions_are_the_robots_own_steps_and_derivatives_their_differences(
             ends.append(model.predict(values).deflection)
         slope = (ends[1] - ends[0]) / (2e-6 * value)
         np.testing.assert_allclose(
-            found.by_parameter[:, :, j], slope, atol=2e-4 * np.abs(slope).max(), err_msg=own.names[j]
+            found.by_parameter[:, :, j],
+            slope,
+            atol=2e-4 * np.abs(slope).max(),
+            err_msg=own.names[j],
         )

@@ -65,6 +65,20 @@ MISTAKES = {
         ["missing", "separate them with commas"],
     ),
     "a column twice": (f"{HEADER},fx\n{ROW},1\n", ["one column 'fx'", "two"]),
+    "half a loop": (f"{HEADER},loop\n{ROW},1.5\n{ROW},1.5\n", ["line 2: loop", "whole number"]),
+    "a loop of one row": (
+        f"{HEADER},loop\n{ROW},1\n{ROW},1\n{ROW},2\n",
+        ["line 4: loop", "two rows or more"],
+    ),
+    "loops that are mixed": (
+        f"{HEADER},loop\n" + "".join(f"{ROW},{n}\n" for n in (1, 1, 2, 2, 1, 1)),
+        ["line 6: loop", "one after the other"],
+    ),
+    "one loop": (f"{HEADER},loop\n{ROW},1\n{ROW},1\n", ["loop", "two loops or more"]),
+    "a loop that moves": (
+        f"{HEADER},loop\n{ROW},1\n{ROW.replace('0.2', '0.3')},1\n{ROW},2\n{ROW},2\n",
+        ["line 3: q2", "as in the first row of its loop, -0.2"],
+    ),
     "half a moment": (f"{HEADER},mx\n{ROW},1\n", ["mx, my, mz", "or none", "got mx"]),
     "half a rotation": (f"{HEADER},drx,drz\n{ROW},1,1\n", ["drx, dry, drz", "or none"]),
     "half a point": (f"{HEADER},load.y\n{ROW},1\n", ["load.x, load.y, load.z"]),
