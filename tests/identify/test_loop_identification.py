@@ -61,14 +61,14 @@ def in_file(robot: Robot) -> Robot:
     ("bare", "start"),
     [
         (arm(tilt=True), in_file(arm(tilt=True))),
-        (make_robot(3, 3, 0.0), stiffer(make_robot(3, 3, 0.0), 0.8)),
+        (stiffer(make_robot(3, 3, 0.0), 0.1), stiffer(make_robot(3, 3, 0.0), 0.08)),
     ],
     ids=["elements in the file", "no elements in the file"],
 )
 def test_true_values_lie_in_their_intervals(bare, start):
     """At most one of all outside by chance, and none by as much again as its interval is wide."""
     true = with_hysteresis(bare, (90.0, 150.0, 60.0))
-    rows = loops(true, 5, 2, 900.0, noise=NOISE)
+    rows = loops(true, 4, 2, 900.0, noise=NOISE)
     found = found_in(start, rows)
     assert found.fit.converged
     assert not found.refusal
