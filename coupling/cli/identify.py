@@ -130,6 +130,10 @@ def _plan(
     done: tuple[Measurements, MeasurementNoise] | None = None
     if file is not None:
         measured = read_measurements(file, len(robot.joints))
+        if measured.loop is not None:
+            raise IdentifyError(
+                "--plan: expected a table of single loads, which it plans, got one with a column loop"
+            )
         position, rotation, force, moment = deviations
         noise = noise_of(measured, position or wish.position, rotation or 1e-4, force, moment)
         done = (measured, noise)

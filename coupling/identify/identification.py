@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from coupling.identify.judge import judged
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import MeasurementNoise
 from coupling.identify.points import moved_points
-from coupling.identify.prediction import StaticModel, candidate_column
+from coupling.identify.prediction import Prediction, StaticModel, candidate_column
 from coupling.identify.separable import separability
 from coupling.identify.support import common_loss, support
 from elastic_robot.description import Robot
@@ -55,12 +55,17 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
     Raises:
         IdentifyError: If nothing can be identified at all, or no candidate has an added name.
     """
+    if measured.loop is not None:
+        raise IdentifyError(
+            "measurements: expected single loads, got loading loops: identify_loops"
+        )
     if not measured.wrench.any():
         raise IdentifyError("loads: expected a force or moment in at least one row, got none")
     before = ElasticParameters.of(robot, options.torque_curve)
     if not before.names:
         raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
-    rms_start = rms_of(StaticModel(before, measured, options.torque_curve), before.start, measured)
+    model = StaticModel(before, measured, options.torque_curve)
+    rms_start = rms_of(model.predict, before.start, measured)
     added: list[str] = []
     for name in options.add:
         if name != SUPPORTED:
@@ -125,7 +130,7 @@ def _once(
         written,
         errors,
         rms_start,
-        rms_of(model, written, measured),
+        rms_of(model.predict, written, measured),
         telling,
         tuple(further),
         common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
@@ -177,9 +182,11 @@ def _further(
     return results
 
 
-def rms_of(model: StaticModel, values: np.ndarray, measured: Measurements) -> float:
-    """Return the rms error of a model at values of its parameters [m]; nan where it finds no rest."""
+def rms_of(
+    predict: Callable[[np.ndarray], Prediction], values: np.ndarray, measured: Measurements
+) -> float:
+    """Return the rms error at values of the parameters [m]; nan where the robot finds no rest."""
     try:
-        return rms(measured.deflection - model.predict(values).deflection)
+        return rms(measured.deflection - predict(values).deflection)
     except IdentifyError:
         return float("nan")

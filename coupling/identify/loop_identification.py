@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +57,8 @@ def identify_loops(
     start = LoopParameters.of_loops(robot, options.torque_curve)
     if not start.names:
         raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
-    rms_start = rms_of(LoopModel(start, measured, options.torque_curve), start.start, measured)
+    model = LoopModel(start, measured, options.torque_curve)
+    rms_start = rms_of(model.predict, start.start, measured)
     ranges = _bare_gears(robot, measured)
     wider = with_elements(robot, ranges)
     shaped, dropped = set(ranges), list[CandidateTest]()
@@ -121,7 +123,7 @@ def _judged(
     without = _left_out(plain, measured, options)
     parameters = judged(fit, sure, supports, telling)
     if not _squares(fit, left_out) < _squares(fit, without):
-        parameters = _none_predicts(parameters)
+        parameters = _none_predicts(parameters, telling.silent)
     parameters = _alone(parameters)
     added = tuple(
         own.name
@@ -153,7 +155,7 @@ def _judged(
         written,
         left_out,
         rms_start,
-        rms_of(model, written, measured),
+        rms_of(model.predict, written, measured),
         telling,
         (),
         None,
@@ -213,10 +215,14 @@ def _squares(fit: StaticFit, errors: np.ndarray) -> float:
     return float(np.sum(white**2))
 
 
-def _none_predicts(parameters: tuple[IdentifiedParameter, ...]) -> tuple[IdentifiedParameter, ...]:
-    reason = "with it loops that are left out are not predicted better than without"
+def _none_predicts(
+    parameters: tuple[IdentifiedParameter, ...], silent: Collection[str]
+) -> tuple[IdentifiedParameter, ...]:
+    reason = "loops that are left out are not predicted better with hysteresis than without"
     return tuple(
-        replace(own, reason=own.reason or reason) if own.parameter.kind == "hysteresis" else own
+        replace(own, reason=reason)
+        if own.parameter.kind == "hysteresis" and own.name not in silent
+        else own
         for own in parameters
     )
 

@@ -95,7 +95,10 @@ def _known(robot: Robot, name: str) -> float:
     joint = robot.joints[int(head.removeprefix("joint[").removesuffix("]")) - 1]
     if kind == "hysteresis":
         return sum(stop.slip_torque for stop in joint.hysteresis)
-    return float(joint.stiffness if kind == "stiffness" else joint.hysteresis[-1].slip_angle)
+    if kind == "slip_angle":
+        return joint.hysteresis[-1].slip_angle
+    assert joint.stiffness is not None
+    return joint.stiffness
 
 
 def _measured(robot: Robot, rng: np.random.Generator) -> Measurements:

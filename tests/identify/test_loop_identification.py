@@ -105,6 +105,47 @@ def test_loops_that_do_not_turn_back_tell_no_hysteresis():
     assert all(by_name[f"joint[{i}].stiffness"].identifiable for i in (1, 2, 3))
 
 
+def test_a_loop_that_is_left_out_takes_no_part_in_its_prediction():
+    """Whatever was measured in it, and also where no other loop turns a gear back."""
+    true = with_hysteresis(arm(), (90.0, 150.0, 60.0))
+    rows = loops(true, 3, 6, 900.0, noise=NOISE)
+    first = np.flatnonzero(rows.loop == 1)
+    other = rows.deflection.copy()
+    other[first] *= 1.2
+    start = with_hysteresis(stiffer(arm(), 1.2), (80.0, 140.0, 70.0))
+    predicted = [
+        (own.deflection - found_in(start, own).left_out)[first]
+        for own in (rows, replace(rows, deflection=other))
+    ]
+    np.testing.assert_allclose(*predicted, atol=1e-8)
+
+
+def test_hysteresis_that_does_not_predict_other_loops_is_not_written():
+    """One of three loops in the same posture is wide, as by creep: an F test alone would support it."""
+    joints = arm().joints
+    rigid = [replace(joints[k], stiffness=None) for k in (0, 2)]
+    one = replace(arm(), joints=(rigid[0], joints[1], rigid[1]))
+    wide = loops(with_hysteresis(one, (0.0, 400.0, 0.0)), 1, 6, 5000.0, noise=NOISE)
+    narrow = [loops(one, 1, 6, 5000.0, noise=NOISE) for _ in range(2)]
+    rows = replace(
+        wide,
+        names=tuple(f"row {k}" for k in range(3 * wide.count)),
+        loop=np.repeat([1, 2, 3], wide.count),
+        **{
+            key: np.vstack([getattr(own, key) for own in (wide, *narrow)])
+            for key in (
+                *("q", "wrench", "deflection", "load_point", "measured_point"),
+                *("deflection_deviation", "wrench_deviation"),
+            )
+        },
+    )
+    found = found_in(one, rows)
+    told = [own for own in found.parameters if own.parameter.kind == "hysteresis"]
+    assert any(own.support.supported for own in told)
+    assert all("not predicted better with hysteresis" in own.reason for own in told)
+    assert not any(own.identifiable for own in found.parameters if own.name in found.added)
+
+
 def test_a_robot_without_hysteresis_gets_none():
     rows = loops(arm(), 4, 4, 900.0, noise=NOISE)
     found = found_in(stiffer(arm(), 1.3), rows)
