@@ -54,7 +54,11 @@ def loop_fitted(
 
 
 def settled(
-    model: LoopModel, measured: Measurements, white: np.ndarray, start: np.ndarray
+    model: LoopModel,
+    measured: Measurements,
+    white: np.ndarray,
+    start: np.ndarray,
+    hold: np.ndarray | None = None,
 ) -> tuple[np.ndarray, OptimizeResult]:
     """Return the values that fit best from a start on, (P,), and how that was found.
 
@@ -63,12 +67,14 @@ def settled(
         measured: The measurements.
         white: Their whitening, (k, r, r).
         start: Values to begin at, (P,); what loops do not tell stays there.
+        hold: How much whitened error a unit of each parameter off its start counts as, (P,).
 
     Raises:
         IdentifyError: If the robot finds no rest at the start.
     """
     own, size = model.elasticity, model.elasticity.start
     free = model.told
+    holding = (0.0 * size if hold is None else hold * size)[free]
     angles = own.chosen("slip_angle")
     low = np.where(angles, _ANGLES[0] * size, own.least)[free] / size[free]
     high = np.where(angles, _ANGLES[1], np.inf)[free]
@@ -86,12 +92,14 @@ def settled(
         try:
             rest = predicted(part).deflection - measured.deflection
         except IdentifyError:  # a trial step that is too soft
-            return np.full(measured.deflection.size, np.inf)
-        return np.einsum("kij,kj->ki", white, rest).ravel()
+            return np.full(measured.deflection.size + len(part), np.inf)
+        whitened = np.einsum("kij,kj->ki", white, rest).ravel()
+        return np.append(whitened, holding * (part - begin))
 
     def slope(part: np.ndarray) -> np.ndarray:
         columns = white @ predicted(part).by_parameter[:, :, free]
-        return (columns * size[free]).reshape(measured.deflection.size, -1)
+        columns = (columns * size[free]).reshape(measured.deflection.size, -1)
+        return np.vstack([columns, np.diag(holding)])
 
     begin = np.clip(start[free] / size[free], low * (1.0 + 1e-9), high)
     predicted(begin)  # raises where the search cannot begin

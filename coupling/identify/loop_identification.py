@@ -30,6 +30,9 @@ from coupling.identify.support import Evidence, support
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
+# What the loops that are left see of a direction by less than this part of what all do counts as unseen.
+_HELD = 1e-2
+
 
 def identify_loops(
     robot: Robot, measured: Measurements, options: IdentifyOptions
@@ -183,18 +186,21 @@ def _assumed(fit: StaticFit, sure: ConfidenceIntervals) -> np.ndarray:
 def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) -> np.ndarray:
     """Return the errors of each loop predicted by a fit of all others [m, rad], (k, r).
 
-    A gear that no other loop turns back has the hysteresis of the start file, or none.
+    A gear that no other loop turns back has the hysteresis of the start file, or none.  What the others
+    hardly see besides stays as fitted, as with rows that are left out.
     """
     elasticity = fit.elasticity
     assert isinstance(elasticity, LoopParameters)
     errors = np.empty_like(measured.deflection)
     white = fit.white * fit.weight[:, None, None]
+    scale = fit.problem.scale
+    hold = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in loop_rows(measured):
         others = np.setdiff1d(np.arange(measured.count), rows)
         rest = only(measured, others)
         model = LoopModel(elasticity, rest, options.torque_curve)
         values = np.where(model.told, fit.values, _before(elasticity))
-        values, _ = settled(model, rest, white[others], values)
+        values, _ = settled(model, rest, white[others], values, hold)
         own = only(measured, rows)
         prediction = LoopModel(elasticity, own, options.torque_curve).predict(values)
         errors[rows] = own.deflection - prediction.deflection
