@@ -1,8 +1,9 @@
 """What a path would ask of the motors of a robot, cold and warm, without a run.
 
-The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with its gear's output
-turning as the link does with the tool on its path, the tilts at rest under their loads.  What a motor
-does in addition where its gear passes the backlash is not in it: a run tells that.
+The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the tool on its path and
+the tilts at rest under their loads: friction follows the motor, the link less the wind-up and the error
+of its gear, the rotor is accelerated as the link is.  What a rotor needs to go through the backlash is
+not in it: a run tells that.
 """
 
 from __future__ import annotations
@@ -73,8 +74,11 @@ def motor_demands(
         links: Motion of its links.
         loads: Torques of its gears along it.
     """
-    chain = moving.model.chain
+    chain, joints = moving.model.chain, moving.model.gear_joint
+    wind_up = moving.wind_up_from(loads.static[0], loads.time, loads.torque)
     motion = np.stack([links.at(loads.time, order)[:, chain.drive] for order in range(3)])
+    motion[0][:, joints] -= wind_up.angle
+    motion[1][:, joints] -= wind_up.rate
     motors = chain.kinematic_errors.at_motor(motion)
     slope = chain.kinematic_errors.slope(motors[0])
     found = []

@@ -108,8 +108,13 @@ def servos() -> str:
 
 def _worst(run: Run, name: str) -> str:
     found = [own.deviation.maximum for own in run.robustness if own.name.startswith(name)]
-    return f"{1e6 * max(found):.3g}"
+    return _figure(max(found), 3)
 
 
 def _both(found: Deviation) -> str:
-    return f"{1e6 * found.maximum:.3g} / {1e6 * found.rms:.2g}"
+    return f"{_figure(found.maximum, 3)} / {_figure(found.rms, 2)}"
+
+
+def _figure(length: float, digits: int) -> str:
+    """Return a length in [um] without an exponent."""
+    return f"{float(f'{1e6 * length:.{digits}g}'):g}"

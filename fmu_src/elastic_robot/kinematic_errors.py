@@ -66,7 +66,7 @@ class KinematicErrors:
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return eps, eps', eps'', eps''' [rad, 1, 1/rad, 1/rad^2] at q (..., n) [rad], (4, ..., n)."""
-        turned = self.order * q[..., self.joint] + self.phase
+        turned = self._turned(q)
         sine, cosine = self.amplitude * np.sin(turned), self.amplitude * np.cos(turned)
         n = self.order
         sines = np.stack([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
@@ -75,11 +75,12 @@ class KinematicErrors:
 
     def output_angle(self, q: np.ndarray) -> np.ndarray:
         """Return u = q + eps(q) [rad] at q (..., n) [rad], (..., n)."""
-        return q + self.derivatives(q)[0] if self.count else q
+        return q + (self.amplitude * np.sin(self._turned(q))) @ self._owner if self.count else q
 
     def slope(self, q: np.ndarray) -> np.ndarray:
         """Return du/dq = 1 + eps' [1] at q (..., n) [rad], (..., n)."""
-        return 1.0 + self.derivatives(q)[1]
+        slope: np.ndarray = (self.amplitude * self.order * np.cos(self._turned(q))) @ self._owner
+        return 1.0 + slope
 
     def at_output(self, drives: np.ndarray) -> np.ndarray:
         """Return u, u', u'' [rad, rad/s, rad/s^2] of q, q', q'', (3, ..., n) each."""
@@ -106,7 +107,7 @@ class KinematicErrors:
             if np.all(np.abs(left) <= enough):
                 break
             newton = q - left / (1.0 + slope)
-            missed = newton + self.derivatives(newton)[0] - output
+            missed = self.output_angle(newton) - output
             q = np.where(np.abs(missed) < 0.5 * np.abs(left), newton, q - left)
             eps, slope, *_ = self.derivatives(q)
             left = q + eps - output
@@ -144,6 +145,11 @@ class KinematicErrors:
         n = self.joint_count
         each = np.einsum("ij...a,ab->...iajb", by, np.eye(n))
         return each.reshape(*q.shape[:-1], 3 * n, 3 * n)
+
+    def _turned(self, q: np.ndarray) -> np.ndarray:
+        """Return the angles of the sines [rad], (..., s)."""
+        turned: np.ndarray = self.order * q[..., self.joint] + self.phase
+        return turned
 
     @cached_property
     def _owner(self) -> np.ndarray:
