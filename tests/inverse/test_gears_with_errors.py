@@ -64,8 +64,8 @@ def test_motors_are_found_whatever_the_sines_are(parts, seed, reach):
     errors = errors_of(*((share * part / order, order, phase) for part, order, phase in parts))
     drives = np.random.default_rng(seed).normal(size=(3, 50, 1)) * reach
     outputs = errors.at_output(drives)
-    # An angle is rounded, which an order of 1e6 feels.
-    rounding = 1e-15 * (1.0 + np.abs(drives[0]).max())
+    # Angles are rounded, which an order of 1e6 feels.
+    rounding = 1e-15 * (1.0 + np.abs(drives[0]).max() + errors.amplitude.sum())
     np.testing.assert_allclose(errors.motor_angle(outputs[0]), drives[0], rtol=0, atol=8 * rounding)
     found = errors.at_output(errors.at_motor(outputs))
     steepest = 1.0 + np.sum(errors.amplitude * errors.order**2)
