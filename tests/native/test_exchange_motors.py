@@ -225,8 +225,8 @@ def test_a_servo_at_its_limit_and_along_it_is_followed(tmp_path):
     found = [
         pushed(tmp_path / "Robot.fmu", kind, relative, "servo", "linear", NAMES)
         for kind, relative in (
-            ("ModelExchange", 1e-7),
-            ("ModelExchange", 1e-10),
+            ("ModelExchange", 1e-9),
+            ("ModelExchange", 1e-11),
             ("CoSimulation", 1e-10),
         )
     ]
