@@ -48,14 +48,16 @@ void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
     er_model_motor_angle(model, q);
-    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.q : q, rigid ? NULL : model->memory.state.x, theta);
+    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.q : q,
+              rigid ? NULL : model->memory.state.x, theta);
 }
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     double qd[ER_MAX_JOINTS];
     er_model_motor_rate(model, qd);
-    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.qd : qd, rigid ? NULL : model->memory.state.v, rate);
+    er_angles(&model->robot, rigid && is_commanded(model) ? model->memory.held.qd : qd,
+              rigid ? NULL : model->memory.state.v, rate);
 }
 
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
