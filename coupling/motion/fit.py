@@ -1,0 +1,109 @@
+"""The fit: least squares over simulations, what it tells, and what is kept because it does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from coupling.motion.blocks import NormalBlocks
+from coupling.motion.problem import MotionProblem
+from coupling.motion.sensors import SensorParameter
+
+# Passes that weigh the channels by what is left of them.
+_REWEIGHTED = 2
+_MOST_STEPS = 12
+_SETTLED = 1e-4
+# The solver starts so far inside its bounds.
+_INSIDE = 1e-6
+# A channel weighs at most so many times as much as its measured size says.
+_LEAST_PART = 1e-3
+
+
+@dataclass(frozen=True)
+class MotionFit:
+    """A fitted robot.
+
+    Attributes:
+        problem: The problem with the last weights.
+        x: What the fit counts, (P,).
+        blocks: Its normal equations, block by block.
+        converged: Whether the last step moved nothing.
+    """
+
+    problem: MotionProblem
+    x: np.ndarray
+    blocks: NormalBlocks
+    converged: bool
+
+
+def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
+    """Return the fit of a problem's parameters, from given values or those of the start."""
+    x = problem.start if x is None else x
+    converged = True
+    for _ in range(_REWEIGHTED):
+        problem = reweighed(problem, x)
+        if not len(x):
+            break
+        lowest, highest = problem.bounds
+        found = least_squares(
+            problem.residual,
+            np.clip(x, lowest + _INSIDE, highest - _INSIDE),
+            problem.jacobian,
+            bounds=(lowest, highest),
+            x_scale=1.0,
+            max_nfev=_MOST_STEPS,
+            xtol=_SETTLED,
+            ftol=_SETTLED,
+        )
+        x, converged = found.x, found.status > 0
+    return MotionFit(problem, x, _blocks(problem, x), converged)
+
+
+def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
+    """Return the problem with channels weighed by the rms of what is left of them at x."""
+    wind_up, torque = [], []
+    for moved in problem.moved:
+        left = problem.left(moved, problem.predicted(moved, x))
+        wind_up.append(left[0])
+        torque.append(left[1])
+    measured = np.vstack([moved.recording.torque for moved in problem.moved])
+    least = _LEAST_PART * np.sqrt(np.mean(measured**2, axis=0))
+    return replace(
+        problem,
+        wind_up_deviation=np.sqrt(np.mean(np.vstack(wind_up) ** 2, axis=0)),
+        torque_deviation=np.maximum(np.sqrt(np.mean(np.vstack(torque) ** 2, axis=0)), least),
+    )
+
+
+def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
+    residual, jacobian = problem.residual(x), problem.jacobian(x)
+    rows = [len(moved.recording.time) for moved in problem.moved]
+    return NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+
+
+def told(fit: MotionFit) -> np.ndarray:
+    """Return which parameters of a fit the recordings tell, (P,) of bool.
+
+    What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
+    as in the start, the widest first; the others answer, to first order.
+    """
+    chosen = np.ones(len(fit.x), dtype=bool)
+    away = fit.problem.start - fit.x
+    while chosen.any():
+        blocks = fit.blocks.only(chosen, away)
+        x = fit.x[chosen] + blocks.step
+        width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
+        worst = int(np.argmax(width))
+        if width[worst] <= 1.0:
+            break
+        chosen[np.flatnonzero(chosen)[worst]] = False
+    return chosen
+
+
+def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
+    """Return half of the widest interval that tells a parameter, (P,)."""
+    signed = [isinstance(p, SensorParameter) or p.signed for p in problem.parameters]
+    allowed: np.ndarray = np.where(signed, 1.0, np.clip(x, 1e-9, 1.0))
+    return allowed

@@ -1,0 +1,105 @@
+"""What the encoders add to a motion: a lag, an offset, their eccentricity and the error of their lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.motion.recording import Recording
+from coupling.motion.smoothing import MotorMotion
+from elastic_robot.description import Robot
+
+
+@dataclass(frozen=True)
+class SensorParameter:
+    """A number of a joint's sensors, the same in all recordings; wind-up is linear in it.
+
+    Attributes:
+        name: Name in the report.
+        term: Its term.
+        joint: Index of the joint.
+        kind: "lag", "cosine", "sine" or "loop".
+        size: What it usually is, in its unit.
+        unit: Its unit.
+    """
+
+    name: str
+    term: str
+    joint: int
+    kind: str
+    size: float
+    unit: str
+
+
+_KINDS = (
+    ("lag", "lag", "lag", 1e-3, "s"),
+    ("eccentricity.cosine", "eccentricity", "cosine", 3e-4, "rad"),
+    ("eccentricity.sine", "eccentricity", "sine", 3e-4, "rad"),
+    ("loop", "loop", "loop", 3e-5, "rad"),
+)
+
+
+def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
+    """Return those of joints whose link's angle is measured."""
+    return tuple(
+        SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, kind, size, unit)
+        for i in with_link
+        for name, term, kind, size, unit in _KINDS
+    )
+
+
+def presliding(angle: np.ndarray, slip_angle: float, start: float) -> np.ndarray:
+    """Return s / a of friction that builds up over a slip angle, -1 to 1 (`elastic_robot.Drive`).
+
+    Args:
+        angle: Angle of the motor [rad], (n,).
+        slip_angle: Angle a over which it builds up [rad].
+        start: s / a in the first row.
+
+    Example:
+        >>> presliding(np.array([0.0, 1.0, 3.0, 2.5]), 2.0, 0.0).tolist()
+        [0.0, 0.5, 1.0, 0.75]
+    """
+    part = np.empty(len(angle))
+    part[0] = now = start
+    for k, turn in enumerate((np.diff(angle) / slip_angle).tolist(), start=1):
+        now = min(1.0, max(-1.0, now + turn))
+        part[k] = now
+    return part
+
+
+def column(
+    parameter: SensorParameter, motion: MotorMotion, part: np.ndarray, robot: Robot
+) -> np.ndarray:
+    """Return the wind-up by a sensor's number of 1 [rad], (n,).
+
+    Args:
+        parameter: The number.
+        motion: Motion of the motors.
+        part: Friction of the joint's motor over its largest, (n,).
+        robot: The robot.
+    """
+    q = motion.q[:, parameter.joint]
+    if parameter.kind == "lag":
+        return motion.qd[:, parameter.joint]
+    if parameter.kind == "cosine":
+        return np.cos(q)
+    if parameter.kind == "sine":
+        return np.sin(q)
+    return part
+
+
+def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
+    """Return the wind-up by what is a recording's own: an offset, and cosine and sine of lines, (n, 1 + 2 l).
+
+    Args:
+        recording: The recording.
+        joint: Index of the joint.
+        lines: Numbers of periods in a turn of the link.
+    """
+    angle = recording.link[:, joint]
+    columns = [np.ones(len(angle))]
+    for line in lines:
+        columns += [np.cos(line * angle), np.sin(line * angle)]
+    return np.column_stack(columns)
