@@ -16,9 +16,11 @@ from coupling.case.plant import PlantTable, StudyTable
 from coupling.case.robots import (
     ControllerTable,
     CouplingTable,
+    OneOfDrives,
     PartTable,
     RobotTable,
     SupportTable,
+    drive_of,
 )
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.events import Watch, unwatched
@@ -76,8 +78,9 @@ class PlacedRobot:
         home: Joint angles where inverse kinematics starts [rad], (joints,).
         world_from_base: Frame of its base in the world.
         mounting: Differences of its description from its file.
-        touch_off: Frame that it takes for the world where it was touched off; None: the world.
         ratings: Rated loads of its file.
+        drive: "ideal", or "servo": its motors follow the command as their servos do.
+        touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
     """
 
@@ -88,6 +91,7 @@ class PlacedRobot:
     world_from_base: Frame
     mounting: Mounting
     ratings: Ratings
+    drive: OneOfDrives = IDEAL
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None
 
@@ -170,9 +174,10 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     process_table = _process_table(path, file.process)
     with _errors_of(str(path)):
         task, corners = _task(tool_path, file.part.part(), process_table)
-    robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
+    kind = file.robot.fmu
+    robots = [_placed("forming", file.robot, kind, _tcp_shift(task, process_table), path)]
     if file.support is not None:
-        robots.append(_placed("support", file.support, np.zeros(3), path))
+        robots.append(_placed("support", file.support, kind, np.zeros(3), path))
     if len(file.part.touched):
         with _errors_of(f"{path}: part: touch_off"):
             part, robots = _touched_off(file, task, process_table, robots)
@@ -181,12 +186,10 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     plant: Plant | None = None
     if file.plant is not None:
         with _errors_of(f"{path}: plant"):
-            models = [(own.description, own.torque_curve, own.mounting) for own in robots]
-            plant = file.plant.plant(models, path.parent)
-            if file.robot.fmu == "python" and any(own.drive != IDEAL for own in plant.robots):
-                raise CaseError(
-                    'drive: expected fmu = "native" in [robot] beside "servo", got "python"'
-                )
+            models = [
+                (own.description, own.torque_curve, own.drive, own.mounting) for own in robots
+            ]
+            plant = file.plant.plant(models, kind, path.parent)
     with _errors_of(str(path)):
         if workspace is not None:
             task = replace(task, workspace=workspace)
@@ -200,9 +203,9 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": file.coupling, "compensation": method}
     tables |= {"controller": file.controller}
-    resolved = {"robot": file.robot.resolved(path.parent)}
+    resolved = {"robot": file.robot.resolved(path.parent, robots[0].drive)}
     if file.support is not None:
-        resolved["support"] = file.support.resolved(path.parent)
+        resolved["support"] = file.support.resolved(path.parent, robots[1].drive)
     resolved |= {k: t.model_dump(exclude_none=True, mode="json") for k, t in tables.items()}
     if file.discrepancy is not None:
         resolved["discrepancy"] = file.discrepancy.model_dump(exclude_none=True, mode="json")
@@ -293,16 +296,18 @@ def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:
 
 
 def _placed(
-    name: str, table: RobotTable | SupportTable, tcp_shift: np.ndarray, path: Path
+    name: str, table: RobotTable | SupportTable, kind: str, tcp_shift: np.ndarray, path: Path
 ) -> PlacedRobot:
-    """Read the robot that a table of a case describes."""
+    """Read the robot that a table of a case describes, whose FMU is of a kind."""
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
+        drive = drive_of(robot, table.drive, kind)
     at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
-    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting, ratings)
+    description, curve = mounting.of(robot), table.torque_curve
+    return PlacedRobot(name, description, curve, home, at, mounting, ratings, drive)
 
 
 def _touched_off(

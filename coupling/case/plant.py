@@ -8,13 +8,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from coupling.case.robots import OneOfCurves, described, resolved_description
+from coupling.case.robots import (
+    OneOfCurves,
+    OneOfDrives,
+    described,
+    drive_of,
+    resolved_description,
+)
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant, PlantRobot
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import IDEAL
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -40,7 +45,7 @@ class _PlantRobotTable(Schema):
 
     description: str | None = None
     torque_curve: OneOfCurves | None = None
-    drive: Literal["ideal", "servo"] = IDEAL
+    drive: OneOfDrives | None = None
     stiffness_factor: PositiveFactors = [1.0]
     damping_factor: Factors = [1.0]
     backlash_factor: Factors = [1.0]
@@ -49,14 +54,22 @@ class _PlantRobotTable(Schema):
     payload_position_m: Vector3 | None = None
 
     def robot(
-        self, model: Robot, torque_curve: str, mounting: Mounting, folder: Path
+        self,
+        model: Robot,
+        torque_curve: str,
+        drive: OneOfDrives,
+        mounting: Mounting,
+        kind: str,
+        folder: Path,
     ) -> PlantRobot:
         """Return the robot that moves in place of a model.
 
         Args:
             model: The model, as it stands.
             torque_curve: Its torque curve.
+            drive: How its drives move; as those of another description do unless that is given.
             mounting: Mounting of the robot and of the plant's.
+            kind: Kind of the FMUs.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -64,6 +77,7 @@ class _PlantRobotTable(Schema):
                 not as many as the model's.
         """
         robot = model
+        asked = self.drive or (drive if self.description is None else None)
         if self.description is not None:
             robot = mounting.of(described(self.description, folder))
         if len(robot.joints) != len(model.joints):
@@ -71,11 +85,7 @@ class _PlantRobotTable(Schema):
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
                 f" commanded, got {len(robot.joints)}"
             )
-        if self.drive != IDEAL and all(joint.drive is None for joint in robot.joints):
-            raise CaseError(
-                f"drive: expected a [joint.drive] in the file of {robot.name} beside"
-                f' "{self.drive}", got none'
-            )
+        moved = drive_of(robot, asked, kind)
         place = self.payload_position_m
         difference = ModelMismatch(
             tuple(self.stiffness_factor),
@@ -93,7 +103,7 @@ class _PlantRobotTable(Schema):
                     f"{name}_factor: expected one number, or {len(robot.joints)}, one for each joint,"
                     f" got {count}"
                 )
-        return PlantRobot(difference.description(robot), curve, difference, self.drive)
+        return PlantRobot(difference.description(robot), curve, difference, moved)
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""
@@ -116,11 +126,14 @@ class PlantTable(_PlantRobotTable):
     couple: bool = False
     support: _PlantRobotTable | None = None
 
-    def plant(self, models: Sequence[tuple[Robot, str, Mounting]], folder: Path) -> Plant:
+    def plant(
+        self, models: Sequence[tuple[Robot, str, OneOfDrives, Mounting]], kind: str, folder: Path
+    ) -> Plant:
         """Return the plant.
 
         Args:
-            models: Description, torque curve and mounting of each of the case's robots.
+            models: Description, torque curve, drive and mounting of each of the case's robots.
+            kind: Kind of their FMUs.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -132,7 +145,7 @@ class PlantTable(_PlantRobotTable):
         robots = []
         for name, table, model in zip(("", "support: "), tables, models, strict=False):
             try:
-                robots.append(table.robot(*model, folder))
+                robots.append(table.robot(*model, kind, folder))
             except CaseError as cause:
                 raise CaseError(f"{name}{cause}") from cause
         return Plant(tuple(robots), self.force_factor, self.couple)

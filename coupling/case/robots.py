@@ -23,7 +23,7 @@ from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, suppor
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.fmi.interface import MODES, Mode
+from elastic_robot.fmi.interface import IDEAL, MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Smallest extent of touched points across their longest one that fixes a frame, as a share.
@@ -43,6 +43,7 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
 
 
 OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
+OneOfDrives = Literal["ideal", "servo"]
 
 
 def described(description: str, folder: Path) -> Robot:
@@ -57,6 +58,34 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
+def drive_of(robot: Robot, asked: OneOfDrives | None, kind: str) -> OneOfDrives:
+    """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
+
+    Args:
+        robot: The robot.
+        asked: What the case says; None: nothing.
+        kind: Kind of its FMU.
+
+    Raises:
+        CaseError: If it has no motors for servos, or FMUs of this kind move none.
+    """
+    motors = any(joint.drive is not None for joint in robot.joints)
+    if asked == IDEAL or (asked is None and not motors):
+        return IDEAL
+    if not motors:
+        raise CaseError(
+            f'drive: expected a [joint.drive] in the file of {robot.name} beside "{asked}", got none'
+        )
+    if kind == "python" and asked is not None:
+        raise CaseError(f'drive: expected fmu = "native" in [robot] beside "{asked}", got "python"')
+    if kind == "python":
+        raise CaseError(
+            f'drive: expected "ideal" beside fmu = "python", which moves no motors, got none, while the'
+            f' file of {robot.name} has motors: write it, or take fmu = "native"'
+        )
+    return "servo"
+
+
 def resolved_description(description: str, folder: Path) -> str:
     """Return a shipped robot's name, or the absolute path of a file of the user's."""
     file = find_robot(description, folder)
@@ -69,6 +98,7 @@ class _MemberTable(Schema):
 
     description: str
     torque_curve: OneOfCurves = "backlash"
+    drive: OneOfDrives | None = None
     home_deg: list[float]
 
     def robot(self, folder: Path) -> Robot:
@@ -89,14 +119,14 @@ class _MemberTable(Schema):
         """Return the rated loads of the description; `robot` is the one that was read."""
         return load_ratings(find_robot(self.description, folder), robot)
 
-    def resolved(self, folder: Path) -> dict[str, Any]:
-        """Return the table with a file of the user's as an absolute path."""
+    def resolved(self, folder: Path, drive: str) -> dict[str, Any]:
+        """Return the table with a file of the user's as an absolute path, and how its drives move."""
         description = resolved_description(self.description, folder)
-        return self.model_dump(exclude_none=True) | {"description": description}
+        return self.model_dump() | {"description": description, "drive": drive}
 
 
 class RobotTable(_MemberTable):
-    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg, base_rpy_deg.
+    """[robot]: description (name or path), torque_curve, drive, mode, fmu, home_deg, base_rpy_deg.
 
     The world frame of a case has its origin in the base of this robot, and its axes before base_rpy_deg
     turns it against gravity.
@@ -114,8 +144,8 @@ class RobotTable(_MemberTable):
 class SupportTable(_MemberTable):
     """[support]: a second robot with a supporting tool at the sheet's back.
 
-    description, torque_curve and home_deg as in [robot]; base_position_m and base_rpy_deg place its
-    base in the world.
+    description, torque_curve, drive and home_deg as in [robot]; base_position_m and base_rpy_deg place
+    its base in the world.
     """
 
     base_position_m: Vector3

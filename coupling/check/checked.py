@@ -11,7 +11,7 @@ from coupling.check.backlash import WrongGears, wrong_gears
 from coupling.check.room import Clearance, room_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
-from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.diagnosis import GearDiagnosis, diagnosed, loads_along, stiff_links
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
@@ -23,6 +23,7 @@ from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
 from coupling.run.models import Models
+from coupling.run.motor_demands import MotorDemand, motor_demands
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
 # of the time.
@@ -41,11 +42,12 @@ class CheckedRobot:
         demands: What the path asks of the joints of the robot that does not give way.
         room: What is left around the path.
         gears: What the gears go through.
+        motors: What the path asks of the motors; none where no joint has one.
         backlash: What a command that is right leaves with another backlash in all gears; none where no
             gear has any.
         hysteresis: The same of other slip torques; None where no gear has elements.
         unknown: Why they are not known, or empty.
-        warnings: Rated loads and gear torques that are passed.
+        warnings: Rated loads, gear and motor torques that are passed.
     """
 
     name: str
@@ -55,6 +57,7 @@ class CheckedRobot:
     demands: tuple[DriveMotion, ...]
     room: Clearance
     gears: tuple[GearDiagnosis, ...]
+    motors: tuple[MotorDemand, ...]
     backlash: tuple[WrongGears, ...]
     hysteresis: tuple[WrongGears, ...] | None
     unknown: str
@@ -81,7 +84,10 @@ def checked(
         ):
             path, q = wanted.path, wanted.rigid.q[0]
             moving = MovingRobot(placed.description, placed.torque_curve)
-            gears = diagnose(moving, wanted)
+            task = moving.task(wanted)
+            links = stiff_links(moving, task)
+            loads = loads_along(moving, links, task.wrench)
+            gears, motors = diagnosed(moving, loads), motor_demands(moving, links, loads)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)
             slips = any(joint.hysteresis for joint in moving.robot.joints)
             wrong, unknown = _with_wrong_gears(moving, slips, models, wanted, watch)
@@ -98,10 +104,14 @@ def checked(
                     drive_motions(wanted.rigid, limits),
                     room_around(placed.description, path, q),
                     gears,
+                    motors,
                     backlash,
                     hysteresis if slips else None,
                     unknown,
-                    tuple(passed(placed.ratings, wanted.wrench, gears)),
+                    (
+                        *passed(placed.ratings, wanted.wrench, gears),
+                        *(warning for own in motors for warning in own.warnings),
+                    ),
                 )
             )
     return tuple(found)

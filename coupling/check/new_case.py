@@ -129,10 +129,13 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
     if own:
         texts[file.name] = file.read_text(encoding="utf-8")
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
+    described = load_robot(file)
     for table in tables:
         case[table]["description"] = named
-    if load_robot(file) != load_robot(find_robot(_NAME_IN_EXAMPLES)):
-        _seat(case, shown, load_robot(file), tables)
+        if any(joint.drive for joint in described.joints):
+            case[table]["drive"] = "servo"
+    if described != load_robot(find_robot(_NAME_IN_EXAMPLES)):
+        _seat(case, shown, described, tables)
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
         case["process"][own_file.key] = own_file.value

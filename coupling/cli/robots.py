@@ -35,9 +35,11 @@ def _all() -> Iterator[str]:
 
 def _every_number(names: list[str]) -> Iterator[str]:
     from coupling.files.robot_file import (
+        balancers_in_words,
         drives_in_words,
         find_robot,
         hysteresis_in_words,
+        kinematic_errors_in_words,
         robot_numbers,
     )
     from coupling.files.sources import UNKNOWN
@@ -48,11 +50,19 @@ def _every_number(names: list[str]) -> Iterator[str]:
         yield f"{file} ({title})"
         for number in numbers:
             yield f"  {number.place} = {_words(number.value)}: {number.source or UNKNOWN}"
-        for line in [*hysteresis_in_words(file), *drives_in_words(file)]:
-            yield f"  {line}"
+        for in_words in (
+            hysteresis_in_words,
+            kinematic_errors_in_words,
+            drives_in_words,
+            balancers_in_words,
+        ):
+            for line in in_words(file):
+                yield f"  {line}"
 
 
 def _words(value: object) -> str:
     if isinstance(value, list):
         return f"[{', '.join(_words(entry) for entry in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"{value:.9g}" if isinstance(value, int | float) else str(value)

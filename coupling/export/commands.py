@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.case.file import Case, PlacedRobot, load_case
+from coupling.case.robots import drive_of
 from coupling.errors import ProgramError
 from coupling.export.checks import (
     remark_on,
@@ -165,6 +166,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
         ratings=load_ratings(described, description),
+        drive=drive_of(description, None, DEFAULT_KIND),
     )
     require_poses(file, placed, joints, table.poses)
     axes, controller = controller_axes(described, count), Controller()

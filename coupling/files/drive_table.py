@@ -109,8 +109,11 @@ class DriveTable(Schema):
             )
         return self
 
-    def drive(self) -> Drive:
+    def drive(self, load_friction: float = 0.0) -> Drive:
         """Return the drive, all its numbers at the gear's output.
+
+        Args:
+            load_friction: Friction over the gear's torque, which its table [joint.gear] tells.
 
         Raises:
             ValueError: If one of them is beyond what numbers hold.
@@ -136,6 +139,7 @@ class DriveTable(Schema):
             friction=self.friction.at_rest,
             slip_angle=self.friction.presliding_rad,
             viscous=self.friction.viscous_Nm_s,
+            load_friction=load_friction,
             stribeck=self.friction.lost,
             stribeck_rate=self.friction.stribeck_rate,
             torque_limit=self.max_torque_Nm,
@@ -147,9 +151,10 @@ def drive_in_words(drive: Drive) -> str:
     moving = (1.0 - drive.stribeck) * drive.friction
     limit = drive.torque_limit
     most = "" if limit is None else f"; at most {limit:.4g} N m"
+    loaded = f", {drive.load_friction:.4g} of the gear's torque" * (drive.load_friction > 0.0)
     return (
         f"rotor {drive.inertia:.4g} kg m2; friction {drive.friction:.4g} N m at rest, {moving:.4g} N m"
-        f" and {drive.viscous:.4g} N m s/rad in motion; servo {drive.position_gain:.4g} 1/s,"
+        f" and {drive.viscous:.4g} N m s/rad in motion{loaded}; servo {drive.position_gain:.4g} 1/s,"
         f" {drive.rate_gain:.4g} N m s/rad, {drive.integral_gain:.4g} N m/rad{most}"
     )
 

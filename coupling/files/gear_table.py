@@ -1,4 +1,4 @@
-"""[joint.gear] of a robot file: hysteresis by its elements, or by what a data sheet says of its loop."""
+"""[joint.gear] of a robot file: hysteresis by its elements or its data sheet's loop, kinematic error."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
-from elastic_robot.description import StopElement
+from elastic_robot.description import KinematicError, StopElement
 
 ARCMIN = pi / 10800.0  # [rad]
-# What the C core holds of a gear (ER_MAX_STOPS in robot_data.h).
+# What the C core holds of a gear (ER_MAX_STOPS and ER_MAX_ERRORS in robot_data.h).
 MOST_ELEMENTS = 6
+MOST_ERRORS = 8
+# The keys of a data sheet, which take the place of elements of hysteresis.
+SHEET_KEYS = ("hysteresis_width_arcmin", "lost_motion_arcmin", "rated_torque_Nm")
 # Part of the rated torque, to both sides, between which lost motion is measured.
 _LOST_MOTION_AT = 0.03
 # Slip angles by what the elements add to the width of the loop, and equal slip torques: no data sheet
@@ -27,6 +30,46 @@ class StopElementTable(Schema):
     slip_angle: float
 
 
+class KinematicErrorTable(Schema):
+    """An entry of a gear's `kinematic_error`: one sine, by the turns of the part that makes it."""
+
+    amplitude: float
+    per_turn_of_joint: Positive | None = None
+    per_turn_of_motor: Positive | None = None
+    phase: float = 0.0
+
+    @model_validator(mode="after")
+    def _one_part(self) -> KinematicErrorTable:
+        if (self.per_turn_of_joint is None) == (self.per_turn_of_motor is None):
+            got = "neither" if self.per_turn_of_joint is None else "both"
+            raise ValueError(f"expected either per_turn_of_joint or per_turn_of_motor, got {got}")
+        return self
+
+    def error(self, gear_ratio: float | None) -> KinematicError:
+        """Return the sine over the turn of the joint.
+
+        Args:
+            gear_ratio: Turns of the motor for one of the joint, or None where the file has none.
+
+        Raises:
+            ValueError: If the ratio is needed, or no gear has such an error.
+
+        Example:
+            >>> KinematicErrorTable(amplitude=5e-5, per_turn_of_motor=2.0).error(200.0).order
+            400.0
+        """
+        order = self.per_turn_of_joint
+        if order is None:
+            assert self.per_turn_of_motor is not None
+            if gear_ratio is None:
+                raise ValueError(
+                    "per_turn_of_motor: expected gear_ratio in [joint.drive] beside it, got no drive:"
+                    " give one, or per_turn_of_joint"
+                )
+            order = self.per_turn_of_motor * gear_ratio
+        return KinematicError(self.amplitude, order, self.phase)
+
+
 class GearTable(Schema):
     """[joint.gear]: what a gear has beside stiffness, damping and backlash."""
 
@@ -34,24 +77,45 @@ class GearTable(Schema):
     hysteresis_width_arcmin: Positive | None = None
     lost_motion_arcmin: Positive | None = None
     rated_torque_Nm: Positive | None = None
+    kinematic_error: Annotated[list[KinematicErrorTable], Field(max_length=MOST_ERRORS)] = []
+    efficiency: Annotated[float, Field(gt=0.5, le=1.0)] | None = None
 
     @model_validator(mode="after")
     def _one_form(self) -> GearTable:
-        sheet = [key for key in self.model_fields_set if key != "hysteresis"]
+        sheet = sorted(self.model_fields_set & set(SHEET_KEYS))
         if sheet and "hysteresis" in self.model_fields_set:
             raise ValueError(
                 "expected either the elements of hysteresis or the numbers of a data sheet, got"
-                f" hysteresis and {min(sheet)}"
+                f" hysteresis and {sheet[0]}"
             )
         for key in ("hysteresis_width_arcmin", "rated_torque_Nm"):
             if sheet and key not in sheet:
-                raise ValueError(f"{key}: expected a number > 0 beside {min(sheet)}, got none")
+                raise ValueError(f"{key}: expected a number > 0 beside {sheet[0]}, got none")
         return self
 
     @property
     def from_sheet(self) -> bool:
         """Whether it has the numbers of a data sheet."""
         return self.hysteresis_width_arcmin is not None
+
+    @property
+    def load_friction(self) -> float:
+        """Friction over the gear's torque, 1 / eta - 1."""
+        return 0.0 if self.efficiency is None else 1.0 / self.efficiency - 1.0
+
+    def kinematic_errors(self, gear_ratio: float | None) -> tuple[KinematicError, ...]:
+        """Return the sines of the gear's kinematic error; the ratio is None where the file has none.
+
+        Raises:
+            ValueError: If no gear has them.
+        """
+        errors = []
+        for number, table in enumerate(self.kinematic_error, start=1):
+            try:
+                errors.append(table.error(gear_ratio))
+            except ValueError as cause:
+                raise ValueError(f"kinematic_error {number}: {cause}") from cause
+        return tuple(errors)
 
     def hysteresis_of(
         self, stiffness: float, backlash: float

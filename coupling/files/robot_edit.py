@@ -12,6 +12,7 @@ import tomlkit
 from tomlkit.container import OutOfOrderTableProxy
 from tomlkit.items import AoT
 
+from coupling.files.gear_table import SHEET_KEYS
 from coupling.files.robot_schema import JointTable, UrdfJoint
 from coupling.files.sources import SOURCES, lost_places, numbers
 from coupling.files.toml_file import document
@@ -113,15 +114,19 @@ class RobotEdit:
         own = schema.model_validate(data["joint"][at - 1])
         if not own.gear.from_sheet:
             return
-        sheet = [n for n in numbers(data) if n.place.startswith(f"joint[{at}].gear.")]
+        sheet = [
+            n for n in numbers(data) if n.place in {f"joint[{at}].gear.{k}" for k in SHEET_KEYS}
+        ]
         source = "from " + ", ".join(f"{n.place.rpartition('.')[2]} = {n.value}" for n in sheet)
         source += "".join(f"; {text}" for text in dict.fromkeys(n.source for n in sheet) if text)
         backlash, elements = own.hysteresis()
         if isinstance(table["gear"], OutOfOrderTableProxy):  # dotted keys, which cannot be deleted
+            kept = table["gear"].unwrap()
             del table["gear"]
             table["gear"] = tomlkit.inline_table()
-        for key in list(table["gear"]):
-            del table["gear"][key]
+            table["gear"].update(kept)
+        for key in SHEET_KEYS:
+            table["gear"].pop(key, None)
         table["gear"]["hysteresis"] = [asdict(element) for element in elements]
         self._set_source(f"joint[{at}].gear.hysteresis", source)
         if own.gear.lost_motion_arcmin is not None:

@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
+from coupling.files.balancer_table import BalancerGeometry, gas_spring_points
 from coupling.files.drive_table import drive_in_words
 from coupling.files.robot_schema import (
     BodyTable,
@@ -28,7 +29,7 @@ from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.description import Body, Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
 
@@ -93,6 +94,33 @@ def hysteresis_in_words(path: Path) -> list[str]:
                 f" {backlash:.4g} rad"
             )
     return lines
+
+
+def kinematic_errors_in_words(path: Path) -> list[str]:
+    """Return a line for each gear of a robot file that has a kinematic error; a URDF is not opened.
+
+    Raises:
+        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
+    """
+    lines = []
+    for number, errors in _of_joints(path, JointElasticity.kinematic_errors):
+        if errors:
+            each = ", ".join(f"{e.amplitude:.4g} rad {e.order:.6g} times a turn" for e in errors)
+            lines.append(f"joint[{number}].gear: kinematic error {each}")
+    return lines
+
+
+def balancers_in_words(path: Path) -> list[str]:
+    """Return a line for each balancer of a robot file; a URDF is not opened.
+
+    Raises:
+        RobotFileError: If the file cannot be read.
+    """
+    return [
+        f"joint[{number}].balancer: {table.in_words()}"
+        for number, table in _of_joints(path, lambda joint: joint.balancer)
+        if table is not None
+    ]
 
 
 def drives_in_words(path: Path) -> list[str]:
@@ -165,14 +193,14 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
 def _complete(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot that a file describes by itself."""
     file = validate(data, RobotFile, RobotFileError, str(path))
-    joints = []
+    joints, own = [], np.eye(3)
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
         try:
             rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
         except ValueError as cause:
             raise RobotFileError(f"{where}: {cause}") from cause
-        joints.append(_elastic(rigid, joint, np.eye(3), where))
+        joints.append(_elastic(rigid, joint, own, own, where))
     return Robot(
         name=file.name,
         joints=tuple(joints),
@@ -191,14 +219,15 @@ def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
     except RobotFileError as cause:
         raise RobotFileError(f"{path}: {cause}") from cause
     keys = _by_name(file.joint, chain, path)
-    joints = []
+    joints, before = [], np.eye(3)
     for rigid, base_from_joint in zip(chain.joints, chain.base_from_joint, strict=True):
         heavy = replace(rigid, body=rigid.body.scaled(file.urdf.mass_scale))
         where = f"{path}: joint {rigid.name!r}"
         rotation = base_from_joint.rotation
-        joints.append(
-            _elastic(heavy, keys[rigid.name], rotation, where) if rigid.name in keys else heavy
-        )
+        if rigid.name in keys:
+            heavy = _elastic(heavy, keys[rigid.name], rotation, before, where)
+        joints.append(heavy)
+        before = rotation
     # The last body's frame has its origin on the last axis and is parallel to the base.
     last_from_base = pin.SE3(np.eye(3), -chain.base_from_joint[-1].translation)
     last_from_tip = last_from_base * chain.base_from_tip
@@ -229,8 +258,22 @@ def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str,
     return keys
 
 
-def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, where: str) -> Joint:
-    """Return a joint that gives way; `base_from_file` turns the axes of the file's tilts."""
+def _elastic(
+    rigid: Joint,
+    keys: JointElasticity,
+    base_from_file: np.ndarray,
+    base_from_previous: np.ndarray,
+    where: str,
+) -> Joint:
+    """Return a joint that gives way.
+
+    Args:
+        rigid: The joint that does not.
+        keys: Its table.
+        base_from_file: Rotation from the axes of its tilts, and of its link, in the file, (3, 3).
+        base_from_previous: Rotation from those of the link before it, (3, 3).
+        where: Where it stands, for messages.
+    """
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):
         try:
@@ -253,10 +296,40 @@ def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, wh
         if elastic.torque_table:
             akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between
         backlash, elements = keys.hysteresis()
-        drive = keys.motor()
+        return replace(
+            elastic,
+            backlash=backlash,
+            hysteresis=elements,
+            kinematic_error=keys.kinematic_errors(),
+            balancer=_balancer(elastic, keys, base_from_file, base_from_previous),
+            drive=keys.motor(),
+        )
     except ValueError as cause:
         raise RobotFileError(f"{where}: {cause}") from cause
-    return replace(elastic, backlash=backlash, hysteresis=elements, drive=drive)
+
+
+def _balancer(
+    joint: Joint, keys: JointElasticity, base_from_file: np.ndarray, base_from_previous: np.ndarray
+) -> Table | None:
+    """Return the points of a joint's balancer [rad, N m]; arguments as of `_elastic`."""
+    if keys.balancer is None:
+        return None
+    if keys.balancer.torque_table is not None:
+        return tuple((angle, torque) for angle, torque in keys.balancer.torque_table)
+    spring = keys.balancer.gas_spring
+    assert spring is not None
+    if joint.limits is None:
+        raise ValueError("balancer: gas_spring: expected limits of the joint beside it, got none")
+    geometry = BalancerGeometry(
+        np.array(joint.origin),
+        np.array(joint.axis),
+        base_from_previous @ spring.base_point,
+        base_from_file @ spring.link_point,
+    )
+    try:
+        return gas_spring_points(spring, geometry, joint.limits)
+    except ValueError as cause:
+        raise ValueError(f"balancer: {cause}") from cause
 
 
 def _payload(given: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:

@@ -6,10 +6,11 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from coupling.files.balancer_table import BalancerTable
 from coupling.files.drive_table import DriveTable
 from coupling.files.gear_table import GearTable
 from coupling.files.toml_file import Positive, Schema, Vector3
-from elastic_robot.description import Body, Drive, StopElement
+from elastic_robot.description import Body, Drive, KinematicError, StopElement
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -65,6 +66,7 @@ class JointElasticity(Schema):
     gear_torque_Nm: GearTorque | None = None
     gear: GearTable = GearTable()
     drive: DriveTable | None = None
+    balancer: BalancerTable | None = None
 
     @model_validator(mode="after")
     def _gear_is_elastic(self) -> JointElasticity:
@@ -73,10 +75,18 @@ class JointElasticity(Schema):
                 "gear_torque_Nm: expected a stiffness beside it, as the torque is that of a gear that"
                 " gives way, got none: give one, or leave gear_torque_Nm out"
             )
-        if self.gear.model_fields_set and self.stiffness is None:
+        if self.gear.model_fields_set - {"kinematic_error"} and self.stiffness is None:
             raise ValueError("gear: expected a stiffness beside it, got none: the joint is rigid")
-        if self.drive is not None and self.stiffness is None:
-            raise ValueError("drive: expected a stiffness beside it, got none: the joint is rigid")
+        for key in ("drive", "balancer"):
+            if getattr(self, key) is not None and self.stiffness is None:
+                raise ValueError(
+                    f"{key}: expected a stiffness beside it, got none: the joint is rigid"
+                )
+        if self.gear.efficiency is not None and self.drive is None:
+            raise ValueError(
+                "gear: efficiency: expected a drive beside it, whose friction grows with the load, got"
+                " none"
+            )
         if self.gear.from_sheet and self.torque_table is not None:
             raise ValueError(
                 "gear: hysteresis_width_arcmin: expected no torque_table beside it, as the width is that"
@@ -102,6 +112,17 @@ class JointElasticity(Schema):
         except ValueError as cause:
             raise ValueError(f"gear: {cause}") from cause
 
+    def kinematic_errors(self) -> tuple[KinematicError, ...]:
+        """Return the sines of the gear's kinematic error.
+
+        Raises:
+            ValueError: If no gear has them.
+        """
+        try:
+            return self.gear.kinematic_errors(None if self.drive is None else self.drive.gear_ratio)
+        except ValueError as cause:
+            raise ValueError(f"gear: {cause}") from cause
+
     def motor(self) -> Drive | None:
         """Return motor, servo and friction of the joint, if the file has them.
 
@@ -109,7 +130,7 @@ class JointElasticity(Schema):
             ValueError: If their numbers are beyond what can be computed with.
         """
         try:
-            return None if self.drive is None else self.drive.drive()
+            return None if self.drive is None else self.drive.drive(self.gear.load_friction)
         except ValueError as cause:
             raise ValueError(f"drive: {cause}") from cause
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict
 
+import numpy as np
 import pinocchio as pin
+from scipy.interpolate import CubicSpline
 
-from coupling.files.gear_table import MOST_ELEMENTS
+from coupling.files.balancer_table import MOST_POINTS
+from coupling.files.gear_table import MOST_ELEMENTS, MOST_ERRORS
 from elastic_robot.description import Body, Drive, Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.settings import SETTINGS
 
-VERSION = 2
+VERSION = 3
 # What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
@@ -34,7 +37,7 @@ def robot_text(robot: Robot, guid: str) -> str:
         >>> robot = Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
         >>> lines = robot_text(robot, "{x}").splitlines()
         >>> print(*(line for line in lines if not line.startswith("setting")), sep="\n")
-        elastic-robot 2
+        elastic-robot 3
         guid {x}
         gravity 0.0 0.0 -9.81
         tcp 1.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0
@@ -64,26 +67,37 @@ def robot_text(robot: Robot, guid: str) -> str:
 
 def _joint_lines(number: int, joint: Joint) -> list[str]:
     lines = [_line("joint", [*joint.origin, *joint.axis])]
+    _require(number, "kinematic_error", "sines", MOST_ERRORS, len(joint.kinematic_error))
+    lines += [_line("error", [e.amplitude, e.order, e.phase]) for e in joint.kinematic_error]
     if joint.stiffness is not None:
         lines.append(_line("spring", [joint.stiffness, joint.damping, joint.backlash]))
     if joint.torque_table is not None:
         points = len(joint.torque_table)
-        if points > MOST_TABLE_POINTS:
-            raise RobotFileError(
-                f"joint {number}: torque_table: expected at most {MOST_TABLE_POINTS} points for a"
-                f" native FMU, got {points}"
-            )
+        _require(number, "torque_table", "points", MOST_TABLE_POINTS, points)
         lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
-    if len(joint.hysteresis) > MOST_ELEMENTS:
-        raise RobotFileError(
-            f"joint {number}: hysteresis: expected at most {MOST_ELEMENTS} elements for a native FMU,"
-            f" got {len(joint.hysteresis)}"
-        )
+    if joint.balancer is not None:
+        _require(number, "balancer", "points", MOST_POINTS, len(joint.balancer))
+        lines.append(_balancer_line(np.array(joint.balancer)))
+    _require(number, "hysteresis", "elements", MOST_ELEMENTS, len(joint.hysteresis))
     lines += [_line("stop", [stop.slip_torque, stop.slip_angle]) for stop in joint.hysteresis]
     if joint.drive is not None:
         lines.append(_motor_line(joint.drive))
     lines += [_line("tilt", [*t.axis, t.stiffness, t.damping]) for t in joint.tilt]
     return [*lines, _body_line(joint.body)]
+
+
+def _require(number: int, key: str, what: str, most: int, got: int) -> None:
+    if got > most:
+        raise RobotFileError(
+            f"joint {number}: {key}: expected at most {most} {what} for a native FMU, got {got}"
+        )
+
+
+def _balancer_line(table: np.ndarray) -> str:
+    """Points with the slopes of a natural spline, whose cubics are those through value and slope."""
+    angle, torque = table.T
+    slope = CubicSpline(angle, torque, bc_type="natural")(angle, 1)
+    return _line(f"balancer {len(table)}", np.column_stack([angle, torque, slope]).ravel())
 
 
 def _motor_line(drive: Drive) -> str:
@@ -99,6 +113,7 @@ def _motor_line(drive: Drive) -> str:
         drive.integral_gain,
         drive.feed_forward,
         drive.torque_limit or 0.0,  # without a limit
+        drive.load_friction,
     )
     return _line("motor", numbers)
 

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.inverse.link_task import Weights
+from coupling.inverse.link_task import LinkTask, Weights
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.reversals import (
     backlash_miss,
@@ -175,8 +175,12 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
 def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
     """Return the torque of the gears of the rigid robot with its tilts at rest under their loads."""
     task = robot.task(wanted)
-    theta = LinkProblem(robot.model, task, Weights()).guess()
-    return loads_along(robot, theta, task.wrench)
+    return loads_along(robot, stiff_links(robot, task), task.wrench)
+
+
+def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
+    """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
+    return LinkProblem(robot.model, task, Weights()).guess()
 
 
 def loads_along(

@@ -2,7 +2,7 @@
 
 A drive (`elastic_robot.description.Drive`) whose motor is to follow q(t) while its gear carries T,
 
-    tau = J q'' - T + f(q, q'),                                                                  (1)
+    tau = J q'' - (1 + eps'(q)) T + f(q, q', T),                                                 (1)
     Kp w + z = tau,   z' = Ki w,                                                                 (2)
     kff delta' = -Kv delta + w + (1 - kff) q',   q_cmd = q + delta,                              (3)
 
@@ -63,7 +63,7 @@ def motor_torque(drive: Drive, motion: MotorMotion) -> np.ndarray:
     """Return the torque tau that a motor needs, eq. (1) [N m], (n,); its friction starts unloaded."""
     stop = GearElements(np.array([drive.friction]), np.array([drive.slip_angle]))
     part = stop.along(motion.angle, np.zeros(1))[:, 0] / drive.slip_angle
-    friction = drive.friction_torque(drive.friction, part, motion.rate)
+    friction = drive.friction_torque(drive.friction, part, motion.rate, motion.gear_torque)
     torque: np.ndarray = drive.inertia * motion.acceleration + motion.gear_torque + friction
     return torque
 

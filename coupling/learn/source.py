@@ -24,6 +24,7 @@ from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 # Longest step between the samples that the inverse is given [s]: those of a case are its process's, and
 # a run folder has them in the controller's cycle.
@@ -103,7 +104,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
 
     Raises:
         ResultError: If the folder cannot be read.
-        LearnError: If it is the run of a cell.
+        LearnError: If it is the run of a cell, or of a robot with servos.
     """
     run = read_run(folder)
     if run.gap is not None:
@@ -111,6 +112,11 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
     file = folder / "case.toml"
     case = load_case(file)
     placed = case.robots[0]
+    if placed.drive != IDEAL:
+        raise LearnError(
+            f'{folder}: {placed.description.name} has drive = "{placed.drive}", which learn and next do'
+            ' not know yet: expected a run with drive = "ideal" in [robot]'
+        )
     description = load_toml(file, CaseError)["robot"]["description"]
     at, stored = placed.world_from_base, run.first
     # All that follows is in axes of the robot's base.

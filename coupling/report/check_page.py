@@ -16,9 +16,10 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import gear_loads
+from coupling.report.tables import gear_loads, motor_limit
 from coupling.report.thinning import PARTS
 from coupling.results.run_result import DriveMotion, GearResult
+from coupling.run.motor_demands import COLD, WARM, MotorDemand
 
 _REACH = "#009E73"
 _NOTE = Note(
@@ -71,8 +72,36 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
         Section(robot.name, sentences),
         Section(f"{robot.name} under {loads}", list(_of_gears(robot))),
         *gear_loads([GearResult.of(gear) for gear in robot.gears]),
+        *motor_table(robot.motors),
         *warned(map(str, robot.warnings)),
     ]
+
+
+def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
+    """Return what a path asks of motors beside their limits, warm and cold."""
+    if not motors:
+        return []
+    rows = [
+        (
+            f"joint {own.joint}",
+            *(f"{own.torque[factor]:.4g}" for factor in (WARM, 1.0, COLD)),
+            *motor_limit(own.torque[1.0], own.limit),
+            f"{own.time[1.0]:.3f}",
+            own.beyond,
+        )
+        for own in motors
+    ]
+    columns = (
+        *("motor [N m]", "friction -30 %", "as in the file", "friction +30 %"),
+        *("limit", "used", "at t = [s]", "BEYOND LIMIT"),
+    )
+    return [Section("What the path asks of the motors", (_MOTORS, Table(columns, rows)))]
+
+
+_MOTORS = Note(
+    "Largest torques at the gear's output, of rotor, friction and gear, with motors that turn as their"
+    " links do. What they need in addition where a gear passes its backlash a compensation tells."
+)
 
 
 def _of_gears(robot: CheckedRobot) -> Iterator[str]:

@@ -14,59 +14,72 @@ from coupling.report.style import curve, style
 from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
-# Parts of the time axis: there are 18 curves.
+# Parts of the time axis: there are 18 curves, and 6 of motors.
 _PARTS = 400
 # A limit is drawn where it is at most so many times what is asked.
 _NEAR = 2.0
 _KEYS = ("rate_limit_rad_s", "acceleration_limit_rad_s2")
 DRIVES_NOTE = Note(
-    "Angles from where they start, rates and accelerations; dashed: limits that are within twice what is"
-    " asked. The table has the largest values, between the command's rows as well, and what they are of"
-    " the limits."
+    "Angles from where they start, rates, accelerations, and torques of motors at their gears' output;"
+    " dashed: limits that are within twice what is asked. The table has the largest values, between the"
+    " command's rows as well, and what they are of the limits."
 )
 
 
 def drives(run: StoredRobot) -> go.Figure:
-    """Angles, rates and accelerations of the command over time."""
-    joints = run.joints
+    """Angles, rates and accelerations of the command over time, and torques of its motors."""
+    joints, motors = run.joints, run.motor_torque
     time = np.unique(np.append(joints.time, 0.5 * (joints.time[1:] + joints.time[:-1])))
     found = [np.degrees(values) for values in joints.trajectory.at(time)]
     found[0] = found[0] - found[0][0]
-    figure = make_subplots(rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05)
+    count = 3 if motors is None else 4
+    figure = make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     titles = ("angle [deg]", "rate [deg/s]", "acceleration [deg/s\u00b2]")
     for row, (values, title) in enumerate(zip(found, titles, strict=True), start=1):
         for joint, own in enumerate(values.T):
-            figure.add_scatter(
-                **curve(time, own, _PARTS),
-                mode="lines",
-                name=f"joint {joint + 1}",
-                legendgroup=f"joint {joint + 1}",
-                showlegend=row == 1,
-                line={"color": JOINTS[joint % len(JOINTS)], "width": 1.3},
-                row=row,
-                col=1,
-            )
+            _add_curve(figure, joint, time, own, row)
         figure.update_yaxes(title=title, row=row, col=1)
+    ends = float(time[0]), float(time[-1])
     for row, key in enumerate(_KEYS, start=2):
-        _add_limits(figure, run, key, row, (time[0], time[-1]), float(np.abs(found[row - 1]).max()))
-    figure.update_xaxes(title="time [s]", row=3, col=1)
-    return style(figure, 640)
+        limits = [(d.joint, getattr(d, key)) for d in run.figures.command.drives]
+        known = {joint: degrees(own) for joint, own in limits if own is not None}
+        _add_limits(figure, known, row, ends, float(np.abs(found[row - 1]).max()))
+    if motors is not None:
+        for joint, own in motors[1].items():
+            _add_curve(figure, joint, motors[0], own, count)
+        figure.update_yaxes(title="motor torque [N m]", row=count, col=1)
+        asked = max(float(np.abs(own).max()) for own in motors[1].values())
+        told = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
+        known = {joint: limit for joint, limit in told if limit is not None}
+        _add_limits(figure, known, count, ends, asked)
+    figure.update_xaxes(title="time [s]", row=count, col=1)
+    return style(figure, 640 if motors is None else 840)
+
+
+def _add_curve(
+    figure: go.Figure, joint: int, time: np.ndarray, values: np.ndarray, row: int
+) -> None:
+    figure.add_scatter(
+        **curve(time, values, _PARTS),
+        mode="lines",
+        name=f"joint {joint + 1}",
+        legendgroup=f"joint {joint + 1}",
+        showlegend=row == 1,
+        line={"color": JOINTS[joint % len(JOINTS)], "width": 1.3},
+        row=row,
+        col=1,
+    )
 
 
 def _add_limits(
-    figure: go.Figure,
-    run: StoredRobot,
-    key: str,
-    row: int,
-    ends: tuple[float, float],
-    asked: float,
+    figure: go.Figure, limits: dict[int, float], row: int, ends: tuple[float, float], asked: float
 ) -> None:
-    for drive in run.figures.command.drives:
-        own = getattr(drive, key)
-        if own is None or degrees(own) > _NEAR * asked:
+    """Draw limits by joint, from 1, that are within reach of what is asked, in its unit."""
+    for joint, limit in limits.items():
+        if limit > _NEAR * asked:
             continue
-        name, limit = f"joint {drive.joint}", degrees(own)
-        color = JOINTS[(drive.joint - 1) % len(JOINTS)]
+        name = f"joint {joint}"
+        color = JOINTS[(joint - 1) % len(JOINTS)]
         figure.add_scatter(
             x=[*ends, None, *ends],
             y=[limit, limit, None, -limit, -limit],

@@ -123,6 +123,7 @@ def _replayed(figures_: RunResult) -> list[Section]:
         *tables.plant(figures_),
         *tables.passages(figures_),
         *tables.gear_loads(figures_.gears),
+        *tables.motors(figures_),
     ]
 
 

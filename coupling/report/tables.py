@@ -200,6 +200,39 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
     return [Section("What the gears go through", (_LOADS, Table(columns, rows)))]
 
 
+def motors(figures: RunResult) -> list[Section]:
+    """Return what the command asks of the motors, beside their limits."""
+    asked = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
+    if not asked:
+        return []
+    several = len(figures.robots) > 1
+    rows = [
+        (
+            f"{drive.robot} joint {drive.joint}" if several else f"joint {drive.joint}",
+            f"{drive.motor_torque_Nm:.4g}",
+            *motor_limit(drive.motor_torque_Nm or 0.0, drive.motor_torque_limit_Nm),
+            f"{drive.motor_torque_time_s:.3f}",
+            str(drive.motor_reversals),
+            f"{100.0 * (drive.motor_presliding_share or 0.0):.1f}",
+        )
+        for drive in asked
+    ]
+    columns = (
+        *("motor", "torque [N m]", "limit", "used", "at t = [s]", "reversals"),
+        "friction sticks [% of the time]",
+    )
+    return [Section("What the command asks of the motors", (_MOTORS, Table(columns, rows)))]
+
+
+def motor_limit(asked: float, limit: float | None) -> tuple[str, str]:
+    """Return a motor's limit of torque and what is used of it, in words; torques in N m."""
+    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * asked / limit:.0f} %")
+
+
+_MOTORS = Note(
+    "At the gear's output: what rotor, friction and gear need, without the motor's limit. Friction"
+    " sticks at rest and behind a reversal, until the motor has turned by the presliding angle."
+)
 _LOADS = Note(
     "From the torque that the links need along the path. Where a gear reverses, or is in its backlash"
     " for want of a torque at rest, a wrong backlash shows: at rest by what it is off, in motion by"

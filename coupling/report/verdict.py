@@ -33,7 +33,8 @@ def verdict(figures: RunResult, process: str) -> Section:
 def sentence(figures: RunResult, process: str) -> str:
     """Return the same without the iteration's reason and what is expected on other robots."""
     robots = " and ".join(
-        f"{robot.title} ({robot.description}, torque curve {robot.torque_curve})"
+        f"{robot.title} ({robot.description}, torque curve {robot.torque_curve}"
+        f"{', motors under their servos' if robot.drive == 'servo' else ''})"
         for robot in figures.robots
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)

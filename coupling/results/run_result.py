@@ -103,6 +103,24 @@ class GearResult(ResultPart):
     swing_Nm: float | None = None
 
 
+class MotorLoad(ResultPart):
+    """What a motion asks of the motor of one drive, seen at its gear's output.
+
+    Attributes:
+        torque: Largest torque that it needs, to either side [N m].
+        torque_time: Instant of it [s].
+        limit: Largest torque that it has [N m], or None.
+        reversals: How often its friction slips the other way than before.
+        presliding: Share of the time in which its friction sticks: at rest, and behind reversals.
+    """
+
+    torque: float
+    torque_time: float
+    limit: float | None
+    reversals: int
+    presliding: float
+
+
 class DriveMotion(ResultPart):
     """What a motion asks of one drive, between its rows as well.
 
@@ -116,6 +134,7 @@ class DriveMotion(ResultPart):
         acceleration: Largest |q''| [rad/s^2].
         acceleration_time: Instant of it [s].
         acceleration_limit: Highest acceleration that joint and controller allow [rad/s^2], or None.
+        motor: What it asks of the motor; None where there is none, or it was not looked at.
     """
 
     joint: int
@@ -129,6 +148,7 @@ class DriveMotion(ResultPart):
     acceleration: float
     acceleration_time: float
     acceleration_limit: float | None
+    motor: MotorLoad | None = None
 
     @property
     def margin(self) -> float:
@@ -152,6 +172,11 @@ class DriveMotion(ResultPart):
 class DriveResult(ResultPart):
     """What the command asks of a drive."""
 
+    sparse: ClassVar = (
+        *("motor_torque_Nm", "motor_torque_time_s", "motor_torque_limit_Nm"),
+        *("motor_reversals", "motor_presliding_share"),
+    )
+
     robot: str
     joint: int
     range_rad: tuple[float, float]
@@ -162,6 +187,11 @@ class DriveResult(ResultPart):
     acceleration_rad_s2: float
     acceleration_time_s: float
     acceleration_limit_rad_s2: float | None
+    motor_torque_Nm: Annotated[float | None, From("motor.torque")] = None
+    motor_torque_time_s: Annotated[float | None, From("motor.torque_time")] = None
+    motor_torque_limit_Nm: Annotated[float | None, From("motor.limit")] = None
+    motor_reversals: Annotated[int | None, From("motor.reversals")] = None
+    motor_presliding_share: Annotated[float | None, From("motor.presliding")] = None
 
 
 class CommandResult(ResultPart):
@@ -246,12 +276,13 @@ class TouchOffResult(ResultPart):
 
 
 class RobotResult(ResultPart):
-    """A robot of a run: its file, sources of its numbers, links."""
+    """A robot of a run: its file, how its drives move, sources of its numbers, links."""
 
     name: str
     title: str
     description: str
     torque_curve: str
+    drive: Literal["ideal", "servo"] = "ideal"
     sources: dict[str, list[str]]
     touch_off: TouchOffResult | None = None
     links_m: Annotated[tuple[Three, ...], Field(min_length=2)]

@@ -24,6 +24,12 @@ _PASSED = {
     "sampling": "between the process's samples its force is taken as straight, which costs an estimated"
     " {value_um:.4g} um at t = {time:.3f} s; tolerance_m is {limit_um:.4g} um: lower sample_s, or give a"
     " path from a file more rows",
+    "motor-torque": "joint {joint}: its motor is asked for {value:.5g} N m at t = {time:.3f} s; it gives"
+    " {limit:.5g} N m at most, {more:.3g} N m less",
+    "motor-torque-warm": "joint {joint}: warm, with 30 % less friction, its motor is asked for"
+    " {value:.5g} N m at t = {time:.3f} s; it gives {limit:.5g} N m at most, {more:.3g} N m less",
+    "motor-torque-cold": "joint {joint}: cold, with 30 % more friction, its motor is asked for"
+    " {value:.5g} N m at t = {time:.3f} s; it gives {limit:.5g} N m at most, {more:.3g} N m less",
     "gear-torque-emergency": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its"
     " torque in an emergency stop is {limit:.5g} N m",
 }
@@ -34,8 +40,8 @@ class LimitWarning:
     """A limit of the robot file is passed, or a tolerance of the case.
 
     Attributes:
-        name: Name of the limit: "rate", "payload", "gear-torque-peak", "gear-torque-emergency" or
-            "sampling".
+        name: Name of the limit: "rate", "payload", "gear-torque-peak", "gear-torque-emergency",
+            "motor-torque", "motor-torque-warm", "motor-torque-cold" or "sampling".
         value: Largest demand [rad/s], [N] or [N m]; of samples what they cost [m].
         limit: Limit of the robot, or the tolerance, in the same unit.
         time: Instant at which it is worst [s].
@@ -53,7 +59,10 @@ class LimitWarning:
     def __str__(self) -> str:
         whose = f"{self.robot}: " if self.robot else ""
         return whose + _PASSED[self.name].format(
-            **vars(self), value_um=1e6 * self.value, limit_um=1e6 * self.limit
+            **vars(self),
+            more=self.value - self.limit,
+            value_um=1e6 * self.value,
+            limit_um=1e6 * self.limit,
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.motor_history import MotorHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
@@ -31,6 +32,8 @@ _TOLERANCE = 1e-8
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 # Variables of an FMU with hysteresis, as scalars and as an array.
 _OF_HYSTERESIS = {"elongation", "elongation[1]"}
+# What the outputs tell of a motor.
+_OF_MOTORS = ("torque", "angle", "rate")
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
 
@@ -44,12 +47,14 @@ class Signals:
         spring: Names of the contact spring: anchor, its velocity and the stiffness.
         pose: Names of the TCP's pose.
         deflection: Function that gives those of so many elastic coordinates.
+        motors: Function that gives those of joints' motors, from 0: torques, angles, rates.
     """
 
     wrench: tuple[str, ...]
     spring: tuple[str, ...]
     pose: tuple[str, ...]
     deflection: Callable[[int], tuple[str, ...]]
+    motors: Callable[[Sequence[int]], tuple[str, ...]]
 
 
 SCALARS = Signals(
@@ -61,13 +66,15 @@ SCALARS = Signals(
     tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
     tuple(f"tcp.{name}" for name in POSE),
     lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
+    lambda joints: tuple(f"motor_{name}[{i + 1}]" for name in _OF_MOTORS for i in joints),
 )
-# Of an FMU built with --arrays.
+# Of an FMU built with --arrays; what its motors do is not asked for.
 ARRAYS = Signals(
     ("force", "moment", "force_rate", "moment_rate"),
     ("anchor.position", "anchor.velocity", "anchor.stiffness"),
     ("tcp.position", "tcp.orientation"),
     lambda count: ("deflection",) if count else (),
+    lambda joints: (),
 )
 
 
@@ -142,7 +149,7 @@ class RobotFmu:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
-        rows = self._run(command, wrench, {"mode": mode, **changed}, 0, what)
+        rows = self._run(command, wrench, {"mode": mode, **changed}, what=what)
         return ToolPath(wrench.instants, rows)
 
     def deflected(
@@ -163,15 +170,31 @@ class RobotFmu:
         rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
+    def motors(
+        self, command: JointPath, wrench: WrenchHistory, joints: Sequence[int]
+    ) -> MotorHistory:
+        """Run a command in dynamic mode and return what motors do at the wrench's instants.
+
+        Args:
+            command, wrench: As for `simulate`.
+            joints: Joints that have the motors, from 0.
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        rows = self._run(command, wrench, {"mode": "dynamic"}, joints=joints)[:, len(POSE) :]
+        return MotorHistory(tuple(joints), wrench.instants, *np.hsplit(rows, len(_OF_MOTORS)))
+
     def _run(
         self,
         command: JointPath,
         wrench: WrenchHistory,
         values: Mapping[str, float | str],
-        coordinates: int,
+        coordinates: int = 0,
+        joints: Sequence[int] = (),
         what: str = "",
     ) -> np.ndarray:
-        """Return poses, and elastic coordinates behind them if any are asked for, (n, 7 + m)."""
+        """Return poses, and elastic coordinates or motors' values behind them, (n, 7 + m)."""
         trajectory = Path(self._folder.path, "trajectory.npz")
         save_trajectory(trajectory, command)
         mode = str(values["mode"])
@@ -189,8 +212,8 @@ class RobotFmu:
         processes = self._started(len(parts))
         signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
-        outputs = (*signals.pose, *signals.deflection(coordinates))
-        width = len(POSE) + coordinates
+        outputs = (*signals.pose, *signals.deflection(coordinates), *signals.motors(joints))
+        width = len(POSE) + coordinates + len(_OF_MOTORS) * len(joints)
         jobs = [
             SimulationJob(
                 parameters,

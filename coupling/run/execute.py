@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -28,12 +28,15 @@ from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
+from coupling.run.motor_demands import explained_by_motors
+from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
-from coupling.run.robustness import noise_replays, replayed
+from coupling.run.robustness import SimulatedModel, noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
-from elastic_robot.fmi.interface import Mode
+from coupling.solve.outcome import Outcome
+from elastic_robot.fmi.interface import IDEAL, Mode
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ class Run:
             model's.
         plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
+        motors: What it asks of their motors; None for a robot without any, or that was not simulated.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
         remarks: What in the case or the process's answer is out of what is usual, sentences.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
@@ -88,6 +92,7 @@ class Run:
     robustness: tuple[Replay, ...]
     plant: PlantReplay | None
     drives: tuple[tuple[DriveMotion, ...], ...]
+    motors: tuple[MotorLoads | None, ...]
     warnings: tuple[LimitWarning, ...]
     remarks: tuple[str, ...]
     fmu_fingerprint: str
@@ -158,7 +163,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
-    with Models(case.fmu, watch) as fmus:
+    with explained_by_motors(case), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
         asked = RememberedProcess(case.process)
@@ -196,6 +201,18 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
                 plant = run_on_plant(heard, differing, found, watch)
+        with _timed("motors", durations):
+            motors = tuple(
+                _motors(model, fmus, command, load.transformed(member.world_from_base.inverse()))
+                for model, member, command, load in zip(
+                    models,
+                    cell.members,
+                    found.joints.robots,
+                    found.answer.wrench.tools,
+                    strict=True,
+                )
+            )
+            found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
             loads = at_samples(found.answer.wrench, found.achieved, case.desired)
             gears = diagnose_robots(case.robots, case.desired, loads)
@@ -209,12 +226,11 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             unloaded_after=unloaded_after,
             robustness=replays if sampling is None else (*replays, sampling.replay),
             plant=plant,
-            drives=tuple(
-                drive_motions(own, JointLimits.of(model.robot, case.controller.max_acceleration))
-                for own, model in zip(found.joints.robots, models, strict=True)
-            ),
+            drives=_drives(case, found, motors),
+            motors=motors,
             warnings=(
                 *cell.rate_warnings(found.joints),
+                *motor_warnings(case.robots, motors),
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
@@ -271,6 +287,46 @@ def _simulated(cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode)
         return cell.simulate(joints, wrench, mode)
     except SimulationError:
         return None
+
+
+def _motors(
+    model: SimulatedModel, models: Models, command: JointPath, wrench: WrenchHistory
+) -> MotorLoads | None:
+    """Return what a command asks of motors; None where it cannot be simulated, as for `_simulated`."""
+    try:
+        return motor_loads(model, models, command, wrench)
+    except SimulationError:
+        return None
+
+
+def _within_motors(
+    case: Case, kind: Kind, found: Correction, motors: Sequence[MotorLoads | None]
+) -> Correction:
+    """Return a correction that has not converged where motors that were not simulated have too little.
+
+    What a limit costs that is in the simulation its deviation tells.
+    """
+    unlimited = [
+        own if case.mode == "quasistatic" or placed.drive == IDEAL else None
+        for placed, own in zip(case.robots, motors, strict=True)
+    ]
+    beyond = motor_warnings(case.robots, unlimited)
+    if kind == "couple" or not beyond or not found.converged:
+        return found
+    reason = f"the command asks for more than a motor has: {beyond[0]}: slow down the path"
+    return replace(found, outcome=Outcome.ROBOT_FAILED, reason=reason)
+
+
+def _drives(
+    case: Case, found: Correction, motors: Sequence[MotorLoads | None]
+) -> tuple[tuple[DriveMotion, ...], ...]:
+    """Return what a command asks of the drives of every robot, and of their motors."""
+    asked = []
+    for own, placed, motor in zip(found.joints.robots, case.robots, motors, strict=True):
+        limits = JointLimits.of(placed.description, case.controller.max_acceleration)
+        drives = drive_motions(own, limits)
+        asked.append(drives if motor is None else motor.beside(drives))
+    return tuple(asked)
 
 
 def _gap(case: Case, found: Correction) -> ToolGap | None:

@@ -147,15 +147,21 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
             "the process pushes with 0 N everywhere: expected a force somewhere along the path: look"
             " whether the path goes into the part, and at its frame and units"
         )
-    servos = () if case.plant is None else [own.drive for own in case.plant.robots]
-    robots = [own.description for own in case.robots]
-    driven = [robot.name for robot in robots if any(joint.drive for joint in robot.joints)]
-    if driven and all(drive == IDEAL for drive in servos):
-        found.append(
-            f"robot {driven[0]}: its drives are taken as ideal, so that no figure holds following"
-            ' error and friction: drive = "servo" in [plant] tells what they leave'
-        )
-    return tuple(found)
+    return (*found, *_of_ideal_drives(case))
+
+
+def _of_ideal_drives(case: Case) -> Iterator[str]:
+    """Yield a sentence for each robot whose motors move nowhere, neither in the model nor the plant."""
+    plant = [None] * len(case.robots) if case.plant is None else case.plant.robots
+    for own, moved in zip(case.robots, plant, strict=True):
+        motors = any(joint.drive for joint in own.description.joints)
+        if motors and own.drive == IDEAL and (moved is None or moved.drive == IDEAL):
+            table = "robot" if own.name == "forming" else own.name
+            yield (
+                f"robot {own.description.name}: its drives are taken as ideal, so that no figure holds"
+                f' following error and friction: drive = "servo" in [{table}] computes the command of'
+                " its servos"
+            )
 
 
 def remark(place: str, key: str, value: float) -> str:

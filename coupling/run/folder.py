@@ -20,7 +20,16 @@ from coupling.results.run_result import RunResult
 from coupling.run.execute import Run, other_mode
 from coupling.run.figures import figures_of
 from coupling.run.robots import drawn_robots
-from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
+from coupling.run.stored_run import (
+    ANCHOR,
+    GAP,
+    GAP_COLUMNS,
+    MOTORS,
+    PLANT,
+    RESULT,
+    motor_columns,
+    workpiece_file,
+)
 
 
 def write_run(folder: Path, case: Case, run: Run) -> None:
@@ -77,6 +86,10 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     if spring is not None:
         rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
         _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
+    motors = run.motors[tool]
+    if motors is not None:
+        asked = motors.history
+        _write(folder, MOTORS, motor_columns(asked.joints), asked.time, asked.torque)
     if run.plant is not None and run.plant.coupling is not None:
         wrench = run.plant.wrench
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])

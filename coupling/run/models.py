@@ -58,7 +58,9 @@ class Models:
         file = build_fmu(robot, self._file(), BuildOptions(self.kind))
         return self._load(robot, torque_curve, file, drive)
 
-    def take(self, robot: Robot, torque_curve: str, fmu: bytes) -> SimulatedModel:
+    def take(
+        self, robot: Robot, torque_curve: str, fmu: bytes, drive: str = IDEAL
+    ) -> SimulatedModel:
         """Return a robot with its FMU, which is there already.
 
         Raises:
@@ -66,14 +68,12 @@ class Models:
         """
         file = self._file()
         file.write_bytes(fmu)
-        return self._load(robot, torque_curve, file)
+        return self._load(robot, torque_curve, file, drive)
 
     def _file(self) -> Path:
         return self._folder / f"{len(self._loaded)}.fmu"
 
-    def _load(
-        self, robot: Robot, torque_curve: str, file: Path, drive: str = IDEAL
-    ) -> SimulatedModel:
+    def _load(self, robot: Robot, torque_curve: str, file: Path, drive: str) -> SimulatedModel:
         fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch, drive))
         loaded = SimulatedModel(robot, torque_curve, fmu)
         self._loaded[robot.to_json(), torque_curve, drive] = loaded
@@ -81,15 +81,15 @@ class Models:
 
 
 def cell_of(
-    robots: Sequence[PlacedRobot], models: Models, drive: str = IDEAL
+    robots: Sequence[PlacedRobot], models: Models
 ) -> tuple[Cell, tuple[SimulatedModel, ...]]:
-    """Return the robots of a case, with what simulates each of them, and inverts it for such drives."""
+    """Return the robots of a case, with what simulates each of them and inverts it, for its drives."""
     members, simulated = [], []
     for placed in robots:
         planner = InverseKinematics(placed.description, placed.home, models.watch)
-        model = models.of(placed.description, placed.torque_curve, drive)
+        model = models.of(placed.description, placed.torque_curve, placed.drive)
         moving = MovingRobot(placed.description, placed.torque_curve)
-        inverter = Inverter(moving, model.fmu, _POLISH[models.kind], drive)
+        inverter = Inverter(moving, model.fmu, _POLISH[models.kind], placed.drive)
         members.append(
             Member(
                 placed.name,

@@ -19,7 +19,6 @@ from coupling.run.models import Models
 from coupling.run.robustness import differing
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Coupling, Loop, couple
-from elastic_robot.fmi.interface import IDEAL
 
 
 @dataclass(frozen=True)
@@ -153,7 +152,7 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     said = []
     for own, model in zip(plant.robots, robots, strict=True):
         phrases = _of_difference(own.difference)
-        if own.drive != IDEAL:
+        if own.drive != model.drive:
             phrases.insert(0, f'drive = "{own.drive}"')
         if own.torque_curve != model.torque_curve:
             phrases.insert(0, f'torque_curve = "{own.torque_curve}"')

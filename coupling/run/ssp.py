@@ -24,7 +24,7 @@ from coupling.robot.robot_fmu import save_trajectory
 from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
 from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.toolpaths.task import Task
-from elastic_robot.fmi.interface import STEP_SIZE
+from elastic_robot.fmi.interface import IDEAL, STEP_SIZE
 
 # What the process gives to the robot: force and the contact spring that it would be, or the force alone.
 ANSWERS = {"spring": {**WRENCH_UNITS, **SPRING_UNITS}, "force": WRENCH_UNITS}
@@ -109,6 +109,10 @@ class SspSystem:
     def remarks(self) -> list[str]:
         """Return sentences on the step."""
         said = [f"communication step: {1e3 * self.step:g} ms"]
+        if self.case.robots[0].drive != IDEAL:
+            said.append(
+                "what step is safe is estimated of drives that are where they are commanded"
+            )
         if not self.limit.postures:
             return [*said, "the desired path touches nothing: no limit of the step is known"]
         if self.step > self.safe_step:
@@ -176,6 +180,7 @@ class SspSystem:
                 "trajectory": _TRAJECTORY,
                 "torque_curve": robot.torque_curve,
                 "mode": case.mode,
+                "drive": robot.drive,
             },
             ANSWERS[self.answer],
             float(first),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +26,7 @@ from coupling.results.run_state import AnswerResult, RunState
 from elastic_robot.tool_load import symmetric
 
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
-PLANT, ANCHOR = "plant", "anchor"
+PLANT, ANCHOR, MOTORS = "plant", "anchor", "motors"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
 
@@ -47,6 +47,8 @@ class StoredRobot:
         correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
         wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
+        motor_torque: Times [s], (n,), and the torque that its motors need by joint, from 0 [N m], (n,)
+            each; None where it has no motors.
         other: Paths of the tool by `figures.stages`, the robot simulated in the mode that is not the
             run's; those that were simulated.
     """
@@ -60,6 +62,7 @@ class StoredRobot:
     correction: np.ndarray
     wrench: WrenchHistory
     plant: ToolPath | None = None
+    motor_torque: tuple[np.ndarray, dict[int, np.ndarray]] | None = None
     other: Mapping[str, ToolPath] = field(default_factory=dict)
 
     @property
@@ -158,6 +161,22 @@ def drive_columns(header: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     )
 
 
+def motor_columns(joints: Iterable[int]) -> tuple[str, ...]:
+    """Return the names of the torques of joints' motors, from 0, in the table of a run's motors."""
+    return tuple(f"tau{joint + 1}" for joint in joints)
+
+
+def _motor_torque(folder: Path) -> tuple[np.ndarray, dict[int, np.ndarray]] | None:
+    file = folder / f"{MOTORS}.csv"
+    if not file.exists():
+        return None
+    names = [name for name in read_header(file, ResultError) if name.startswith("tau")]
+    if not all(name[3:].isdecimal() and int(name[3:]) > 0 for name in names):
+        raise ResultError(f"{file}: expected columns tau1, tau2 .., got {', '.join(names)}")
+    values = read_table(file, ("time", *names), ResultError).T
+    return values[0], {int(name[3:]) - 1: v for name, v in zip(names, values[1:], strict=True)}
+
+
 def _read_robot(folder: Path) -> StoredRobot:
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
         return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
@@ -190,6 +209,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
+            motor_torque=_motor_torque(folder),
             other={
                 stage: tool_path(file.stem)
                 for stage, name in zip(figures.stages, ("uncompensated", "achieved"), strict=False)

@@ -68,7 +68,7 @@ class RobotPool:
         self._stack = ExitStack()
         self._models = self._stack.enter_context(Models(work.kind))
         for robot, fmu in zip(work.robots, work.fmus, strict=True):
-            self._models.take(robot.description, robot.torque_curve, fmu)
+            self._models.take(robot.description, robot.torque_curve, fmu, robot.drive)
         self._cell, _ = cell_of(work.robots, self._models)
         self._first = parts_of_path(work.desired.time, PARTS)
         self._case: Case | None = None
@@ -126,5 +126,5 @@ class RobotPool:
         for robot, difference in zip(self._work.robots, sampled.differences, strict=True):
             description = difference.description(robot.description)
             models = self._models if description is robot.description else own
-            simulated.append(models.of(description, robot.torque_curve))
+            simulated.append(models.of(description, robot.torque_curve, robot.drive))
         return differing(self._cell, simulated, sampled.differences, "sampled parameters")

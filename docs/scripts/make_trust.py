@@ -1,4 +1,4 @@
-"""Write docs/trust.md, its pictures and the README's summary of it: make trust, a minute or two.
+"""Write docs/trust.md, its pictures and the README's summary of it: make trust, some five minutes.
 
 The FMUs, MuJoCo, CalculiX (where it is installed), the measured robot and the cone on other robots are
 run anew; what `make measured-sheet` and `make study` take long for is read from their pages.
@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from docs.scripts import trust_breakthrough as breakthrough
+from docs.scripts import trust_drives as drives
 from docs.scripts import trust_engines as engines
 from docs.scripts import trust_figures as figures
+from docs.scripts import trust_recordings as recordings
 from docs.scripts import trust_robots as robots
 from docs.scripts import trust_sheet as sheet
 from docs.scripts.make_identify import identified
@@ -26,13 +29,18 @@ SUMMARY = """\
   {rest.words} at rest and {path_backlash.words} in 22.8 s of motion with backlash.
 - **A real robot at rest: {tilt.verdict}.** Springs and a tilt identified from 43 measured deflections
   predict further ones to {tilt.words}.
+- **A real robot in motion: rough at best.** With nothing fitted to it, a FANUC's surge as a drill breaks
+  through is missed by {surge.words}; a recorded KUKA's motor torques, with the friction of another
+  recording, by {torque.words}.
 - **Forming forces: measure one.**
   On a measured sheet `sheet-fem` is off by {axial.beyond}, Aerens' law by {law.beyond}.
 - **A command is as right as its robot file.**
   Of the example cone's {before:.0f} um it leaves {as_file_um:.2f} um if the file is right,
   {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer.
-- **Never compared:** a real robot in motion, hysteresis of its gears, heat, its controller; a part made
-  by a command of this project."""
+  On a KUKA with servos and friction it leaves {driven.words} if they are as in the file,
+  {undriven.words} if they are ignored, {rubbed.words} with 20 % less friction.
+- **Never compared:** the path of a real robot's tool, hysteresis of its gears, heat, its controller; a
+  part made by a command of this project."""
 
 
 def told() -> dict[str, Any]:
@@ -77,6 +85,9 @@ def computed() -> dict[str, Any]:
         "joints": fanuc.joints,
         "tilt": fanuc.tilt,
         "stiffer": robots.stiffer(),
+        **recordings.values(),
+        **breakthrough.values(),
+        **drives.values(),
         **left,
         "before": 1e6 * left["as_file"].of,
         **{f"{name}_um": 1e6 * found.deviation for name, found in left.items()},

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import sys
-import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.task import REFERENCE, ROBOT, TRAJECTORY
 from coupling.fmu.driver import SimulationJob
-from coupling.fmu.worker import WorkerProcess, unpack
-from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.fmu_export.build import KINDS
 from coupling.robot.robot_fmu import SCALARS
 from docs.scripts.page import DOCS
 from docs.scripts.trust_comparison import Against, Comparison
+from docs.scripts.trust_fmu import answers
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
@@ -126,29 +124,13 @@ def _job(
 
 def _compared(what: str, jobs: dict[str, SimulationJob], moved: float) -> Comparison:
     """Return the largest distance from the references, of the FMUs of either kind."""
-    answers = (_answers(kind, jobs.values()) for kind in KINDS)
+    both = (answers(ROBOT, jobs.values(), kind) for kind in KINDS)
     worst = max(
         _largest(answer - _reference(name)[:, 1:4])
-        for found in answers
+        for found in both
         for name, answer in zip(jobs, found, strict=True)
     )
     return Comparison(what, Against.PROGRAM, worst, moved, f"{worst:.0e} m of {1e3 * moved:.2f} mm")
-
-
-def _answers(kind: str, jobs: Iterable[SimulationJob]) -> list[np.ndarray]:
-    """Return TCP positions [m] that an FMU built for it gives."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind)), folder / "fmu")
-        worker = WorkerProcess(folder / "fmu")
-        try:
-            found = []
-            for job in jobs:
-                worker.send(job)
-                found.append(worker.receive(lambda done, total: None))
-        finally:
-            worker.close()
-    return found
 
 
 def _reference(name: str) -> np.ndarray:

@@ -8,9 +8,11 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from elastic_robot.balancers import Balancers
 from elastic_robot.description import Body, Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.hysteresis import Elements
+from elastic_robot.kinematic_errors import KinematicErrors
 
 # Smallest eigenvalue of the elastic mass matrix relative to its largest diagonal entry.  Below it
 # an elastic coordinate moves no inertia of its own and its equation of motion cannot be solved.
@@ -22,7 +24,8 @@ class Chain:
     """Pinocchio model of a robot.
 
     theta has one angle per rotation of the chain; the drives q and the elastic coordinates x share
-    it: theta[drive] = q, then theta[elastic] += x.
+    it: theta[drive] = q, then theta[elastic] += x.  Behind gears with kinematic errors it is the angle
+    at their outputs that takes the place of q.
 
     Attributes:
         model: Pinocchio model, one revolute joint per angle.
@@ -33,6 +36,8 @@ class Chain:
         elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
         elastic_tilt: Number of its tilt, 1 or 2, or 0 for the torsion about the joint's axis, (m,).
         elements: Elements of the gears' hysteresis.
+        kinematic_errors: Kinematic errors of the gears.
+        balancers: Balancers of the joints.
     """
 
     model: pin.Model
@@ -43,6 +48,8 @@ class Chain:
     elastic_joint: np.ndarray
     elastic_tilt: np.ndarray
     elements: Elements
+    kinematic_errors: KinematicErrors
+    balancers: Balancers
 
     @cached_property
     def selection(self) -> np.ndarray:
@@ -134,6 +141,8 @@ def build_chain(robot: Robot) -> Chain:
         elastic_joint=np.array(elastic_joint, dtype=int),
         elastic_tilt=np.array(elastic_tilt, dtype=int),
         elements=Elements.of(robot),
+        kinematic_errors=KinematicErrors.of(robot),
+        balancers=Balancers.of(robot, np.array(drive, dtype=int)),
     )
     _require_inertia(chain, robot)
     return chain

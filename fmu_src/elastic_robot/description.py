@@ -20,6 +20,8 @@ Table = tuple[tuple[float, float], ...]
 _UNIT_LENGTH_TOLERANCE = 1e-9
 # Rounding left in the triangle inequality of principal moments read from a CAD export.
 _INERTIA_TOLERANCE = 1e-6
+# Largest change of a gear's kinematic error over the turn that makes it: real ones stay below 0.1.
+_STEEPEST_ERROR = 0.5
 
 
 def _require_number(key: str, value: float, *, minimum: float, open_end: bool, unit: str) -> None:
@@ -173,22 +175,50 @@ class StopElement:
 
 
 @dataclass(frozen=True)
+class KinematicError:
+    """One sine of a gear's kinematic error: its output is at q + amplitude sin(order q + phase).
+
+    q is the motor's angle over the gear ratio; a gear whose parts are not round, or not in the middle,
+    has the orders of their turns.
+
+    Attributes:
+        amplitude: Its amplitude [rad], > 0.
+        order: Periods in a turn of the gear's output, > 0.
+        phase: Its phase at q = 0 [rad].
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    amplitude: float
+    order: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_number("amplitude", self.amplitude, minimum=0.0, open_end=True, unit="rad")
+        _require_number("order", self.order, minimum=0.0, open_end=True, unit="1")
+        _require_number("phase", self.phase, minimum=-np.inf, open_end=True, unit="rad")
+
+
+@dataclass(frozen=True)
 class Drive:
     """Motor, servo and friction of a joint, seen at the gear's output.
 
     The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link, the friction f
     with the elongation s of a stop element, and tau of a servo, a rate loop in a position loop:
 
-        f = F (s / a) (1 - c (1 - exp(-(q' / v)^2))) + b q',
+        f = (F (1 - c (1 - exp(-(q' / v)^2))) + mu |T|) s / a + b q',
         tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
 
-    Rotors are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
+    mu |T| is what the gear loses of its torque: a gear of efficiency eta has mu = 1 / eta - 1. Rotors
+    are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
 
     Attributes:
         inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
         friction: Friction that must be overcome at rest, F [N m], >= 0.
         slip_angle: Angle over which it builds up (presliding), a [rad], > 0.
         viscous: Viscous friction b [N m s/rad], >= 0.
+        load_friction: Friction over the gear's torque, mu, >= 0 and < 1.
         stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
         stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
         position_gain: Gain Kv of the position loop [1/s], > 0.
@@ -209,6 +239,7 @@ class Drive:
     friction: float = 0.0
     slip_angle: float = 2e-5
     viscous: float = 0.0
+    load_friction: float = 0.0
     stribeck: float = 0.0
     stribeck_rate: float = 0.05
     torque_limit: float | None = None
@@ -226,20 +257,26 @@ class Drive:
             ("integral_gain", "N m/rad"),
             ("friction", "N m"),
             ("viscous", "N m s/rad"),
+            ("load_friction", "1"),
             ("stribeck", "1"),
             ("feed_forward", "1"),
         ):
             _require_number(key, getattr(self, key), minimum=0.0, open_end=False, unit=unit)
         if self.stribeck > 1.0:
             raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
+        if self.load_friction >= 1.0:
+            raise ValueError(f"load_friction: expected less than 1, got {self.load_friction!r}")
         if self.torque_limit is not None:
             limit = self.torque_limit
             _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
 
-    def friction_torque(self, friction: float, part: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Return f [N m] with F [N m], at s / a and q' [rad/s], any shape."""
+    def friction_torque(
+        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+    ) -> np.ndarray:
+        """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
-        return np.asarray(friction * part * (1.0 - lost) + self.viscous * rate)
+        of_load = self.load_friction * np.abs(carried)
+        return np.asarray((friction * (1.0 - lost) + of_load) * part + self.viscous * rate)
 
 
 @dataclass(frozen=True)
@@ -260,6 +297,10 @@ class Joint:
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
         hysteresis: Elements of the gear's hysteresis, beside its torque curve; none for a rigid joint.
+        kinematic_error: Sines of the gear's kinematic error.
+        balancer: Points (angle of the joint [rad], torque on its link about its axis [N m]) of a
+            counterbalance, angles strictly rising, or None: a natural cubic spline goes through them,
+            straight beyond the last ones; none for a rigid joint.
         drive: Motor and servo, or None for a drive that follows its command exactly.
         name: Name for messages.
 
@@ -279,6 +320,8 @@ class Joint:
     max_acceleration: float | None = None
     torque_table: Table | None = None
     hysteresis: tuple[StopElement, ...] = ()
+    kinematic_error: tuple[KinematicError, ...] = ()
+    balancer: Table | None = None
     drive: Drive | None = None
     name: str = ""
 
@@ -300,6 +343,17 @@ class Joint:
                 "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint"
                 " has no hysteresis"
             )
+        elif self.balancer is not None:
+            raise ValueError(
+                "stiffness: expected a number > 0 [N m/rad] beside balancer, got none: one that turns a"
+                " rigid joint moves nothing"
+            )
+        steepest = sum(error.amplitude * error.order for error in self.kinematic_error)
+        if steepest > _STEEPEST_ERROR:
+            raise ValueError(
+                "kinematic_error: expected a sum of amplitude times order of at most"
+                f" {_STEEPEST_ERROR:g}, as no gear stops or turns back, got {steepest:.4g}"
+            )
         if self.drive is not None and self.stiffness is None:
             raise ValueError(
                 "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor turns a gear that"
@@ -313,11 +367,33 @@ class Joint:
                 raise ValueError(
                     f"limits: expected [low, high], low < high [rad], got {list(self.limits)}"
                 )
+        if self.balancer is not None and self.stiffness is not None:
+            self._require_balancer(np.array(self.balancer), self.stiffness)
         if self.torque_table is not None:
             self._require_table(np.array(self.torque_table))
         for key, unit in (("max_rate", "rad/s"), ("max_acceleration", "rad/s^2")):
             if getattr(self, key) is not None:
                 _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+
+    def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
+        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():
+            raise ValueError(
+                "balancer: expected at least 3 pairs of finite numbers [rad, N m], got"
+                f" {len(table)} points"
+            )
+        flat = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
+        if len(flat):
+            raise ValueError(
+                "balancer: expected strictly rising angles, got no rise behind"
+                f" {table[flat[0], 0]:.6g} rad"
+            )
+        slope = np.diff(table[:, 1]) / np.diff(table[:, 0])
+        if slope.max() >= stiffness:
+            raise ValueError(
+                f"balancer: expected torques that rise by less than the gear's {stiffness:.6g}"
+                f" N m/rad, as its link is driven away else, got {slope.max():.6g} N m/rad behind"
+                f" {table[slope.argmax(), 0]:.6g} rad"
+            )
 
     def _require_table(self, table: np.ndarray) -> None:
         if self.stiffness is None:
@@ -401,6 +477,10 @@ class Robot:
                     "torque_table": _table(joint["torque_table"]),
                     "drive": Drive(**joint["drive"]) if joint["drive"] else None,
                     "hysteresis": tuple(StopElement(**element) for element in joint["hysteresis"]),
+                    "kinematic_error": tuple(
+                        KinematicError(**error) for error in joint["kinematic_error"]
+                    ),
+                    "balancer": _table(joint["balancer"]),
                 }
             )
             for joint in data["joints"]

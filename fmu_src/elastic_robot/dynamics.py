@@ -3,7 +3,8 @@
     M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x' = 0        rows of x
 
 M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robot at the TCP, with
-the force K (a - p) of a spring there that follows the TCP's position p, and that of a contact.
+the force K (a - p) of a spring there that follows the TCP's position p, and that of a contact.  h has
+the balancers in it (`balancers.py`).
 """
 
 from __future__ import annotations
@@ -93,6 +94,7 @@ class Dynamics:
             if acting.contact.holds:
                 total += self._contact_wrench(jacobian, position, rate, acting)
             torque -= (total[:, None] @ jacobian)[:, 0]
+        self.chain.balancers.relieve(torque, theta)
         return torque.take(self.chain.elastic, axis=1)
 
     def load_derivatives(
@@ -112,6 +114,7 @@ class Dynamics:
                 model, data, theta[k], rate[k], acceleration[k]
             )
             centre[k] = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
+        self.chain.balancers.relieve_gradient(by_angle, theta)
         jacobian, position = self._tool(theta)
         lever = jacobian[:, :3].swapaxes(1, 2)
         of_anchor = -lever[:, rows] @ acting.stiffness
@@ -170,17 +173,19 @@ class Dynamics:
 
     def static_torque(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return the torque J^T w - g that the elastic coordinates must carry at rest [N m], (m,)."""
-        gravity = pin.computeGeneralizedGravity(self.chain.model, self.data, theta)
+        load = pin.computeGeneralizedGravity(self.chain.model, self.data, theta)
+        self.chain.balancers.relieve(load, theta)
         jacobian = tcp_jacobian(self.chain, self.data, theta)
-        return (self._wrench(acting) @ jacobian - gravity)[self.chain.elastic]
+        return (self._wrench(acting) @ jacobian - load)[self.chain.elastic]
 
     def static_torque_gradient(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
-        of_gravity = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
+        own = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
+        self.chain.balancers.relieve_gradient(own, theta)
         if not (acting.is_sprung or acting.wrench.any()):
-            return -of_gravity[self._rows]
+            return -own[self._rows]
         jacobian = tcp_jacobian(self.chain, self.data, theta)
-        turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - of_gravity)[self._rows]
+        turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - own)[self._rows]
         return turned - self.support(theta, acting) if acting.is_sprung else turned
 
     def _tool(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ with the derivatives of the residual as M, D and K (docs/derivatives.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,6 +73,14 @@ class Linearisation:
     forcing: np.ndarray
     output: np.ndarray
     feedthrough: np.ndarray
+
+    def by_motors(self, output_by_motor: np.ndarray) -> Linearisation:
+        """Return it by the motors, with `KinematicErrors.gradient` in its units, (3 n, 3 n)."""
+
+        def moved(columns: np.ndarray) -> np.ndarray:
+            return np.hstack([columns[:, :6], columns[:, 6:] @ output_by_motor])
+
+        return replace(self, forcing=moved(self.forcing), feedthrough=moved(self.feedthrough))
 
     @property
     def inputs(self) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ from scipy.optimize import OptimizeResult
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.hysteresis import NO_HYSTERESIS, Hysteresis
+from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.residual import OperatingPoint, free_acceleration
 from elastic_robot.settings import SETTINGS
 from elastic_robot.slipping import SlipPiece
@@ -53,6 +54,27 @@ class Drives(Protocol):
         Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
         """
         ...
+
+
+@dataclass(frozen=True)
+class DrivesAtOutput:
+    """Motion of drives at the outputs of gears with kinematic errors, as `Drives`.
+
+    Attributes:
+        drives: Motion of the motors.
+        errors: The kinematic errors, which bend it without a kink of their own.
+    """
+
+    drives: Drives
+    errors: KinematicErrors
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return u, u', u'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
+        return self.errors.at_output(self.drives.at(times))
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return the motors' next kink."""
+        return self.drives.next_kink(time, jump)
 
 
 @dataclass(frozen=True)
@@ -123,7 +145,7 @@ class DrivenMotion:
         Args:
             state: State at the start.
             end: Time to end at [s].
-            drives: Motion of the drives.
+            drives: Motion of the drives at their gears' outputs.
             load: Loads on the tool from the start on.
 
         Raises:

@@ -10,7 +10,7 @@ gears' hysteresis (`hysteresis.py`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,8 @@ class OperatingPoint:
     """One state, or k states at once, at which the equation of motion is evaluated.
 
     Attributes:
-        drives: q, q', q'' [rad, rad/s, rad/s^2], (3, n) or (3, k, n).
+        drives: q, q', q'' of the drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n) or
+            (3, k, n).
         motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
         acting: Loads on the tool, in the one state, in all or in each of them.
         region: Number of each coordinate's branch of the torque curve, `TorqueCurve.region`, (m,).
@@ -47,7 +48,8 @@ class ResidualDerivatives:
 
     Attributes:
         x, rate, acceleration: Derivatives by x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
-        drive, drive_rate, drive_acceleration: By q, q', q'' [N m/rad, N m s/rad, kg m^2], (m, n) each.
+        drive, drive_rate, drive_acceleration: By q, q', q'' [N m/rad, N m s/rad, kg m^2], (m, n) each;
+            at the gears' outputs, or after `by_motors` of the motors.
         wrench: Derivative by the wrench [m, 1], (m, 6).
         anchor: Derivative by the anchor of the spring at the TCP [N], (m, 3).
         spring: Derivative by its stiffness, entries xx xy xz yy yz zz [m^2], (m, 6).
@@ -64,6 +66,12 @@ class ResidualDerivatives:
     anchor: np.ndarray
     spring: np.ndarray
     parameters: ByParameter
+
+    def by_motors(self, output_by_motor: np.ndarray) -> ResidualDerivatives:
+        """Return them by the motors, with `KinematicErrors.gradient` in its units, (3 n, 3 n)."""
+        at_output = np.concatenate([self.drive, self.drive_rate, self.drive_acceleration], axis=-1)
+        by = np.split(at_output @ output_by_motor, 3, axis=-1)
+        return replace(self, drive=by[0], drive_rate=by[1], drive_acceleration=by[2])
 
 
 def residual(

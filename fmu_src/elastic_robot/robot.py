@@ -14,7 +14,7 @@ from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.hysteresis import HeldHysteresis, Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
-from elastic_robot.motion import DrivenMotion, Drives, State
+from elastic_robot.motion import DrivenMotion, Drives, DrivesAtOutput, State
 from elastic_robot.parameters import Parameters
 from elastic_robot.residual import (
     OperatingPoint,
@@ -133,7 +133,8 @@ class ElasticRobot:
         past = Past.start(self._hysteresis, 0 if undeflected else slipped)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
-            x = equilibrium(self._dynamics, self._curve, held.q, held.acting, past)
+            u = self._at_output(held)[0]
+            x = equilibrium(self._dynamics, self._curve, u, held.acting, past)
         self._state = State(time, x, np.zeros_like(x), past.elongation_at(x))
         self._held = held
         self._opposite = (False, False)
@@ -150,7 +151,8 @@ class ElasticRobot:
         held = HeldInputs.at(end, drives, load.at(end - state.time))
         if self._quasistatic or self.chain.elastic_count == 0:
             past = Past(self._hysteresis, state.x, state.elongation)
-            x = equilibrium(self._dynamics, self._curve, held.q, held.acting, past)
+            u = self._at_output(held)[0]
+            x = equilibrium(self._dynamics, self._curve, u, held.acting, past)
             self._state = replace(state, time=end, x=x, elongation=past.elongation_at(x))
         else:
             self._state = self._advance(state, held, end, drives, load)
@@ -161,12 +163,13 @@ class ElasticRobot:
     ) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
         damping = self._parameters.damping
+        at_output = DrivesAtOutput(drives, self.chain.kinematic_errors)
         motion = DrivenMotion(
             self._dynamics, self._curve, damping, self._hysteresis, self._local_error
         )
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                return motion.advance(state, end, drives, load)
+                return motion.advance(state, end, at_output, load)
         except IntegrationError as cause:
             acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
             spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.has_spring
@@ -179,18 +182,18 @@ class ElasticRobot:
 
     def tcp(self) -> np.ndarray:
         """Return the pose of the elastic TCP [m, 1], (7,); qw >= 0 after `reset`, then continuous."""
-        theta = self.chain.theta(self._held.q, self._now().x)
-        return self._pose(theta, self._opposite[0])
+        return self._pose(self._theta(), self._opposite[0])
 
     def velocity(self) -> np.ndarray:
         """Return velocity [m/s] and angular velocity [rad/s] of the TCP, base axes, (6,).
 
         In quasi-static mode they are those of the rigid robot.
         """
-        chain, state = self.chain, self._now()
-        x, v = (None, None) if self._quasistatic else (state.x, state.v)
-        jacobian = tcp_jacobian(chain, self._dynamics.data, chain.theta(self._held.q, x))
-        velocity: np.ndarray = jacobian @ chain.theta(self._held.qd, v)
+        chain, held = self.chain, self._held
+        theta, rate = chain.theta(held.q), chain.theta(held.qd)
+        if not self._quasistatic:
+            theta, rate = self._theta(), self._theta_rate()
+        velocity: np.ndarray = tcp_jacobian(chain, self._dynamics.data, theta) @ rate
         return velocity
 
     def rigid(self) -> np.ndarray:
@@ -248,25 +251,28 @@ class ElasticRobot:
     def motor_torque(self) -> np.ndarray:
         """Return the torque of each motor at its gear's output [N m], (torsions,).
 
-        What gives it the commanded motion: its gear's torque, its rotor's inertia, the friction of a
-        motor that has slipped; in quasi-static mode the gear's torque alone.
+        What gives it the commanded motion: its gear's torque, as it feels it, its rotor's inertia, the
+        friction of a motor that has slipped; in quasi-static mode the gear's torque alone.
         """
-        torque = self.gear_torque()
+        carried, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
         held, frictions = self._held, iter(self._parameters.friction)
-        for row, joint in enumerate(self.chain.elastic_joint[self.chain.torsions]):
+        torque = carried * self.chain.kinematic_errors.slope(held.q)[joints]
+        for row, joint in enumerate(joints):
             drive = self._drives[joint]
             if drive is not None and not self._quasistatic:
                 rate = float(held.qd[joint])
                 torque[row] += drive.inertia * held.qdd[joint]
-                torque[row] += drive.friction_torque(next(frictions), np.sign(rate), rate)
+                torque[row] += drive.friction_torque(
+                    next(frictions), np.sign(rate), rate, carried[row]
+                )
         return torque
 
     def motor_angle(self) -> np.ndarray:
-        """Return the angles of the drives at the gears' output [rad], (n,)."""
+        """Return the angles of the motors over the gear ratio [rad], (n,)."""
         return self._held.q
 
     def motor_rate(self) -> np.ndarray:
-        """Return the rates of the drives at the gears' output [rad/s], (n,)."""
+        """Return the rates of the motors over the gear ratio [rad/s], (n,)."""
         return self._held.qd
 
     def _pose(self, theta: np.ndarray, opposite: bool) -> np.ndarray:
@@ -279,8 +285,19 @@ class ElasticRobot:
         return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._held.q))
 
     def _elastic_placement(self) -> pin.SE3:
-        theta = self.chain.theta(self._held.q, self._now().x)
-        return base_from_tool(self.chain, self._dynamics.data, theta)
+        return base_from_tool(self.chain, self._dynamics.data, self._theta())
+
+    def _at_output(self, held: HeldInputs) -> np.ndarray:
+        """Return the motion of the drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n)."""
+        return self.chain.kinematic_errors.at_output(np.stack([held.q, held.qd, held.qdd]))
+
+    def _theta(self) -> np.ndarray:
+        """Return the angles of the chain [rad], (angles,)."""
+        return self.chain.theta(self._at_output(self._held)[0], self._now().x)
+
+    def _theta_rate(self) -> np.ndarray:
+        """Return their rates [rad/s], (angles,)."""
+        return self.chain.theta(self._at_output(self._held)[1], self._now().v)
 
     def contact_force(self) -> np.ndarray:
         """Return the force of the contact on the tool [N], (3,); none where it is not touched."""
@@ -294,14 +311,12 @@ class ElasticRobot:
         return -self._contact()[0] if self._held.acting.contact.holds else np.ones(1)
 
     def _contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        state, held = self._now(), self._held
-        theta = self.chain.theta(held.q, state.x)
+        held, theta = self._held, self._theta()
         if self._quasistatic:
             return self._dynamics.contact_state(
                 theta[None], np.zeros((1, len(theta))), held.acting.resting
             )
-        rate = self.chain.theta(held.qd, state.v)
-        return self._dynamics.contact_state(theta[None], rate[None], held.acting)
+        return self._dynamics.contact_state(theta[None], self._theta_rate()[None], held.acting)
 
     def compliance(self) -> np.ndarray:
         """Return the static compliance of the TCP at the present state, (6, 6).
@@ -313,31 +328,48 @@ class ElasticRobot:
 
     def static_sensitivities(self) -> StaticSensitivities:
         """Return the derivatives of equilibrium and TCP by load, drives and parameters."""
-        return static_sensitivities(*self._at_rest())
+        slope = self.chain.kinematic_errors.slope(self._held.q)
+        return static_sensitivities(*self._at_rest()).by_motors(slope)
 
     def _at_rest(
         self,
     ) -> tuple[Dynamics, TorqueCurve, np.ndarray, np.ndarray, ToolLoad, HeldHysteresis]:
         state, held = self._now(), self._held
         hysteresis = self._hysteresis.held(state.elongation, state.v)
-        return self._dynamics, self._curve, held.q, state.x, held.acting, hysteresis
+        u = self._at_output(held)[0]
+        return self._dynamics, self._curve, u, state.x, held.acting, hysteresis
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there."""
         damping = self._parameters.damping
-        return linearise(self._dynamics, self._curve, damping, self._operating_point())
+        linear = linearise(self._dynamics, self._curve, damping, self._operating_point())
+        return linear.by_motors(self._output_by_motor())
 
     def residual_derivatives(self) -> ResidualDerivatives:
         """Return the derivatives of the equation of motion's residual at the present state."""
         damping = self._parameters.damping
-        return residual_derivatives(self._dynamics, self._curve, damping, self._operating_point())
+        point = self._operating_point()
+        by = residual_derivatives(self._dynamics, self._curve, damping, point)
+        return by.by_motors(self._output_by_motor())
+
+    def _moved(self) -> np.ndarray:
+        """Return q, q', q'' of the motors, at rest in quasi-static mode, (3, n)."""
+        held, moves = self._held, not self._quasistatic
+        return np.stack([held.q, moves * held.qd, moves * held.qdd])
+
+    def _output_by_motor(self) -> np.ndarray:
+        """Return the derivatives of the drives at their gears' outputs by the motors, (3 n, 3 n)."""
+        return self.chain.kinematic_errors.gradient(self._moved())
 
     def _operating_point(self) -> OperatingPoint:
         state = self._now()
-        drives, motion = np.zeros((3, len(self._held.q))), np.zeros((3, len(state.x)))
-        drives[0], motion[0] = self._held.q, state.x
+        drives, motion = (
+            self.chain.kinematic_errors.at_output(self._moved()),
+            np.zeros((3, len(state.x))),
+        )
+        motion[0] = state.x
         if not self._quasistatic:
-            drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
+            motion[1] = state.v
         acting = self._held.acting.resting if self._quasistatic else self._held.acting
         hysteresis = self._hysteresis.held(state.elongation, state.v)
         point = OperatingPoint(drives, motion, acting, self._curve.region(state.x), hysteresis)

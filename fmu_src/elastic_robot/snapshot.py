@@ -18,7 +18,7 @@ class HeldInputs:
     """Drives and loads of the robot at the present time.
 
     Attributes:
-        q, qd, qdd: Motion of the drives [rad, rad/s, rad/s^2], (n,).
+        q, qd, qdd: Motion of the drives, before their gears [rad, rad/s, rad/s^2], (n,).
         acting: Loads on the tool.
     """
 

@@ -42,7 +42,7 @@ class SpringStatics:
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
-        q: Drive angles [rad], (n,).
+        q: Drive angles at the gears' outputs [rad], (n,).
         acting: Loads on the tool.
         past: Where the gears come from.
     """

@@ -7,7 +7,7 @@ spring at the TCP, the drives q or a parameter p (docs/derivatives.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,8 @@ class Sensitivity:
         wrench: Derivative by the wrench [1/N, 1/(N m)], (r, 6).
         anchor: Derivative by the position of the spring's anchor [1/m], (r, 3).
         spring: Derivative by its stiffness, entries xx xy xz yy yz zz [m/N], (r, 6).
-        drives: Derivative by the drives [1/rad], (r, n).
+        drives: Derivative by the drives at their gears' outputs, or after `by_motors` by the motors
+            [1/rad], (r, n).
         parameters: Derivative by each parameter [1 per its unit], (r, p).
     """
 
@@ -37,6 +38,10 @@ class Sensitivity:
     spring: np.ndarray
     drives: np.ndarray
     parameters: ByParameter
+
+    def by_motors(self, slope: np.ndarray) -> Sensitivity:
+        """Return it by the motors, with `KinematicErrors.slope` [1], (n,)."""
+        return replace(self, drives=self.drives * slope)
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,10 @@ class StaticSensitivities:
 
     x: Sensitivity
     tcp: Sensitivity
+
+    def by_motors(self, slope: np.ndarray) -> StaticSensitivities:
+        """Return them by the motors, with `KinematicErrors.slope` [1], (n,)."""
+        return StaticSensitivities(self.x.by_motors(slope), self.tcp.by_motors(slope))
 
 
 def static_sensitivities(
@@ -70,7 +79,7 @@ def static_sensitivities(
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
-        q: Drive angles [rad], (n,).
+        q: Drive angles at the gears' outputs [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
         acting: Loads on the tool.
         hysteresis: What the elements of the gears add.

@@ -59,7 +59,10 @@ def test_a_data_sheet_at_the_output_of_the_gear():
     drive = read(lines())
     rate_gain = 200.0 * 2.0 * math.pi * 30.0
     expected = Drive(
-        200.0, 20.0, rate_gain, rate_gain / 0.02, 0.9, 120.0, 3e-5, 40.0, 0.25, 0.02, 5000.0
+        *(200.0, 20.0, rate_gain, rate_gain / 0.02, 0.9, 120.0, 3e-5, 40.0),
+        stribeck=0.25,
+        stribeck_rate=0.02,
+        torque_limit=5000.0,
     )
     for key, value in vars(expected).items():
         assert getattr(drive, key) == pytest.approx(value, rel=1e-15), key
@@ -90,10 +93,10 @@ def test_both_forms_of_a_servo_are_one(rotor, ratio, position, bandwidth, time):
 def test_friction_is_that_of_the_file_at_rest_and_at_high_rates(coulomb, more, rate, viscous):
     text = f"coulomb_Nm = {coulomb!r}, stiction_Nm = {coulomb * more!r}, viscous_Nm_s = {viscous!r}"
     drive = read(lines(friction=f"{{ {text}, stribeck_rate = {rate!r} }}", max_torque_Nm=None))
-    at_rest = drive.friction_torque(drive.friction, 1.0, 0.0)
+    at_rest = drive.friction_torque(drive.friction, 1.0, 0.0, 0.0)
     assert at_rest == coulomb * more
     fast = 10.0 * rate
-    moving = drive.friction_torque(drive.friction, -1.0, -fast)
+    moving = drive.friction_torque(drive.friction, -1.0, -fast, 0.0)
     assert moving == pytest.approx(-coulomb - viscous * fast, rel=1e-12)
     assert drive.torque_limit is None
 
@@ -326,7 +329,7 @@ def test_any_file_is_read_or_refused_in_sentences_that_name_it(own):
     assert [float(word) for word in motor.split()[1:]] == [
         *(found.inertia, found.friction, found.slip_angle, found.viscous, found.stribeck),
         *(found.stribeck_rate, found.position_gain, found.rate_gain, found.integral_gain),
-        *(found.feed_forward, found.torque_limit or 0.0),
+        *(found.feed_forward, found.torque_limit or 0.0, found.load_friction),
     ]
 
 

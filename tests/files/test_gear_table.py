@@ -244,7 +244,8 @@ MISTAKES = {
         f"stiffness = {K}",
         "hysteresis_width = 1.0",
         "joint 2: gear: expected one of hysteresis, hysteresis_width_arcmin, lost_motion_arcmin,"
-        " rated_torque_Nm, got unknown key 'hysteresis_width': did you mean 'hysteresis_width_arcmin'?",
+        " rated_torque_Nm, kinematic_error, efficiency, got unknown key 'hysteresis_width': did you mean"
+        " 'hysteresis_width_arcmin'?",
     ),
     "rigid joint": (
         "",

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from elastic_robot.description import Body, Robot
+from elastic_robot.description import Body, Joint, Robot
 
 STEP = 1e-40
 
@@ -51,10 +52,13 @@ class Answer:
 
 
 def evaluate(robot: Robot, given: Numbers) -> Answer:
-    """Walk the chain once: velocities and accelerations outwards, forces of all bodies on all axes."""
+    """Walk the chain once: velocities and accelerations outwards, forces of all bodies on all axes.
+
+    The drives are motors, before their gears' kinematic errors.
+    """
     turn, point = np.eye(3, dtype=complex), np.zeros(3, dtype=complex)
     velocity, acceleration, spin, spin_rate = np.zeros((4, 3), dtype=complex)
-    axes, points, elastic, bodies = [], [], [], []
+    axes, points, elastic, bodies, balanced = [], [], [], [], {}
     free = iter(given.motion.T)
 
     def shifted(arm):
@@ -82,8 +86,11 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
 
     for joint, drive in zip(robot.joints, given.drives.T, strict=True):
         point, velocity, acceleration = shifted(turn @ np.array(joint.origin))
-        is_elastic = joint.stiffness is not None
-        rotate(joint.axis, drive + next(free) if is_elastic else drive, is_elastic)
+        is_elastic, output = joint.stiffness is not None, behind_gear(joint, drive)
+        motion = output + next(free) if is_elastic else output
+        if joint.balancer is not None:
+            balanced[len(axes)] = balance(joint.balancer, motion[0])
+        rotate(joint.axis, motion, is_elastic)
         for tilt in joint.tilt:
             rotate(tilt.axis, next(free), True)
         load(joint.body)
@@ -99,8 +106,32 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
             _, place, force, moment = bodies.pop()
             moment_beyond = moment_beyond + cross(place, force) + moment
             force_beyond = force_beyond + force
-        torques.insert(0, axes[i] @ (moment_beyond - cross(points[i], force_beyond)))
+        turning = axes[i] @ (moment_beyond - cross(points[i], force_beyond))
+        torques.insert(0, turning - balanced.get(i, 0.0))
     return Answer(np.array(torques)[np.array(elastic)], tcp, turn, tcp_velocity, spin)
+
+
+def behind_gear(joint: Joint, drive: np.ndarray) -> np.ndarray:
+    """Angle, rate and acceleration at the output of a gear with its kinematic error."""
+    q, rate, acceleration = drive
+    output = np.array([q, rate, acceleration])
+    for error in joint.kinematic_error:
+        a, n = error.amplitude, error.order
+        sine, cosine = np.sin(n * q + error.phase), np.cos(n * q + error.phase)
+        bent = a * n * cosine * acceleration - a * n**2 * sine * rate**2
+        output = output + np.array([a * sine, a * n * cosine * rate, bent])
+    return output
+
+
+def balance(table: tuple[tuple[float, float], ...], angle: complex) -> complex:
+    """Torque of a balancer: the piece of a natural spline where the real part of the angle lies."""
+    spline = CubicSpline(*np.array(table).T, bc_type="natural")
+    (first, last), at = spline.x[[0, -1]], np.real(angle)
+    if first <= at <= last:
+        piece = min(int(np.searchsorted(spline.x, at, side="right")) - 1, len(table) - 2)
+        return np.polyval(spline.c[:, piece], angle - spline.x[piece])
+    end = first if at < first else last
+    return spline(end) + spline(end, 1) * (angle - end)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

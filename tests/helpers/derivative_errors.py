@@ -70,7 +70,10 @@ class Case:
         spring = random_spring(rng) * (seed % 2)
         self.numbers = changed(free, anchor=anchor, spring=spring)
         acting = ToolLoad(wrench, anchor, symmetric(spring))
-        self.point = OperatingPoint(drives, motion, acting, self.curve.region(motion[0]))
+        errors = self.chain.kinematic_errors
+        self.at_output, self.by_motor = errors.at_output(drives), errors.gradient(drives)
+        self.slope = errors.slope(drives[0])
+        self.point = OperatingPoint(self.at_output, motion, acting, self.curve.region(motion[0]))
         self.directions = {
             name: rng.normal(size=value.shape) for name, value in vars(self.numbers).items()
         }
@@ -97,7 +100,8 @@ def error(
 
 def residual_errors(case: Case) -> Iterator[tuple[str, float]]:
     """By x, x', x'', q, q', q'', wrench, anchor, spring and the four kinds of parameters."""
-    by, numbers = residual_derivatives(*case.model()), case.numbers
+    by = residual_derivatives(*case.model()).by_motors(case.by_motor)
+    numbers = case.numbers
 
     def expected(**directions: np.ndarray) -> np.ndarray:
         return derivative(residual(case.robot, case.name, along(numbers, **directions)))
@@ -125,7 +129,7 @@ def residual_errors(case: Case) -> Iterator[tuple[str, float]]:
 def state_space_errors(case: Case) -> Iterator[tuple[str, float]]:
     """Of x'' and of the TCP's pose and velocity, in motion, along one change of states and inputs."""
     case.point.motion[2] = free_acceleration(*case.model())
-    a, b, c, d = linearise(*case.model()).state_space
+    a, b, c, d = linearise(*case.model()).by_motors(case.by_motor).state_space
     m, directions = case.chain.elastic_count, case.directions
     moved = along(
         case.numbers,
@@ -152,7 +156,7 @@ def state_space_errors(case: Case) -> Iterator[tuple[str, float]]:
 
 def rest(case: Case) -> np.ndarray:
     """Return the equilibrium x of the case's drives and wrench, (m,)."""
-    return equilibrium(case.dynamics, case.curve, case.point.drives[0], case.point.acting)
+    return equilibrium(case.dynamics, case.curve, case.at_output[0], case.point.acting)
 
 
 def engaged(case: Case, x: np.ndarray) -> bool:
@@ -164,11 +168,11 @@ def engaged(case: Case, x: np.ndarray) -> bool:
 
 def static_errors(case: Case, x: np.ndarray) -> Iterator[tuple[str, float]]:
     """Of the equilibrium, found anew by Newton's method in complex arithmetic, and of the TCP there."""
-    q, acting = case.point.drives[0], case.point.acting
-    by = static_sensitivities(case.dynamics, case.curve, q, x, acting)
+    q, u, acting = case.numbers.drives[0], case.at_output[0], case.point.acting
+    by = static_sensitivities(case.dynamics, case.curve, u, x, acting).by_motors(case.slope)
     numbers = changed(case.numbers, drives=np.array([q, 0 * q, 0 * q]))
     stiffness = np.diag(case.curve.slope(x)) - case.dynamics.static_torque_gradient(
-        case.chain.theta(q, x), acting
+        case.chain.theta(u, x), acting
     )
     for key in (*LOADS, "drives", *PARAMETERS):
         change = case.directions[key] * ([[1.0], [0.0], [0.0]] if key == "drives" else 1.0)

@@ -7,7 +7,15 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from elastic_robot.description import Body, Joint, Robot, StopElement, Tilt
+from elastic_robot.description import (
+    Body,
+    Drive,
+    Joint,
+    KinematicError,
+    Robot,
+    StopElement,
+    Tilt,
+)
 
 
 def _unit(rng: np.random.Generator) -> tuple[float, ...]:
@@ -80,6 +88,55 @@ def with_hysteresis(robot: Robot, seed: int) -> Robot:
         for joint in robot.joints
     ]
     return replace(robot, joints=tuple(joints))
+
+
+def with_gear_parts(robot: Robot, seed: int) -> Robot:
+    """Return the robot with kinematic errors in most joints and a balancer on most elastic ones.
+
+    Errors of 1 to 3 sines of 20 to 200 urad, order 0.5 to 300; balancers of up to 3 kN m.
+    """
+    rng = np.random.default_rng([seed, 1])
+
+    def sine() -> KinematicError:
+        amplitude, order = rng.uniform(2e-5, 2e-4), 10.0 ** rng.uniform(-0.3, 2.5)
+        return KinematicError(float(amplitude), float(order), float(rng.uniform(-3.0, 3.0)))
+
+    def joint(own: Joint) -> Joint:
+        errors = tuple(sine() for _ in range(rng.integers(0, 4)))
+        angles = np.cumsum(rng.uniform(0.1, 1.0, rng.integers(3, 12)))
+        torques = rng.normal(size=len(angles)) * 1e3
+        table = np.column_stack([angles - angles.mean(), torques]).tolist()
+        has = own.stiffness is not None and rng.random() < 0.75
+        balancer = tuple((a, t) for a, t in table) if has else None
+        return replace(own, kinematic_error=errors, balancer=balancer)
+
+    return replace(robot, joints=tuple(map(joint, robot.joints)))
+
+
+def driven(robot: Robot, rng: np.random.Generator) -> Robot:
+    """The robot with hysteresis, motors, servos and friction in every gear; linear gears."""
+
+    def joint(own: Joint) -> Joint:
+        if own.stiffness is None:
+            return own
+        inertia = rng.uniform(5.0, 50.0)
+        rate_gain = inertia * 2.0 * np.pi * rng.uniform(20.0, 40.0)
+        drive = Drive(
+            inertia,
+            position_gain=rng.uniform(10.0, 30.0),
+            rate_gain=rate_gain,
+            integral_gain=rate_gain / 0.02,
+            feed_forward=rng.uniform(0.0, 1.0),
+            friction=rng.uniform(5.0, 40.0),
+            slip_angle=rng.uniform(1e-5, 4e-5),
+            viscous=rng.uniform(0.0, 40.0),
+            stribeck=rng.uniform(0.0, 0.5),
+            stribeck_rate=rng.uniform(0.01, 0.1),
+        )
+        stops = tuple(StopElement(rng.uniform(2.0, 20.0), a) for a in (2e-5, 6e-5, 1.5e-4))
+        return replace(own, drive=drive, hysteresis=stops, torque_table=None)
+
+    return replace(robot, joints=tuple(map(joint, robot.joints)))
 
 
 def robots(backlash: float = 1e-4) -> st.SearchStrategy[Robot]:

@@ -130,7 +130,7 @@ def test_where_nothing_is_identified_there_is_no_file_and_status_1(command, tmp_
 
 def test_every_number_of_every_shipped_robot_has_a_source(command):
     shipped = shipped_robots()
-    assert set(shipped) >= {"icme2008", "fanuc_r2000ic", "abb_irb7600", "kuka_kr210"}
+    assert set(shipped) >= {"icme2008", "fanuc_r2000ic", "abb_irb7600", "kuka_kr210", "kuka_kr300"}
     for file in shipped.values():
         assert [number.place for number in robot_numbers(file)[1] if not number.source] == []
     done = command("robots")

@@ -301,7 +301,7 @@ def test_a_cell_of_servos_is_inverted_and_simulated_as_one(example):
     wanted = stroke(robot)
     (placed,) = load_case(CASES / "cone.toml").robots
     with Models("native") as models:
-        cell, _ = cell_of([replace(placed, description=robot)], models, "servo")
+        cell, _ = cell_of([replace(placed, description=robot, drive="servo")], models)
         told = cell.inverse(SampledPath.of(wanted.path), wanted.wrench, Controller(), 1e-6).joints
         fine = SampledPath.of(wanted.path).refined(0.002).path
         moved = cell.simulate(told, wanted.wrench.refined(fine.time), "dynamic")

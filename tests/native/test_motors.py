@@ -11,64 +11,18 @@ import pinocchio as pin
 import pytest
 from driven_robot import DrivenRobot
 from fmpy.fmi1 import FMICallException
-from native_fmu import NativeFmu
-from random_robots import make_robot
+from native_motors import built, one_joint, start_of
+from random_robots import driven, make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
-from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
+from elastic_robot.description import Drive
+from elastic_robot.kinematics import base_from_tool
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
 LOOPS = {"position_gain": 20.0, "rate_gain": 2e3}
-
-
-def driven(robot: Robot, rng: np.random.Generator) -> Robot:
-    """The robot with hysteresis, motors, servos and friction in every gear; linear gears."""
-
-    def joint(own: Joint) -> Joint:
-        if own.stiffness is None:
-            return own
-        inertia = rng.uniform(5.0, 50.0)
-        rate_gain = inertia * 2.0 * np.pi * rng.uniform(20.0, 40.0)
-        drive = Drive(
-            inertia,
-            position_gain=rng.uniform(10.0, 30.0),
-            rate_gain=rate_gain,
-            integral_gain=rate_gain / 0.02,
-            feed_forward=rng.uniform(0.0, 1.0),
-            friction=rng.uniform(5.0, 40.0),
-            slip_angle=rng.uniform(1e-5, 4e-5),
-            viscous=rng.uniform(0.0, 40.0),
-            stribeck=rng.uniform(0.0, 0.5),
-            stribeck_rate=rng.uniform(0.01, 0.1),
-        )
-        stops = tuple(StopElement(rng.uniform(2.0, 20.0), a) for a in (2e-5, 6e-5, 1.5e-4))
-        return replace(own, drive=drive, hysteresis=stops, torque_table=None)
-
-    return replace(robot, joints=tuple(map(joint, robot.joints)))
-
-
-def one_joint(drive: Drive, gravity: float = 0.0, stiffness: float = 1e6) -> Robot:
-    """A link of 10 kg m^2 about its joint, horizontal."""
-    link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 7.5, 7.5))
-    joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness, damping=200.0, drive=drive)
-    return Robot("arm", (joint,), gravity=(0.0, 0.0, -gravity), tcp_position=(1.0, 0.0, 0.0))
-
-
-def built(robot: Robot, folder) -> NativeFmu:
-    return NativeFmu(build_fmu(robot, folder / "R.fmu", BuildOptions("native")), folder / "fmu")
-
-
-def start_of(fmu: NativeFmu, slave, own: DrivenRobot, q: np.ndarray) -> np.ndarray:
-    """The state in which the FMU has started, as the equation has it."""
-    m, motors = len(own.stiffness), own.driven
-    x = np.array(fmu.get(slave, *(f"deflection[{k + 1}]" for k in range(m))))
-    torque = np.array(fmu.get(slave, *(f"motor_torque[{i + 1}]" for i in motors)))
-    stops = np.array(fmu.get(slave, *(f"elongation[{k + 1}]" for k in range(len(own.stop_of)))))
-    still = np.zeros(len(motors))
-    return np.concatenate([x, 0.0 * x, q[motors], still, torque, stops, still])
 
 
 @pytest.mark.parametrize(("seed", "joints"), [(3, 2), (5, 3), (8, 4)])
@@ -101,6 +55,38 @@ def test_motors_move_as_scipy_has_them(tmp_path, seed, joints):
     moved = np.abs(np.append(x, angle) - began).max()
     assert moved > 1e-5
     assert {"gear", "motor"} == {kind for kind, _ in slipped}
+
+
+@pytest.mark.parametrize(("seed", "joints"), [(5, 3), (8, 4)])
+def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
+    """The TCP's, against SciPy, within a hundredth of it; ten times less for a hundredth of it."""
+    rng = np.random.default_rng(seed)
+    robot = driven(make_robot(seed, joints), rng)
+    fmu, step = built(robot, tmp_path), 4e-3
+    q, forces = rng.uniform(-0.5, 0.5, joints), rng.normal(size=(6, 3)).repeat(5, axis=0) * 400.0
+    tolerances, paths = (1e-6, 1e-7, 1e-8, 1e-9), []
+    for tolerance in tolerances:
+        slave = fmu.start(fmu.slave(), q, tolerance, drive="servo", torque_curve="linear")
+        paths.append([fmu.get(slave, "tcp.x", "tcp.y", "tcp.z")])
+        for k, force in enumerate(forces):
+            fmu.set(slave, dict(zip(("force.x", "force.y", "force.z"), force, strict=True)))
+            slave.doStep(k * step, step)
+            paths[-1].append(fmu.get(slave, "tcp.x", "tcp.y", "tcp.z"))
+    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
+    state = start_of(fmu, fmu.start(fmu.slave(), q, drive="servo", torque_curve="linear"), own, q)
+    exact = [paths[0][0]]
+    for k, force in enumerate(forces):
+        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
+        state = own.run(state, np.array([k, k + 1]) * step, 2e-4, 1e-10)[-1]
+        angles = q.copy()
+        x, _, angles[own.driven], *_ = own.split(state)
+        theta = own.chain.theta(angles, x)
+        exact.append(base_from_tool(own.chain, own.dynamics.data, theta).translation.copy())
+    errors = np.abs(np.array(paths) - exact).max(axis=(1, 2))
+    scipy = 1e-11  # what its steps over slips leave
+    assert np.all(errors < 1e-2 * np.array(tolerances) + scipy)
+    assert errors[2] < 0.1 * errors[0]
+    assert np.ptp(exact, axis=0).max() > 1e-4
 
 
 def test_a_servo_follows_late_by_rate_over_gain(tmp_path):

@@ -15,7 +15,7 @@ from coupling.fmu_export.compiler import SOURCES, core_sources
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot.description import Robot
+from elastic_robot.description import KinematicError, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.fmi.interface import blocks
 
@@ -30,9 +30,21 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
             + "joint 0 0 0 0 0 1\nend"
         )
     table = tuple((float(k), float(k)) for k in range(-40, 40))
-    long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
-    with pytest.raises(RobotFileError, match="at most 64 points for a native FMU, got 80"):
-        robot_text(long, "{x}")
+    many = tuple((float(k), 0.0) for k in range(300))
+    for parts, message in (
+        (
+            {"torque_table": table},
+            "torque_table: expected at most 64 points for a native FMU, got 80",
+        ),
+        ({"balancer": many}, "balancer: expected at most 256 points for a native FMU, got 300"),
+        (
+            {"kinematic_error": (KinematicError(1e-5, 1.0),) * 9},
+            "kinematic_error: expected at most 8 sines for a native FMU, got 9",
+        ),
+    ):
+        large = replace(example, joints=(replace(joint, **parts), *example.joints[1:]))
+        with pytest.raises(RobotFileError, match=message):
+            robot_text(large, "{x}")
 
 
 def test_the_core_takes_its_settings_from_its_data(example):
@@ -60,14 +72,27 @@ def data_of(robot: Robot) -> str:
 
 
 LINES = {
-    "version": ("elastic-robot 2", "elastic-robot 1", "expected a whole number from 2 to 2, got 1"),
-    "format": ("elastic-robot 2", "robot", "line 1: expected 'elastic-robot', got 'robot'"),
+    "version": ("elastic-robot 3", "elastic-robot 1", "expected a whole number from 3 to 3, got 1"),
+    "format": ("elastic-robot 3", "robot", "line 1: expected 'elastic-robot', got 'robot'"),
     "number": ("gravity 0.0", "gravity zero", "line 3: expected a finite number, got 'zero'"),
     "end": ("\nend", "", "expected the line 'end'|got 'tolerance'"),
-    "key": ("spring", "sprung", "expected joint, spring.*, got 'sprung'"),
+    "key": ("spring", "sprung", "expected joint, error, spring.*, got 'sprung'"),
     "too much": ("-9.81", "-9.81 7", "expected the line's end, got '7'"),
     "springs": ("tilt", "spring", "expected at most one spring for each joint"),
     "tilts": ("\ntilt", "\ntilt 1 0 0 1 0\ntilt", "expected at most two tilts for each joint"),
+    "errors": ("\nspring", 9 * "\nerror 1e-5 1 0" + "\nspring", "at most eight sines of an error"),
+    "late error": ("\nbody", "\nerror 1e-5 1 0\nbody", "before its tilts"),
+    "balancers": (
+        "\ntilt",
+        2 * "\nbalancer 3 0 1 0 1 1 0 2 1 0" + "\ntilt",
+        "at most one balancer for each joint",
+    ),
+    "flat balancer": (
+        "\ntilt",
+        "\nbalancer 3 0 1 0 0 1 0 2 1 0\ntilt",
+        "expected rising angles of a balancer",
+    ),
+    "short balancer": ("\ntilt", "\nbalancer 2 0 1 0 1 1 0\ntilt", "number from 3 to 256, got 2"),
     "no setting": (
         "setting slack ",
         "setting safety ",

@@ -244,21 +244,22 @@ def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not
     """A rotor in kg cm2, a position gain in m/min/mm, a rate gain of another rotor."""
     drive = "drive = {{ rotor_inertia_kg_m2 = {}, gear_ratio = 200.0, servo = {{ {} }} }}\n"
 
-    def said(rotor: str, servo: str, plant: str = "") -> tuple[str, ...]:
+    def said(rotor: str, servo: str, plant: str = "", drives: str = "ideal") -> tuple[str, ...]:
         text = ICME.read_text().replace(JOINT_2, JOINT_2 + drive.format(rotor, servo))
         (tmp_path / "robot.toml").write_text(text)
-        line = moving_line(('"icme2008"', '"robot.toml"')) + plant
+        line = moving_line(('"icme2008"', f'"robot.toml"\ndrive = "{drives}"')) + plant
         (tmp_path / "line.toml").write_text(line)
         return remarks(load_case(tmp_path / "line.toml"))
 
     usual = "5e-3", "position_gain = 20.0, rate_gain = 4e4"
     ideal = (
         "robot icme2008-example: its drives are taken as ideal, so that no figure holds following error"
-        ' and friction: drive = "servo" in [plant] tells what they leave'
+        ' and friction: drive = "servo" in [robot] computes the command of its servos'
     )
     assert said(*usual) == (ideal,)
     assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
     assert said(*usual, '[plant]\ndrive = "servo"\n') == ()
+    assert said(*usual, drives="servo") == ()
     rotor, gain, rate, last = said("50.0", "position_gain = 1.2, rate_gain = 1.0")
     place = "robot icme2008-example: joint 2: "
     assert rotor.startswith(f"{place}rotor's inertia: expected 0.001 to 5000 kg m2")

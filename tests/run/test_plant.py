@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from command_line import BY_MODE, FILES, command
 from line_case import moving_line
+from motor_file import with_motors
 from places import CASES
 
 from coupling.case.file import Case, load_case
@@ -100,17 +101,6 @@ def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):
     assert in_words(case.plant, case.robots)[-1] == "hysteresis x 0.5"
 
 
-def with_motors(folder: Path, feed_forward: float) -> None:
-    """Write servo.toml, the model with a motor in every gear."""
-    drive = (
-        "drive = { rotor_inertia_kg_m2 = 5e-3, gear_ratio = 200.0, friction = { coulomb_Nm = 20.0 },"
-        " servo = { position_gain = 20.0, rate_bandwidth_Hz = 30.0, integral_time_s = 0.02,"
-        f" rate_feed_forward = {feed_forward} }} }}\n"
-    )
-    text = shipped_robots()["icme2008"].read_text()
-    (folder / "servo.toml").write_text(text.replace("\nstiffness", f"\n{drive}stiffness"))
-
-
 def test_a_plant_with_servos_is_behind_by_the_feed_over_their_gain(tmp_path):
     """0.1 m/s by 20 1/s are 5 mm along the stroke, on the mean; none with rate feed-forward."""
     behind = {}
@@ -132,10 +122,10 @@ def test_a_plant_with_servos_is_behind_by_the_feed_over_their_gain(tmp_path):
 
 
 def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
-    """The model, of the same file, has ideal drives all the same."""
+    """The model, of the same file, has ideal drives by its own key."""
     with_motors(tmp_path, 0.9)
     file = moving(tmp_path, 'drive = "servo"\ncouple = true')
-    file.write_text(file.read_text().replace('"icme2008"', '"servo.toml"'))
+    file.write_text(file.read_text().replace('"icme2008"', '"servo.toml"\ndrive = "ideal"'))
     run = run_compensation(load_case(file))
     assert run.plant.coupling.converged
     assert run.plant.differences == ('drive = "servo"',)

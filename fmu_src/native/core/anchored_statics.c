@@ -9,6 +9,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "balancer.h"
 #include "contact_motion.h"
 #include "linear.h"
 
@@ -88,6 +89,7 @@ static void place_at(descent *s, const double *x)
     er_place_bodies(s->robot, theta, &s->placement);
     er_load_wrench(s->load, s->placement.tool_position, wrench);
     er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
+    er_balance_torque(s->robot, s->q, x, s->torque);
     for (int k = 0; k < s->m; k++)
         s->residual[k] = s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]) -
                          of_elements(s, k, x[k]).torque;
@@ -99,6 +101,7 @@ static void find_gradient(descent *s)
     double wrench[6], stiffness[ER_SYMMETRIC], support[MOST * MOST] = {0.0};
     er_load_wrench(s->load, s->placement.tool_position, wrench);
     er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
+    er_balance_gradient(s->robot, s->q, s->x, s->gradient);
     er_load_support(s->load, s->placement.tool_position, stiffness);
     er_add_support(s->robot, &s->placement, stiffness, support);
     for (int i = 0; i < s->m * s->m; i++)
@@ -268,6 +271,7 @@ static bool begin(descent *s)
     place_at(s, s->x);
     find_negligible(s);
     er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
+    er_balance_torque(s->robot, s->q, s->x, given);
     er_load_support(s->load, s->placement.tool_position, support);
     er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);

@@ -3,6 +3,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "balancer.h"
+#include "transmission.h"
+
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */
 #define RATE_SAFETY 10.0
@@ -26,8 +29,28 @@ static void refer_to(int joints, const er_nodes *end, er_reference *reference)
     }
 }
 
-/* Drives at the times of nodes. */
-static void drive_nodes(const er_run *r, const er_lanes time, er_nodes *nodes)
+static bool moves_itself(const er_run *r, int joint)
+{
+    bool moves = false;
+    for (int d = 0; d < r->motors; d++)
+        moves |= r->system->robot->motor[d].joint == joint;
+    return moves;
+}
+
+/* The chain goes with what the gears make of drives that follow their commands. */
+static void transmit_nodes(const er_run *r, er_nodes *nodes)
+{
+    const er_robot *robot = r->system->robot;
+    for (int i = 0; i < robot->joints; i++) {
+        if (robot->first_error[i] == robot->first_error[i + 1] || moves_itself(r, i))
+            continue;
+        for (int l = 0; l < ER_LANES; l++)
+            er_transmit(robot, i, &nodes->q[i][l], &nodes->qd[i][l], &nodes->qdd[i][l]);
+    }
+}
+
+/* Commands at the times of nodes. */
+static void command_nodes(const er_run *r, const er_lanes time, er_nodes *nodes)
 {
     const er_system *system = r->system;
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
@@ -46,6 +69,14 @@ static void drive_nodes(const er_run *r, const er_lanes time, er_nodes *nodes)
             nodes->qdd[i][l] = qdd[i];
         }
     }
+}
+
+/* Drives at the times of nodes. */
+static void drive_nodes(const er_run *r, const er_lanes time, er_nodes *nodes)
+{
+    command_nodes(r, time, nodes);
+    if (r->system->robot->errors > 0)
+        transmit_nodes(r, nodes);
 }
 
 /* Drives at the stages and the end of a step, and the sines that their changes are counted from. */
@@ -159,6 +190,15 @@ static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
     }
 }
 
+/* Takes a balancer's torque off what its gear carries. */
+static void balance(const er_run *r, const er_balancer *balancer, const er_nodes *nodes, int states)
+{
+    er_workspace *w = r->work;
+    int k = balancer->coordinate, i = r->system->robot->elastic_joint[k];
+    for (int l = 0; l < states; l++)
+        w->residual[k][l] -= er_balance_at(balancer, nodes->q[i][l] + w->x[k][l]).torque;
+}
+
 /* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]; where motors move, w->x and
  * w->v are wind-ups from then on. */
 static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
@@ -175,8 +215,10 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
                            er_stage_pull(r, nodes, states, laws->touching), w->residual);
+    for (int b = 0; b < robot->balancers; b++)
+        balance(r, &robot->balancer[b], nodes, states);
     if (r->motors > 0)
-        er_motors_wind_up(r, states);
+        er_motors_wind_up(r, nodes, states);
     r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
     for (int b = 0; b < laws->bent; b++) {
@@ -250,10 +292,13 @@ er_start er_chain_start(const er_run *r, const er_state *state)
 static void wind_up_end(const er_run *r, er_step *step)
 {
     for (int d = 0; d < r->motors; d++) {
-        int k = r->system->robot->motor[d].coordinate;
-        step->x[k] -= step->motors.p[d];
-        step->v[k] -= step->motors.pv[d];
-        step->a[k] -= step->motors.pa[d];
+        const er_motor *motor = &r->system->robot->motor[d];
+        const er_motor_end *end = &step->motors;
+        er_gear_error error = er_gear_error_at(r->system->robot, motor->joint, end->angle[d]);
+        int k = motor->coordinate;
+        step->x[k] -= end->p[d] + error.value;
+        step->v[k] -= end->pv[d] + error.slope * end->rate[d];
+        step->a[k] -= end->pa[d] + error.slope * end->acceleration[d] + error.bend * end->rate[d] * end->rate[d];
     }
 }
 
@@ -276,8 +321,10 @@ double er_end_approach(const er_run *r, const er_step *step)
     r->means->kernel.spread(r->m, step->x, w->x);
     r->means->kernel.spread(r->m, step->v, w->v);
     for (int d = 0; d < r->motors; d++) { /* from wind-ups to the chain */
-        w->x[r->system->robot->motor[d].coordinate][0] += step->motors.p[d];
-        w->v[r->system->robot->motor[d].coordinate][0] += step->motors.pv[d];
+        const er_motor *motor = &r->system->robot->motor[d];
+        er_gear_error error = er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]);
+        w->x[motor->coordinate][0] += step->motors.p[d] + error.value;
+        w->v[motor->coordinate][0] += step->motors.pv[d] + error.slope * step->motors.rate[d];
     }
     er_stage_contact(r, &w->end, 1);
     return er_contact_approach(&w->contact[0].touch);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "linear.h"
+#include "transmission.h"
 
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
@@ -67,29 +68,56 @@ typedef struct {
     double control[ER_CONTROL], lowest, highest;
 } course;
 
-static void find_course(double h, double x0, double v0, const er_lanes acceleration, course *x)
+static void bound(course *x)
 {
     x->highest = -INFINITY, x->lowest = INFINITY;
+    for (int c = 0; c < ER_CONTROL; c++) {
+        x->highest = x->control[c] > x->highest ? x->control[c] : x->highest;
+        x->lowest = x->control[c] < x->lowest ? x->control[c] : x->lowest;
+    }
+}
+
+static void find_course(double h, double x0, double v0, const er_lanes acceleration, course *x)
+{
     for (int c = 0; c < ER_CONTROL; c++) {
         const double *weight = er_gauss_bernstein[c];
         double bend = 0.0;
         for (int j = 0; j < ER_STAGES; j++)
             bend += weight[2 + j] * acceleration[j];
         x->control[c] = weight[0] * x0 + h * (weight[1] * v0 + h * bend);
-        x->highest = x->control[c] > x->highest ? x->control[c] : x->highest;
-        x->lowest = x->control[c] < x->lowest ? x->control[c] : x->lowest;
     }
+    bound(x);
+}
+
+/* Adds what has these values at the start, the nodes and the end of a step, times a factor. */
+static void add_values(course *x, double factor, const double values[ER_CONTROL])
+{
+    for (int c = 0; c < ER_CONTROL; c++)
+        for (int j = 0; j < ER_CONTROL; j++)
+            x->control[c] += factor * er_gauss_bernstein_from_value[c][j] * values[j];
+    bound(x);
 }
 
 /* That of an entry of x, counted from its motor where that moves. */
 static void find_wind_up(const er_run *r, int k, const er_state *state, const er_step *step, course *x)
 {
+    const er_robot *robot = r->system->robot;
+    er_gear_error error = {0.0, 0.0, 0.0, 0.0};
     er_lanes acceleration;
+    int motor = -1;
     memcpy(acceleration, step->acceleration[k], sizeof acceleration);
     for (int d = 0; d < r->motors; d++)
-        for (int l = 0; r->system->robot->motor[d].coordinate == k && l < ER_STAGES; l++)
-            acceleration[l] -= step->motor_acceleration[d][l];
-    find_course(step->length, state->x[k], state->v[k], (const double *)acceleration, x);
+        if (robot->motor[d].coordinate == k)
+            motor = d;
+    for (int l = 0; motor >= 0 && l < ER_STAGES; l++)
+        acceleration[l] -= step->motor_acceleration[motor][l];
+    if (motor >= 0 && robot->errors > 0) /* y - p, less the error */
+        error = er_gear_error_at(robot, robot->motor[motor].joint, state->motors.angle[motor]);
+    find_course(step->length, state->x[k] + error.value,
+                state->v[k] + (motor < 0 ? 0.0 : error.slope * state->motors.rate[motor]), (const double *)acceleration,
+                x);
+    if (motor >= 0 && robot->errors > 0)
+        add_values(x, -1.0, r->work->motors.error[motor]);
 }
 
 /* That of a motor: of p, and of its command at the nodes. */
@@ -102,13 +130,7 @@ static void find_motor_course(const er_run *r, int d, const er_step *step, cours
     command[0] = work->command[d];
     memcpy(command + 1, r->work->stages.q[i], ER_STAGES * sizeof *command);
     command[ER_DEGREE] = r->work->end.q[i][0];
-    x->highest = -INFINITY, x->lowest = INFINITY;
-    for (int c = 0; c < ER_CONTROL; c++) {
-        for (int j = 0; j < ER_CONTROL; j++)
-            x->control[c] += er_gauss_bernstein_from_value[c][j] * command[j];
-        x->highest = fmax(x->highest, x->control[c]);
-        x->lowest = fmin(x->lowest, x->control[c]);
-    }
+    add_values(x, 1.0, command);
 }
 
 /* The same of its rate, raised to the degree of the coordinate. */
@@ -169,7 +191,7 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
     int last = -1, reversing = -1; /* coordinates that `x` and the last reversal belong to */
     for (int j = 0; j < robot->elements + r->motors; j++) {
         int k = robot->element[j].coordinate, outward = -stops->slipping[j];
-        if (r->system->gears->slip_torque[k] == 0.0)
+        if (er_stops_idle(robot, r->system->gears->slip_torque, k))
             continue;
         if (k >= r->m)
             find_motor_course(r, k - r->m, step, &x);
@@ -224,6 +246,27 @@ bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool foun
     return found;
 }
 
+/* Angles of the chain at the end of a step. */
+static void find_chain_end(const er_run *r, const er_step *step, double *theta)
+{
+    const er_robot *robot = r->system->robot;
+    double y[ER_MAX_ANGLES];
+    memcpy(y, step->x, (size_t)r->m * sizeof *y);
+    for (int d = 0; d < r->motors; d++)
+        y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.error[d][ER_STAGES + 1];
+    er_angles(robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
+}
+
+/* Angle of a drive at the end of a step [rad]. */
+static double drive_at_end(const er_run *r, const er_step *step, int joint)
+{
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    er_drives_at(r->system->drives, r->work->end.elapsed[0] + r->system->start, q, qd, qdd);
+    for (int d = 0; d < r->motors; d++)
+        q[r->system->robot->motor[d].joint] = step->motors.angle[d];
+    return q[joint];
+}
+
 /* A contact begins as a gear passes its backlash: the step ends a little behind the plane and knows nothing of
  * the force N on the way there, a time d / d' long.  What is missing is
  *
@@ -240,7 +283,7 @@ static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *st
     double approach = er_end_approach(r, step);
     if (!(approach > 0.0))
         return;
-    er_angles(robot, w->reference.angle, step->x, theta);
+    find_chain_end(r, step, theta);
     er_place_bodies(robot, theta, &w->placement);
     er_mass_matrix(robot, &w->placement, mass);
     if (!er_lu_factor(m, mass, pivot)) {
@@ -252,15 +295,29 @@ static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *st
     er_lu_solve(m, mass, pivot, response);
     for (int column = s->first; column < s->first + s->count; column++) {
         er_share share = er_share_of(s, robot, column, state->time + step->length - s->start);
-        double still[ER_MAX_ANGLES] = {0.0}, change[ER_MAX_ANGLES];
+        double still[ER_MAX_ANGLES] = {0.0}, drives[ER_MAX_JOINTS] = {0.0}, change[ER_MAX_ANGLES];
         er_touch along;
-        er_angles(robot, still, s->x[column], change);
         if (share.joint >= 0)
-            change[robot->drive_angle[share.joint]] += share.q;
+            drives[share.joint] = share.q;
+        for (int d = 0; d < r->motors; d++)
+            drives[robot->motor[d].joint] = s->motors[column].angle[d];
+        for (int i = 0; robot->errors > 0 && i < robot->joints; i++)
+            drives[i] *= 1.0 + er_gear_error_at(robot, i, drive_at_end(r, step, i)).slope;
+        er_angles(robot, drives, s->x[column], change);
         er_contact_place_along(robot, &r->system->load, motion, change, still, &share.load, &along);
         for (int k = 0; k < m; k++)
             s->v[column][k] += response[k] * along.depth;
     }
+}
+
+/* Friction that a gear's torque adds to that of its motor as it slips [N m]. */
+static double load_friction(const er_run *r, const er_state *state, int d)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    int k = motor->coordinate;
+    if (motor->load_friction == 0.0)
+        return 0.0;
+    return motor->load_friction * fabs(er_wind_up_torque(r, state, k, state->x[k], state->v[k]));
 }
 
 /* What elements that begin to slip had of changes of their elongations [N m]. */
@@ -273,8 +330,11 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
     for (int j = 0; j < er_all_elements(robot); j++)
         if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
             sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
-    /* Of a motor's friction as much as Stribeck leaves. */
-    return d < 0 ? sum : er_stribeck_left(&robot->motor[d], state->motors.rate[d]) * sum;
+    if (d < 0)
+        return sum;
+    /* Of a motor's friction as much as Stribeck leaves, and what its gear's torque adds. */
+    return er_stribeck_left(&robot->motor[d], state->motors.rate[d]) * sum +
+           load_friction(r, state, d) / robot->motor[d].slip_angle * elongation[robot->elements + d];
 }
 
 /* The motor that moves an entry of x, or that is one itself; -1 without any. */
@@ -304,7 +364,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     const er_system *system = r->system;
     int m = r->m, k = crossing->coordinate, motor = motor_of(r, k), pivot[ER_MAX_ANGLES];
     bool slips = crossing->at == ER_AT_SLIP, of_motor = slips && k >= m;
-    double jump, edge, beyond, rate, bend, per_beyond, torque, y[ER_MAX_ANGLES];
+    double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
     if (s->reason != NULL || crossing->at == ER_AT_REVERSAL)
@@ -331,10 +391,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         return;
     torque = jump * per_beyond * crossing->outward;
     if (!of_motor) {
-        memcpy(y, step->x, (size_t)m * sizeof *y);
-        for (int d = 0; d < r->motors; d++)
-            y[system->robot->motor[d].coordinate] += step->motors.p[d];
-        er_angles(system->robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
+        find_chain_end(r, step, theta);
         er_place_bodies(system->robot, theta, &r->work->placement);
         er_mass_matrix(system->robot, &r->work->placement, mass);
         if (!er_lu_factor(m, mass, pivot)) {
@@ -344,6 +401,8 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         response[k] = torque;
         er_lu_solve(m, mass, pivot, response);
     }
+    if (motor >= 0)
+        winds += er_gear_error_at(system->robot, system->robot->motor[motor].joint, step->motors.angle[motor]).slope;
     for (int column = s->first; column < s->first + s->count; column++) {
         bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
         double beyond_change, rotor = 0.0;
@@ -352,12 +411,12 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         else
             beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
         if (motor >= 0) /* the gear turns it the other way, its own friction as a link */
-            rotor = (of_motor ? -torque : torque) * beyond_change / system->robot->motor[motor].inertia;
+            rotor = (of_motor ? -torque : winds * torque) * beyond_change / system->robot->motor[motor].inertia;
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;
         if (motor >= 0) {
             s->motors[column].rate[motor] += rotor;
-            s->v[column][system->robot->motor[motor].coordinate] -= rotor;
+            s->v[column][system->robot->motor[motor].coordinate] -= winds * rotor;
         }
     }
 }

@@ -2,7 +2,10 @@
  * change. */
 #include "tangent.h"
 
+#include <math.h>
 #include <string.h>
+
+#include "transmission.h"
 
 int er_model_motors(const er_model *model)
 {
@@ -38,32 +41,123 @@ void er_motor_rate_along(const er_model *model, const er_change *change, double 
     join(model, change->held.qd, change->motors.rate, rates);
 }
 
+/* What a gear's error is taken at: the motion of its drive. */
+static er_transmission transmission_of(const er_model *model, int joint)
+{
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS];
+    if (model->robot.errors == 0)
+        return (er_transmission){{0.0, 0.0, 0.0, 0.0}, 0.0, 0.0};
+    er_model_motor_angle(model, q);
+    er_model_motor_rate(model, qd);
+    return er_transmission_at(&model->robot, joint, q[joint], qd[joint], model->memory.held.qdd[joint]);
+}
+
+/* Turns the motion of all drives, or a change of it, into what the gears make of it. */
+static void transmit(const er_model *model, double *q, double *qd, double *qdd)
+{
+    for (int i = 0; i < model->robot.joints; i++)
+        er_transmit(&model->robot, i, &q[i], &qd[i], &qdd[i]);
+}
+
+static void transmit_along(const er_model *model, double *q, double *qd, double *qdd)
+{
+    for (int i = 0; i < model->robot.joints; i++) {
+        er_transmission at = transmission_of(model, i);
+        er_transmit_along(&at, &q[i], &qd[i], &qdd[i]);
+    }
+}
+
+/* The motion of all drives as the gears pass it on. */
+typedef struct {
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+} driven;
+
+static driven drive(const er_model *model)
+{
+    driven own;
+    er_model_motor_angle(model, own.q);
+    er_model_motor_rate(model, own.qd);
+    memcpy(own.qdd, model->memory.held.qdd, sizeof own.qdd);
+    if (model->robot.errors > 0)
+        transmit(model, own.q, own.qd, own.qdd);
+    return own;
+}
+
+static driven drive_along(const er_model *model, const er_change *change)
+{
+    driven own;
+    er_motor_angle_along(model, change, own.q);
+    er_motor_rate_along(model, change, own.qd);
+    memcpy(own.qdd, change->held.qdd, sizeof own.qdd);
+    if (model->robot.errors > 0)
+        transmit_along(model, own.q, own.qd, own.qdd);
+    return own;
+}
+
+void er_model_driven(const er_model *model, double *angles)
+{
+    er_model_motor_angle(model, angles);
+    for (int i = 0; model->robot.errors > 0 && i < model->robot.joints; i++)
+        angles[i] += er_gear_error_at(&model->robot, i, angles[i]).value;
+}
+
 void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
-    er_model_motor_angle(model, q);
-    er_angles(&model->robot, rigid ? model->memory.held.q : q, rigid ? NULL : model->memory.state.x, theta);
+    if (rigid) {
+        er_angles(&model->robot, model->memory.held.q, NULL, theta);
+    } else {
+        er_model_driven(model, q);
+        er_angles(&model->robot, q, model->memory.state.x, theta);
+    }
 }
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     double qd[ER_MAX_JOINTS];
-    er_model_motor_rate(model, qd);
-    er_angles(&model->robot, rigid ? model->memory.held.qd : qd, rigid ? NULL : model->memory.state.v, rate);
+    if (rigid) {
+        er_angles(&model->robot, model->memory.held.qd, NULL, rate);
+    } else if (model->robot.errors > 0) {
+        driven own = drive(model);
+        er_angles(&model->robot, own.qd, model->memory.state.v, rate);
+    } else {
+        er_model_motor_rate(model, qd);
+        er_angles(&model->robot, qd, model->memory.state.v, rate);
+    }
+}
+
+void er_model_accelerations(const er_model *model, double *acceleration)
+{
+    driven own = drive(model);
+    er_angles(&model->robot, own.qdd, NULL, acceleration);
 }
 
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
 {
-    double q[ER_MAX_JOINTS];
-    er_motor_angle_along(model, change, q);
-    er_angles(&model->robot, rigid ? change->held.q : q, rigid ? NULL : change->x, theta);
+    driven own;
+    if (rigid) {
+        er_angles(&model->robot, change->held.q, NULL, theta);
+    } else {
+        own = drive_along(model, change);
+        er_angles(&model->robot, own.q, change->x, theta);
+    }
 }
 
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
 {
-    double qd[ER_MAX_JOINTS];
-    er_motor_rate_along(model, change, qd);
-    er_angles(&model->robot, rigid ? change->held.qd : qd, rigid ? NULL : change->v, rate);
+    driven own;
+    if (rigid) {
+        er_angles(&model->robot, change->held.qd, NULL, rate);
+    } else {
+        own = drive_along(model, change);
+        er_angles(&model->robot, own.qd, change->v, rate);
+    }
+}
+
+void er_accelerations_along(const er_model *model, const er_change *change, double *acceleration)
+{
+    driven own = drive_along(model, change);
+    er_angles(&model->robot, own.qdd, NULL, acceleration);
 }
 
 /* The motor that moves the gear of entry k of x, or -1. */
@@ -98,17 +192,29 @@ double er_model_motor_torque(const er_model *model, int k)
     const er_held *held = &memory->held;
     int d = motor_of(model, k);
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
-    double rate, slope;
+    double rate, slope, torque;
     if (d < 0 || memory->options.quasistatic)
-        return er_model_gear_torque(model, k);
+        return (1.0 + transmission_of(model, model->robot.elastic_joint[k]).error.slope) * er_model_gear_torque(model, k);
     if (memory->options.drive == ER_TORQUE)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
         return er_servo_torque(motor, wanted_of(model, d), memory->state.motors.integral[d]);
     rate = held->qd[motor->joint];
-    return er_model_gear_torque(model, k) +
+    torque = er_model_gear_torque(model, k);
+    return (1.0 + transmission_of(model, motor->joint).error.slope) * torque +
            (motor->inertia * held->qdd[motor->joint] +
-            er_motor_friction(motor, memory->parameters.friction[d], side_of(rate), rate, &slope));
+            er_motor_friction(motor, memory->parameters.friction[d], torque, side_of(rate), rate, &slope));
+}
+
+/* Change of what the drive of entry k of x feels of its gear [N m]. */
+static double of_gear_along(const er_model *model, const er_change *change, int k)
+{
+    int joint = model->robot.elastic_joint[k];
+    er_gear_error error = transmission_of(model, joint).error;
+    double angles[ER_MAX_JOINTS];
+    er_motor_angle_along(model, change, angles);
+    return (1.0 + error.slope) * er_gear_torque_along(model, change, k) +
+           error.bend * er_model_gear_torque(model, k) * angles[joint];
 }
 
 double er_motor_torque_along(const er_model *model, const er_change *change, int k)
@@ -118,9 +224,9 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     const er_motors *motors = &memory->state.motors;
     int d = motor_of(model, k), joint;
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
-    double rate, slope;
+    double rate, slope, torque, side;
     if (d < 0 || memory->options.quasistatic)
-        return er_gear_torque_along(model, change, k);
+        return of_gear_along(model, change, k);
     if (memory->options.drive == ER_TORQUE)
         return moved->torque[d];
     joint = motor->joint;
@@ -132,9 +238,13 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
         return motor->rate_gain * wanted + change->motors.integral[d];
     }
     rate = memory->held.qd[joint];
-    er_motor_friction(motor, memory->parameters.friction[d], side_of(rate), rate, &slope);
-    return er_gear_torque_along(model, change, k) + motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
-           side_of(rate) * er_stribeck_left(motor, rate) * change->parameters.friction[d];
+    side = side_of(rate);
+    torque = er_model_gear_torque(model, k);
+    er_motor_friction(motor, memory->parameters.friction[d], torque, side, rate, &slope);
+    return of_gear_along(model, change, k) +
+           side * copysign(motor->load_friction, torque) * er_gear_torque_along(model, change, k) +
+           motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
+           side * er_stribeck_left(motor, rate) * change->parameters.friction[d];
 }
 
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors)
@@ -142,13 +252,16 @@ void er_start_motors_along(const er_model *model, const er_change *change, er_mo
     const er_held *held = &model->memory.held;
     for (int d = 0; d < er_model_motors(model); d++) {
         const er_motor *motor = &model->robot.motor[d];
+        er_gear_error error = er_gear_error_at(&model->robot, motor->joint, held->q[motor->joint]);
         double slope;
         int joint = motor->joint;
-        er_motor_friction(motor, model->memory.parameters.friction[d], 0.0, held->qd[joint], &slope);
+        er_motor_friction(motor, model->memory.parameters.friction[d], 0.0, 0.0, held->qd[joint], &slope);
         motors->angle[d] = change->held.q[joint];
         motors->rate[d] = change->held.qd[joint];
         motors->integral[d] = motor->inertia * change->held.qdd[joint] +
-                              er_gear_torque_along(model, change, motor->coordinate) + slope * change->held.qd[joint] -
+                              (1.0 + error.slope) * er_gear_torque_along(model, change, motor->coordinate) +
+                              error.bend * er_model_gear_torque(model, motor->coordinate) * change->held.q[joint] +
+                              slope * change->held.qd[joint] -
                               motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, change->held.qd[joint]);
     }
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "balancer.h"
 #include "linear.h"
 
 /* The same value in each state that the kernel takes. */
@@ -29,16 +30,16 @@ bool er_free_motion_find(er_model *model)
     er_motion *motion = &free->motion;
     free->linked = false;
     at_rest.contact.stiffness = 0.0; /* it moves */
-    er_angles(robot, memory->held.q, memory->state.x, theta);
+    er_model_angles(model, false, theta);
     er_place_bodies(robot, theta, &placement);
     for (int i = 0; i < robot->angles; i++)
         for (int l = 0; l < ER_LANES; l++) {
             motion->sine[i][l] = sin(theta[i]);
             motion->cosine[i][l] = cos(theta[i]);
         }
-    er_angles(robot, memory->held.qd, memory->state.v, values);
+    er_model_rates(model, false, values);
     fill(robot->angles, values, motion->rate);
-    er_angles(robot, memory->held.qdd, NULL, values);
+    er_model_accelerations(model, values);
     fill(robot->angles, values, motion->acceleration);
     er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
     er_load_wrench(&at_rest, placement.tool_position, free->wrench);
@@ -50,6 +51,12 @@ bool er_free_motion_find(er_model *model)
     model->kernel.loads(robot, motion, 1, parameters->gravity, free->wrench, NULL, load);
     for (int k = 0; k < m; k++)
         free->acceleration[k] = er_model_gear_torque(model, k) - load[k][0];
+    for (int b = 0; b < robot->balancers; b++) {
+        int k = robot->balancer[b].coordinate;
+        er_balance at = er_balance_at(&robot->balancer[b], theta[robot->elastic_angle[k]]);
+        free->acceleration[k] += at.torque;
+        free->balance[b] = at.slope;
+    }
     er_mass_matrix(robot, &placement, free->mass);
     if (!er_lu_factor(m, free->mass, free->pivot))
         return false;
@@ -63,7 +70,9 @@ static void prepare_tangent(er_model *model)
     er_free_motion *free = &model->free;
     const er_memory *memory = &model->memory;
     double values[ER_MAX_ANGLES];
-    er_angles(&model->robot, memory->held.qdd, free->acceleration, values);
+    er_model_accelerations(model, values);
+    for (int k = 0; k < model->robot.elastics; k++)
+        values[model->robot.elastic_angle[k]] += free->acceleration[k];
     fill(model->robot.angles, values, free->motion.acceleration);
     model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL,
                        &free->links);
@@ -88,8 +97,8 @@ static void add_contact(const er_model *model, const er_change *change, double w
     double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES], along[6];
     if (!er_contact_holds(&load->contact) || !(motion->touch.depth > 0.0))
         return;
-    er_angles(robot, change->held.q, change->x, theta);
-    er_angles(robot, change->held.qd, change->v, rate);
+    er_angles_along(model, change, false, theta);
+    er_rates_along(model, change, false, rate);
     er_contact_wrench_along(robot, load, motion, theta, rate, &change->held.load, along);
     for (int c = 0; c < 6; c++)
         wrench[c] += along[c];
@@ -106,11 +115,11 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     er_direction direction;
     if (!free->linked)
         prepare_tangent(model);
-    er_angles(robot, change->held.q, change->x, values);
+    er_angles_along(model, change, false, values);
     fill(robot->angles, values, direction.angle);
-    er_angles(robot, change->held.qd, change->v, values);
+    er_rates_along(model, change, false, values);
     fill(robot->angles, values, direction.rate);
-    er_angles(robot, change->held.qdd, NULL, values);
+    er_accelerations_along(model, change, values);
     fill(robot->angles, values, direction.acceleration);
     model->kernel.shift(robot, &free->links, &direction, shift);
     for (int c = 0; c < 3; c++)
@@ -125,5 +134,9 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     find_weights(model, change->parameters.gravity, weight);
     for (int k = 0; k < robot->elastics; k++)
         acceleration[k] = er_gear_torque_along(model, change, k) - load[k][0] - weight[k][0];
+    for (int b = 0; b < robot->balancers; b++) {
+        int k = robot->balancer[b].coordinate;
+        acceleration[k] += free->balance[b] * direction.angle[robot->elastic_angle[k]][0];
+    }
     er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
 }

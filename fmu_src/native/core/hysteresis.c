@@ -57,6 +57,12 @@ void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate)
             stops->slipping[j] = 0;
 }
 
+bool er_stops_idle(const er_robot *robot, const double *slip_torque, int coordinate)
+{
+    int d = coordinate - robot->elastics;
+    return slip_torque[coordinate] == 0.0 && !(d >= 0 && robot->motor[d].load_friction > 0.0);
+}
+
 void er_stops_limit(const er_robot *robot, er_stops *stops)
 {
     for (int j = 0; j < er_all_elements(robot); j++)

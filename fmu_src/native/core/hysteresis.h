@@ -50,6 +50,9 @@ bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int
 double er_stop_slack(const er_robot *robot, int j, double tolerance);
 double er_reversal_slack(const er_robot *robot, int coordinate, double tolerance);
 
+/* Whether elements of a coordinate exert nothing, and are not watched. */
+bool er_stops_idle(const er_robot *robot, const double *slip_torque, int coordinate);
+
 /* Lets elements slip that are beyond their slip angles: those of no torque are not watched. */
 void er_stops_limit(const er_robot *robot, er_stops *stops);
 

@@ -7,6 +7,7 @@
 
 #include "../io/file.h"
 #include "step.h"
+#include "transmission.h"
 
 /* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
@@ -161,10 +162,12 @@ static bool rest_at(er_model *model, const er_held *held, er_failure *failure)
     er_state *state = &model->memory.state;
     const er_robot *robot = &model->robot;
     er_history history;
-    double x[ER_MAX_ANGLES];
+    double x[ER_MAX_ANGLES], driven[ER_MAX_JOINTS];
     memcpy(history.x, state->x, sizeof history.x);
     memcpy(history.elongation, state->stops.elongation, sizeof history.elongation);
-    if (!er_equilibrium(robot, &model->gears, &history, model->memory.parameters.gravity, held->q, &held->load,
+    for (int i = 0; i < robot->joints; i++)
+        driven[i] = held->q[i] + er_gear_error_at(robot, i, held->q[i]).value;
+    if (!er_equilibrium(robot, &model->gears, &history, model->memory.parameters.gravity, driven, &held->load,
                         x, failure))
         return false;
     memcpy(state->x, x, (size_t)robot->elastics * sizeof *x);
@@ -180,12 +183,13 @@ static void start_motors(er_model *model, const er_command *command)
     memcpy(memory->held.torque, command->torque, sizeof memory->held.torque);
     for (int d = 0; d < model->robot.motors; d++) {
         const er_motor *motor = &model->robot.motor[d];
+        const er_gear_error error = er_gear_error_at(&model->robot, motor->joint, memory->held.q[motor->joint]);
         double rate = memory->held.qd[motor->joint], slope;
         motors->angle[d] = memory->held.q[motor->joint];
         motors->rate[d] = rate;
         motors->integral[d] = motor->inertia * memory->held.qdd[motor->joint] +
-                              er_model_gear_torque(model, motor->coordinate) +
-                              er_motor_friction(motor, memory->parameters.friction[d], 0.0, rate, &slope) -
+                              (1.0 + error.slope) * er_model_gear_torque(model, motor->coordinate) +
+                              er_motor_friction(motor, memory->parameters.friction[d], 0.0, 0.0, rate, &slope) -
                               motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, rate);
     }
 }

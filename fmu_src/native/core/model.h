@@ -68,6 +68,7 @@ typedef struct {
     er_contact_motion contact;                     /* where there is one */
     double wrench[6];                              /* on the tool, of spring and contact too */
     er_motion motion;
+    double balance[ER_MAX_JOINTS];                 /* slopes of the balancers [N m/rad] */
     bool linked; /* the tangent has been prepared */
     er_links links;
 } er_free_motion;
@@ -148,9 +149,14 @@ void er_model_velocity(const er_model *model, double velocity[6]);
 /* Motors that move by themselves: none of them under ideal drives, and in quasi-static mode. */
 int er_model_motors(const er_model *model);
 
-/* Angles and rates of the chain, those of the motors in it; of the rigid robot those of the commands. */
+/* What the gears make of the drives' angles, without wind-up [rad]. */
+void er_model_driven(const er_model *model, double *angles);
+
+/* Angles and rates of the chain, those of the motors in it; of the rigid robot those of the commands.  And the
+ * accelerations of the drives alone. */
 void er_model_angles(const er_model *model, bool rigid, double *theta);
 void er_model_rates(const er_model *model, bool rigid, double *rate);
+void er_model_accelerations(const er_model *model, double *acceleration);
 
 /* Angles and rates of all drives at the gears' output [rad, rad/s], of the motors that move by themselves theirs; and
  * the torque of the motor of the gear of entry k of x there [N m]. */

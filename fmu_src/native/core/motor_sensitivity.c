@@ -25,22 +25,43 @@ void er_motor_column_begin(const er_sensitivity *s, const er_run *r, const er_st
     memset(own->acceleration, 0, sizeof own->acceleration);
     for (int d = 0; d < r->motors; d++) {
         commanded at = command_of(s, r, d, column, state->time);
+        er_gear_error error;
         int k = r->system->robot->motor[d].coordinate;
         own->p[d] = s->motors[column].angle[d] - at.q;
         own->pv[d] = s->motors[column].rate[d] - at.qd;
-        own->x[k] += own->p[d];
-        own->v[k] += own->pv[d];
+        error = er_gear_error_at(r->system->robot, r->system->robot->motor[d].joint, state->motors.angle[d]);
+        own->x[k] += own->p[d] + error.slope * s->motors[column].angle[d];
+        own->v[k] += own->pv[d] + error.slope * s->motors[column].rate[d] +
+                     error.bend * state->motors.rate[d] * s->motors[column].angle[d];
     }
 }
 
-void er_motor_column_gears(const er_sensitivity *s, const er_run *r, double h, er_motor_column *own, er_lanes *load)
+/* The error of a motor's gear at a stage, and the rate of the motor there [rad/s]. */
+static er_gear_error error_at(const er_run *r, int d, int l, double *rate)
+{
+    int i = r->system->robot->motor[d].joint;
+    const er_nodes *nodes = &r->work->stages;
+    const er_motor_work *work = &r->work->motors;
+    *rate = nodes->qd[i][l] + work->stage_pv[d][l];
+    return er_gear_error_at(r->system->robot, i, nodes->q[i][l] + work->stage_p[d][l]);
+}
+
+void er_motor_column_gears(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+                           er_motor_column *own, er_lanes *load)
 {
     r->means->kernel.stages(r->motors, h, own->p, own->pv, (const er_lanes *)own->acceleration, own->stage_p,
                             own->stage_pv);
     for (int d = 0; d < r->motors; d++) {
         int k = r->system->robot->motor[d].coordinate;
         for (int l = 0; l < ER_STAGES; l++) {
-            load[k][l] -= s->slope[k][l] * own->stage_p[d][l] + r->system->gears->damping[k] * own->stage_pv[d][l];
+            double moved = own->stage_p[d][l], faster = own->stage_pv[d][l], rate;
+            if (r->system->robot->errors > 0) {
+                er_gear_error error = error_at(r, d, l, &rate);
+                commanded at = command_of(s, r, d, column, state->time + h * er_gauss_node[l]);
+                moved += error.slope * (own->stage_p[d][l] + at.q);
+                faster += error.slope * (own->stage_pv[d][l] + at.qd) + error.bend * rate * (own->stage_p[d][l] + at.q);
+            }
+            load[k][l] -= s->slope[k][l] * moved + r->system->gears->damping[k] * faster;
             own->gear[d][l] = load[k][l];
         }
     }
@@ -56,9 +77,9 @@ static double find_growth(const er_run *r, int d, int l, const er_motor_column *
                                                                            : motor->integral_gain * *wanted;
 }
 
-/* Friction along a column at a stage [N m]. */
+/* Friction along a column at a stage [N m], under the gear's torque and what the column changes of that. */
 static double friction_along(const er_sensitivity *s, const er_run *r, const er_state *state, int d, int l, int column,
-                             const er_motor_column *own, commanded at)
+                             const er_motor_column *own, commanded at, double torque, double torque_along)
 {
     const er_robot *robot = r->system->robot;
     const er_motor *motor = &robot->motor[d];
@@ -70,11 +91,12 @@ static double friction_along(const er_sensitivity *s, const er_run *r, const er_
     int entry;
     er_cause cause = er_cause_of(robot, column, &entry);
     part = er_friction_part(r, state, d, angle, &by_angle);
-    er_motor_friction(motor, slip_torque, part, rate, &by_rate);
+    er_motor_friction(motor, slip_torque, 0.0, part, rate, &by_rate);
     changed = s->elongation[column][robot->elements + d] / motor->slip_angle +
               by_angle * (own->stage_p[d][l] + at.q - s->motors[column].angle[d]);
-    return slip_torque * by_part * changed + by_rate * (own->stage_pv[d][l] + at.qd) +
-           (cause == ER_BY_FRICTION && entry == d ? by_part * part : 0.0);
+    return (slip_torque * by_part + motor->load_friction * fabs(torque)) * changed +
+           copysign(motor->load_friction, torque) * part * torque_along +
+           by_rate * (own->stage_pv[d][l] + at.qd) + (cause == ER_BY_FRICTION && entry == d ? by_part * part : 0.0);
 }
 
 void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
@@ -86,6 +108,8 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
     er_cause cause = er_cause_of(robot, column, &entry);
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &robot->motor[d];
+        const bool loaded = er_motor_is_loaded(robot, d);
+        const int k = motor->coordinate;
         double growth[ER_STAGES], wanted[ER_STAGES];
         commanded at[ER_STAGES];
         for (int l = 0; l < ER_STAGES; l++) {
@@ -93,7 +117,9 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
             growth[l] = find_growth(r, d, l, own, at[l], &wanted[l]);
         }
         for (int l = 0; l < ER_STAGES; l++) {
-            double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0;
+            double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0, held = 0.0, rate;
+            double follows = own->gear[d][l] + gear[k][l];
+            er_gear_error error = {0.0, 0.0, 0.0, 0.0};
             if (s->drive == ER_SERVO) {
                 torque = motor->rate_gain * wanted[l] + s->motors[column].integral[d];
                 for (int j = 0; j < ER_STAGES; j++)
@@ -101,16 +127,22 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
                 if (er_servo_saturates(motor, work->wanted[d][l], work->integral[d][l]))
                     torque = 0.0;
             }
-            work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque - own->gear[d][l] -
-                                   gear[motor->coordinate][l] +
-                                   friction_along(s, r, state, d, l, column, own, at[l]);
+            if (loaded) {
+                error = error_at(r, d, l, &rate);
+                held = er_wind_up_torque(r, state, k, r->work->x[k][l], r->work->v[k][l]);
+            }
+            work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque -
+                                   (1.0 + error.slope) * follows -
+                                   error.bend * held * (own->stage_p[d][l] + at[l].q) +
+                                   friction_along(s, r, state, d, l, column, own, at[l], held, follows);
         }
     }
 }
 
-void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step, int column,
                          const er_motor_column *own)
 {
+    const double h = step->length;
     const er_robot *robot = r->system->robot;
     er_motor_change *motors = &s->motors[column];
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS], before[ER_MAX_JOINTS];
@@ -121,15 +153,17 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
     for (int d = 0; d < r->motors; d++) {
         int k = robot->motor[d].coordinate;
         commanded at = command_of(s, r, d, column, state->time + h);
+        er_gear_error error = er_gear_error_at(robot, robot->motor[d].joint, step->motors.angle[d]);
         for (int l = 0; l < ER_STAGES; l++) {
             double wanted;
             commanded then = command_of(s, r, d, column, state->time + h * er_gauss_node[l]);
             motors->integral[d] += h * er_gauss_end_rate[l] * find_growth(r, d, l, own, then, &wanted);
         }
-        s->x[column][k] -= p[d];
-        s->v[column][k] -= pv[d];
         motors->angle[d] = p[d] + at.q;
         motors->rate[d] = pv[d] + at.qd;
+        s->x[column][k] -= p[d] + error.slope * motors->angle[d];
+        s->v[column][k] -=
+            pv[d] + error.slope * motors->rate[d] + error.bend * step->motors.rate[d] * motors->angle[d];
     }
     er_stops_follow_motors(robot, &state->stops, before, motors->angle, s->elongation[column]);
 }

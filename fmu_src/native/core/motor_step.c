@@ -1,5 +1,6 @@
 /* The motors in a step of the chain: eliminated from its equations, solved beside it. */
 #include "step.h"
+#include "transmission.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,11 +28,13 @@ void er_motors_begin(const er_run *r, const er_state *state)
     memcpy(work->v, state->v, sizeof work->v);
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &robot->motor[d];
+        const er_gear_error error = er_gear_error_at(robot, motor->joint, state->motors.angle[d]);
         work->command[d] = q[motor->joint];
         work->p[d] = state->motors.angle[d] - q[motor->joint];
+        work->error[d][0] = error.value;
         work->pv[d] = state->motors.rate[d] - qd[motor->joint];
-        work->x[motor->coordinate] += work->p[d];
-        work->v[motor->coordinate] += work->pv[d];
+        work->x[motor->coordinate] += work->p[d] + error.value;
+        work->v[motor->coordinate] += work->pv[d] + error.slope * state->motors.rate[d];
     }
 }
 
@@ -81,21 +84,29 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
         step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
+        work->error[d][ER_STAGES + 1] =
+            er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
         work->integral[d][0] = step->motors.integral[d];
     }
 }
 
-void er_motors_wind_up(const er_run *r, int states)
+void er_motors_wind_up(const er_run *r, const er_nodes *nodes, int states)
 {
     er_workspace *w = r->work;
     for (int d = 0; d < r->motors; d++) {
-        int k = r->system->robot->motor[d].coordinate;
+        const er_motor *motor = &r->system->robot->motor[d];
+        int k = motor->coordinate, i = motor->joint;
         for (int l = 0; l < states; l++) {
-            w->x[k][l] -= w->motors.stage_p[d][l];
-            w->v[k][l] -= w->motors.stage_pv[d][l];
+            double p = w->motors.stage_p[d][l], pv = w->motors.stage_pv[d][l];
+            er_gear_error error = er_gear_error_at(r->system->robot, i, nodes->q[i][l] + p);
+            w->x[k][l] -= p + error.value;
+            w->v[k][l] -= pv + error.slope * (nodes->qd[i][l] + pv);
+            w->motors.winds[d][l] = 1.0 + error.slope;
             w->motors.load[d][l] = w->residual[k][l];
+            if (states == ER_STAGES)
+                w->motors.error[d][1 + l] = error.value;
         }
     }
 }
@@ -117,10 +128,24 @@ void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *
             double wanted = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], nodes->qd[i][l]);
             torque = system->drive == ER_SERVO ? er_servo_torque(motor, wanted, work->integral[d][l])
                                                : system->torque[d];
-            work->residual[d][l] = motor->inertia * (nodes->qdd[i][l] + acceleration[d][l]) - torque - gear +
-                                   er_motor_friction(motor, slip_torque, part, rate, &slope);
+            work->residual[d][l] = motor->inertia * (nodes->qdd[i][l] + acceleration[d][l]) - torque -
+                                   work->winds[d][l] * gear +
+                                   er_motor_friction(motor, slip_torque, gear, part, rate, &slope);
         }
     }
+}
+
+double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v)
+{
+    const er_gears *gears = r->system->gears;
+    double stuck[ER_MAX_ANGLES] = {0.0};
+    double torque = er_gear_torque(gears, k, state->region[k], x) + gears->damping[k] * v;
+    if (r->system->robot->elements > 0) {
+        er_stops_stiffness(r->system->robot, gears->slip_torque, &state->stops, stuck);
+        torque += er_elements_torque(r->system->robot, k, gears->slip_torque[k], state->stops.elongation) +
+                  stuck[k] * (x - state->x[k]);
+    }
+    return torque;
 }
 
 static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d)
@@ -130,9 +155,17 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
     double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate;
     double part = er_friction_part(r, state, d, state->motors.angle[d], &by_angle);
     double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
+    int k = motor->coordinate;
     er_motor_slopes slopes;
-    er_motor_friction(motor, slip_torque, part, state->motors.rate[d], &by_rate);
-    slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0};
+    er_motor_friction(motor, slip_torque, 0.0, part, state->motors.rate[d], &by_rate);
+    slopes = (er_motor_slopes){by_rate, slip_torque * by_angle, 0.0, 1.0, 1.0};
+    if (er_motor_is_loaded(r->system->robot, d)) {
+        double torque = er_wind_up_torque(r, state, k, state->x[k], state->v[k]);
+        er_gear_error error = er_gear_error_at(r->system->robot, motor->joint, state->motors.angle[d]);
+        slopes.winds += error.slope;
+        slopes.feels = slopes.winds - copysign(motor->load_friction, torque) * part;
+        slopes.stiffness += motor->load_friction * fabs(torque) * by_angle - error.bend * torque;
+    }
     if (r->system->drive != ER_SERVO || er_servo_waits(motor, wanted, state->motors.integral[d]))
         return slopes;
     slopes.damping += motor->rate_gain;
@@ -160,6 +193,7 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &r->system->robot->motor[d];
         const er_motor_slopes slopes = work->slopes[d];
+        const double both = slopes.winds * slopes.feels;
         int k = motor->coordinate;
         double damping = r->system->gears->damping[k];
         for (int p = 0; p < ER_PAIRS; p++) {
@@ -169,15 +203,16 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
             multiply(re, im, re2, im2, &re3, &im3);
             g_re = re * damping + re2 * at->slope[k];
             g_im = im * damping + im2 * at->slope[k];
-            a_re = motor->inertia + re * slopes.damping + re2 * slopes.stiffness + re3 * slopes.jerk + g_re;
-            a_im = im * slopes.damping + im2 * slopes.stiffness + im3 * slopes.jerk + g_im;
+            a_re = motor->inertia + re * slopes.damping + re2 * slopes.stiffness + re3 * slopes.jerk + both * g_re;
+            a_im = im * slopes.damping + im2 * slopes.stiffness + im3 * slopes.jerk + both * g_im;
             size = a_re * a_re + a_im * a_im;
-            work->gear[d][p] = g_re, work->gear[d][ER_PAIRS + p] = g_im;
+            work->gear[d][p] = slopes.feels * g_re, work->gear[d][ER_PAIRS + p] = slopes.feels * g_im;
             work->yields[d][p] = a_re / size, work->yields[d][ER_PAIRS + p] = -a_im / size;
-            multiply(g_re, g_im, a_re / size, -a_im / size, &work->share[d][p], &work->share[d][ER_PAIRS + p]);
+            multiply(g_re, g_im, slopes.winds * a_re / size, -slopes.winds * a_im / size, &work->share[d][p],
+                     &work->share[d][ER_PAIRS + p]);
             multiply(g_re, g_im, work->share[d][p], work->share[d][ER_PAIRS + p], &lost_re, &lost_im);
-            matrix[k * r->m + k].re[p] -= lost_re;
-            matrix[k * r->m + k].im[p] -= lost_im;
+            matrix[k * r->m + k].re[p] -= slopes.feels * lost_re;
+            matrix[k * r->m + k].im[p] -= slopes.feels * lost_im;
         }
     }
 }

@@ -14,12 +14,19 @@ double er_stribeck_left(const er_motor *motor, double rate)
     return 1.0 - motor->stribeck * (1.0 - find_fall(motor, rate));
 }
 
-double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope)
+double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
+                         double *slope)
 {
     double u = rate / motor->stribeck_rate, fall = find_fall(motor, rate);
     double left = 1.0 - motor->stribeck * (1.0 - fall);
     *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * u / motor->stribeck_rate;
-    return slip_torque * part * left + motor->viscous * rate;
+    return (slip_torque * left + motor->load_friction * fabs(load)) * part + motor->viscous * rate;
+}
+
+bool er_motor_is_loaded(const er_robot *robot, int d)
+{
+    const er_motor *motor = &robot->motor[d];
+    return motor->load_friction > 0.0 || robot->first_error[motor->joint] < robot->first_error[motor->joint + 1];
 }
 
 double er_servo_torque(const er_motor *motor, double wanted, double integral)

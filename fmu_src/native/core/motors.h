@@ -1,14 +1,16 @@
 /* Motors with rotor, friction and servo, which the drives are where they do not follow their command exactly.
  *
  * A motor's angle is its command plus p, that of its joint behind the gear the command plus y: the wind-up is
- * y - p, and the chain moves with y as it does with x under ideal drives.  The motor obeys
+ * y - p - eps(q) with the gear's kinematic error eps, and the chain moves with y as it does with x under ideal
+ * drives.  The motor obeys
  *
- *     J q'' = tau + S(e) + H + d e' - f,    tau = sat(Kp w + z),    z' = Ki w,
+ *     J q'' = tau + (1 + eps') (S(e) + H + d e') - f,    tau = sat(Kp w + z),    z' = Ki w,
  *     w = Kv (q_cmd - q) + kff q_cmd' - q',
  *
- * f its friction: a stop element times 1 - s (1 - exp(-(q'/v)^2)), after Stribeck, and a viscous part.  In
- * Newton's method a motor is eliminated: with G = l d + l^2 k of its gear and A = J + l (Kp + b) +
- * l^2 (Kp Kv + Ki + k_f) + l^3 Ki Kv of itself, l an eigenvalue of the step, the gear's G becomes G A / (G + A).
+ * f its friction: a stop element times 1 - s (1 - exp(-(q'/v)^2)), after Stribeck, and what its gear's torque adds,
+ * and a viscous part.  In Newton's method a motor is eliminated: with G = l d + l^2 k of its gear and A = J +
+ * l (Kp + b) + l^2 (Kp Kv + Ki + k_f) + l^3 Ki Kv of itself, l an eigenvalue of the step, the gear's G becomes
+ * G A / (c G + A), c close to 1: the motor winds the gear up by 1 + eps', and feels about as much of its torque.
  */
 #ifndef ER_MOTORS_H
 #define ER_MOTORS_H
@@ -22,9 +24,11 @@ typedef enum { ER_IDEAL,
                ER_TORQUE,
                ER_DRIVES } er_drive_kind;
 
-/* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk. */
+/* What stands for a motor in Newton's matrix: A = inertia + l damping + l^2 stiffness + l^3 jerk; how much it winds
+ * its gear up by a change of its angle, and how much of the gear's torque it feels. */
 typedef struct {
     double damping, stiffness, jerk;
+    double winds, feels;
 } er_motor_slopes;
 
 /* The motors' state. */
@@ -61,7 +65,9 @@ typedef struct {
     er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
     er_lanes residual[ER_MAX_JOINTS];
     er_motor_slopes slopes[ER_MAX_JOINTS]; /* of the matrices */
-    er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(G + A), 1/(G + A) */
+    er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(cG + A), 1/(cG + A) */
+    er_lanes winds[ER_MAX_JOINTS];             /* 1 + eps' at the present nodes */
+    double error[ER_MAX_JOINTS][ER_STAGES + 2]; /* eps at the step's start, its stages and its end [rad] */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
@@ -69,11 +75,16 @@ typedef struct {
 /* The part of a motor's friction at rest that is left at a rate [rad/s]. */
 double er_stribeck_left(const er_motor *motor, double rate);
 
-/* Friction of a motor [N m] at a part of its slip torque [N m] and a rate [rad/s], and its slope by the rate. */
-double er_motor_friction(const er_motor *motor, double slip_torque, double part, double rate, double *slope);
+/* Friction of a motor [N m] at a part of its slip torque [N m], under its gear's torque [N m], at a rate [rad/s],
+ * and its slope by the rate. */
+double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
+                         double *slope);
 
 /* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */
 double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate);
+
+/* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
+bool er_motor_is_loaded(const er_robot *robot, int d);
 
 /* Torque that a servo asks for, within its limit [N m]. */
 double er_servo_torque(const er_motor *motor, double wanted, double integral);

@@ -267,6 +267,8 @@ void er_contact_of_model_along(const er_model *model, const er_change *change, d
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
 {
     const er_memory *memory = &model->memory;
+    double driven[ER_MAX_JOINTS];
+    er_model_driven(model, driven);
     return er_compliance(&model->robot, &model->gears, &memory->state.stops, memory->parameters.gravity,
-                         memory->held.q, memory->state.x, &memory->held.load, compliance, failure);
+                         driven, memory->state.x, &memory->held.load, compliance, failure);
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define FORMAT "elastic-robot"
-#define VERSION 2
+#define VERSION 3
 
 /* There is room for it: a joint has at most two tilts. */
 static er_rotation *add_rotation(er_robot *robot)
@@ -50,6 +50,7 @@ static bool read_joint(er_robot *robot, er_lines *lines)
     rotation->drive = robot->joints;
     rotation->shifted = true;
     robot->drive_angle[robot->joints++] = robot->angles - 1;
+    robot->first_error[robot->joints] = robot->errors;
     return er_lines_numbers(lines, 3, rotation->origin) && read_axis(rotation, lines);
 }
 
@@ -104,6 +105,40 @@ static bool read_table(er_robot *robot, er_lines *lines)
     return true;
 }
 
+/* A sine of the kinematic error of the last joint. */
+static bool read_error(er_robot *robot, er_lines *lines)
+{
+    double v[3];
+    if (tilts(robot) > 0 || robot->errors - robot->first_error[robot->joints - 1] == ER_MAX_ERRORS)
+        return er_lines_refuse(lines, "at most eight sines of an error for each joint, before its tilts");
+    if (!er_lines_numbers(lines, 3, v))
+        return false;
+    robot->error[robot->errors++] = (er_error_sine){v[0], v[1], v[2]};
+    robot->first_error[robot->joints] = robot->errors;
+    return true;
+}
+
+/* Points of the balancer of the last joint: angle, torque and slope each. */
+static bool read_balancer(er_robot *robot, er_lines *lines)
+{
+    int k = robot->elastics - 1;
+    er_balancer *balancer = &robot->balancer[robot->balancers];
+    if (!is_spring(robot) || (robot->balancers > 0 && balancer[-1].coordinate == k))
+        return er_lines_refuse(lines, "at most one balancer for each joint, behind its spring");
+    balancer->coordinate = k;
+    if (!er_lines_count(lines, 3, ER_MAX_BALANCER_POINTS, &balancer->points))
+        return false;
+    for (int j = 0; j < balancer->points; j++) {
+        if (!er_lines_numbers(lines, 1, &balancer->angle[j]) || !er_lines_numbers(lines, 1, &balancer->torque[j]) ||
+            !er_lines_numbers(lines, 1, &balancer->slope[j]))
+            return false;
+        if (j > 0 && !(balancer->angle[j] > balancer->angle[j - 1]))
+            return er_lines_refuse(lines, "rising angles of a balancer");
+    }
+    robot->balancers++;
+    return true;
+}
+
 /* An element of hysteresis; its share is its torque until all of its gear are known. */
 static bool read_stop(er_robot *robot, er_lines *lines)
 {
@@ -124,20 +159,20 @@ static bool read_stop(er_robot *robot, er_lines *lines)
     return true;
 }
 
-/* Inertia; friction, its slip angle, viscous, Stribeck's part and rate; gains, feed-forward, limit. */
+/* Inertia; friction, its slip angle, viscous, Stribeck's part and rate; gains, feed-forward, limit; friction by load. */
 static bool read_motor(er_robot *robot, er_lines *lines)
 {
-    double v[11];
+    double v[12];
     if (!is_spring(robot) || (robot->motors > 0 && robot->motor[robot->motors - 1].joint == robot->joints - 1))
         return er_lines_refuse(lines, "at most one motor for each joint, behind its spring");
-    if (!er_lines_numbers(lines, 11, v))
+    if (!er_lines_numbers(lines, 12, v))
         return false;
     if (!(v[0] > 0.0 && v[2] > 0.0 && v[5] > 0.0))
         return er_lines_refuse(lines, "inertia, slip angle and Stribeck's rate above zero");
     robot->parameters.friction[robot->motors] = v[1];
     robot->motor[robot->motors++] =
         (er_motor){robot->joints - 1, robot->elastics - 1, v[0], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9],
-                   v[10] > 0.0 ? v[10] : INFINITY};
+                   v[10] > 0.0 ? v[10] : INFINITY, v[11]};
     return true;
 }
 
@@ -218,13 +253,17 @@ static bool read_line(er_robot *robot, er_lines *lines)
         return read_table(robot, lines);
     if (strcmp(lines->word, "stop") == 0)
         return read_stop(robot, lines);
+    if (strcmp(lines->word, "error") == 0)
+        return read_error(robot, lines);
+    if (strcmp(lines->word, "balancer") == 0)
+        return read_balancer(robot, lines);
     if (strcmp(lines->word, "motor") == 0)
         return read_motor(robot, lines);
     if (strcmp(lines->word, "tilt") == 0)
         return read_tilt(robot, lines);
     if (strcmp(lines->word, "body") == 0)
         return read_body(robot, lines);
-    return er_lines_refuse(lines, "joint, spring, table, stop, motor, tilt, body or end");
+    return er_lines_refuse(lines, "joint, error, spring, table, balancer, stop, motor, tilt, body or end");
 }
 
 static double length_of(const double v[3])

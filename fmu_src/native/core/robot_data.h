@@ -79,6 +79,8 @@ static inline double er_slack_at(const er_settings *settings, double time)
 #define ER_MAX_STOPS 6                    /* elements of a gear's hysteresis */
 #define ER_MAX_ELEMENTS ((ER_MAX_STOPS + 1) * ER_MAX_JOINTS) /* and one of each motor's friction */
 #define ER_MAX_COORDINATES (ER_MAX_ANGLES + ER_MAX_JOINTS)   /* entries of x, then motors */
+#define ER_MAX_ERRORS 8                   /* sines of a gear's kinematic error */
+#define ER_MAX_BALANCER_POINTS 256
 #define ER_MAX_GUID 64
 
 /* An axis along none of the coordinates. */
@@ -117,6 +119,20 @@ typedef struct {
     double angle;   /* elongation at which it slips [rad] */
 } er_element;
 
+/* A sine of a gear's kinematic error: amplitude sin(order q + phase), q that of the drive. */
+typedef struct {
+    double amplitude, order, phase; /* [rad, 1, rad] */
+} er_error_sine;
+
+/* A torque on the link of an entry of x, about the axis of its joint, over the joint's angle. */
+typedef struct {
+    int coordinate;
+    int points;
+    double angle[ER_MAX_BALANCER_POINTS];  /* rising [rad] */
+    double torque[ER_MAX_BALANCER_POINTS]; /* [N m] */
+    double slope[ER_MAX_BALANCER_POINTS];  /* [N m/rad] */
+} er_balancer;
+
 /* Motor and servo of a joint, seen at the gear's output. */
 typedef struct {
     int joint, coordinate;  /* that it drives, and the entry of x of its gear */
@@ -130,6 +146,7 @@ typedef struct {
     double integral_gain;   /* torque over angle, of the integrated rate [N m/rad] */
     double feed_forward;    /* part of the commanded rate that is fed forward */
     double torque_limit;    /* [N m]; infinite: none */
+    double load_friction;   /* friction over the gear's torque */
 } er_motor;
 
 /* The numbers that may change while the model runs; the first m entries of each array count. */
@@ -147,6 +164,8 @@ typedef struct {
     int joints;   /* n */
     int elastics; /* m, entries of x */
     int angles;   /* rotations of the chain */
+    int errors;   /* sines of all gears, in the order of their joints */
+    int balancers;
     er_rotation rotation[ER_MAX_ANGLES];
     int drive_angle[ER_MAX_JOINTS];   /* place of each drive among the rotations */
     int elastic_angle[ER_MAX_ANGLES]; /* place of each entry of x among the rotations */
@@ -162,6 +181,9 @@ typedef struct {
     er_motor motor[ER_MAX_JOINTS];
     er_parameters parameters;         /* start values */
     er_settings settings;
+    int first_error[ER_MAX_JOINTS + 1];   /* the first of each joint, and behind the last */
+    er_error_sine error[ER_MAX_ERRORS * ER_MAX_JOINTS];
+    er_balancer balancer[ER_MAX_JOINTS];
 } er_robot;
 
 /* Elements of gears and motors. */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "balancer.h"
 #include "linear.h"
 
 /* Columns are solved to this part of their stage accelerations. */
@@ -109,6 +110,27 @@ void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause fir
         memset(&s->motors[s->first], 0, (size_t)s->count * sizeof *s->motors);
 }
 
+/* What balancers, and errors of drives that follow their commands, need of the stages; w->x is of the chain. */
+static void prepare_gears(er_sensitivity *s, const er_run *r, const er_state *state, double h)
+{
+    const er_robot *robot = r->system->robot;
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    for (int l = 0; l < ER_STAGES; l++) {
+        for (int b = 0; b < robot->balancers; b++) {
+            int k = robot->balancer[b].coordinate;
+            double angle = r->work->stages.q[robot->elastic_joint[k]][l] + r->work->x[k][l];
+            s->balance[b][l] = er_balance_at(&robot->balancer[b], angle).slope;
+        }
+        if (robot->errors == 0)
+            continue;
+        er_drives_at(r->system->drives, state->time + h * er_gauss_node[l], q, qd, qdd);
+        for (int i = 0; i < robot->joints; i++)
+            s->transmission[i][l] = er_transmission_at(robot, i, q[i], qd[i], qdd[i]);
+        for (int d = 0; d < r->motors; d++)
+            s->transmission[robot->motor[d].joint][l].error = (er_gear_error){0.0, 0.0, 0.0, 0.0};
+    }
+}
+
 /* The motion at the stages of a solved step, and what the tangents need of it. */
 static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
 {
@@ -129,8 +151,10 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
+    if (system->robot->balancers > 0 || system->robot->errors > 0)
+        prepare_gears(s, r, state, step->length);
     if (r->motors > 0)
-        er_motors_wind_up(r, ER_STAGES);
+        er_motors_wind_up(r, &w->stages, ER_STAGES);
     memset(s->stuck, 0, sizeof s->stuck);
     er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
@@ -180,8 +204,8 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_ca
 
 /* Tangent of the stage residuals along a column of x and x' at the start of a step of length h, its stage
  * accelerations and its input [N m]. */
-static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int column, er_cause cause,
-                         const er_share share[], const er_lanes *acceleration, er_motor_column *motors,
+static void find_tangent(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+                         er_cause cause, const er_share share[], const er_lanes *acceleration, er_motor_column *motors,
                          er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
@@ -191,12 +215,20 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int
     kernel->direct(robot, h, r->motors > 0 ? motors->x : s->x[column], r->motors > 0 ? motors->v : s->v[column],
                    acceleration, s->slope, r->system->gears->damping, &direction, tangent);
     if (r->motors > 0)
-        er_motor_column_gears(s, r, h, motors, tangent);
+        er_motor_column_gears(s, r, state, h, column, motors, tangent);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
-        direction.angle[i][l] += share[l].q;
-        direction.rate[i][l] += share[l].qd;
-        direction.acceleration[i][l] += share[l].qdd;
+        double q = share[l].q, qd = share[l].qd, qdd = share[l].qdd;
+        if (robot->errors > 0)
+            er_transmit_along(&s->transmission[share[0].joint][l], &q, &qd, &qdd);
+        direction.angle[i][l] += q;
+        direction.rate[i][l] += qd;
+        direction.acceleration[i][l] += qdd;
+    }
+    for (int b = 0; b < robot->balancers; b++) {
+        int k = robot->balancer[b].coordinate;
+        for (int l = 0; l < ER_STAGES; l++)
+            tangent[k][l] -= s->balance[b][l] * direction.angle[robot->elastic_angle[k]][l];
     }
     kernel->tangent(robot, &s->links, &direction,
                     cause == ER_BY_WRENCH ? share[0].load.wrench : NULL,
@@ -320,7 +352,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
             memset(tangent, 0, (size_t)r->m * sizeof *tangent);
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
-            find_tangent(s, r, h, column, cause, share, (const er_lanes *)acceleration, motors, tangent);
+            find_tangent(s, r, state, h, column, cause, share, (const er_lanes *)acceleration, motors, tangent);
             add_to(r->m, tangent, has_own, (const er_lanes *)own);
             add_to(r->m, tangent, has_weight, (const er_lanes *)weight);
         }
@@ -378,7 +410,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
         kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column],
                        s->v[column]);
         if (r->motors > 0)
-            er_motor_column_end(s, r, state, step->length, column, &motors);
+            er_motor_column_end(s, r, state, step, column, &motors);
         er_stops_follow(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
     }
     s->still = false;

@@ -8,6 +8,7 @@
 #define ER_SENSITIVITY_H
 
 #include "step.h"
+#include "transmission.h"
 
 /* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
  * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
@@ -71,6 +72,8 @@ typedef struct er_sensitivity {
     double response; /* of the accelerations to torques of 1 N m [rad/s^2]; 0: not asked for yet */
     ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of curve and elements at the stages [N m/rad] */
     double stuck[ER_MAX_ANGLES];              /* of the elements alone */
+    double balance[ER_MAX_JOINTS][ER_STAGES]; /* slopes of the balancers at the stages [N m/rad] */
+    er_transmission transmission[ER_MAX_JOINTS][ER_STAGES]; /* of drives that follow their commands */
 } er_sensitivity;
 
 /* Of a column in a step: where y and p start, p at the stages, the gears' torques [N m] without loads. */
@@ -110,15 +113,15 @@ void er_motor_column_begin(const er_sensitivity *sensitivity, const er_run *r, c
                            er_motor_column *own);
 
 /* Takes the motors off what a column's gears carry, and keeps that. */
-void er_motor_column_gears(const er_sensitivity *sensitivity, const er_run *r, double h, er_motor_column *own,
-                           er_lanes *load);
+void er_motor_column_gears(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h,
+                           int column, er_motor_column *own, er_lanes *load);
 
 /* Residuals of the motors along a column, into w->motors.residual; `gear` is what it changes in the gears beside. */
 void er_motor_column_residual(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h,
                               int column, const er_motor_column *own, const er_lanes *gear);
 
 /* Takes a column's motors to the step's end, and x and x' of the chain to wind-ups. */
-void er_motor_column_end(er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h, int column,
-                         const er_motor_column *own);
+void er_motor_column_end(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
+                         int column, const er_motor_column *own);
 
 #endif

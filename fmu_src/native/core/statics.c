@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "balancer.h"
 #include "contact_motion.h"
 #include "linear.h"
 
@@ -35,6 +36,7 @@ static void place_at(search *s, const double *x)
     er_angles(s->robot, s->q, x, theta);
     er_place_bodies(s->robot, theta, &s->placement);
     er_static_torque(s->robot, &s->placement, s->gravity, s->wrench, s->torque);
+    er_balance_torque(s->robot, s->q, x, s->torque);
 }
 
 /* Half width of the backlash, minus infinity for coordinates without. */
@@ -88,6 +90,7 @@ static bool factorise(search *s)
 {
     int m = s->m;
     er_static_torque_gradient(s->robot, &s->placement, s->gravity, s->wrench, s->softening);
+    er_balance_gradient(s->robot, s->q, s->x, s->softening);
     for (int i = 0; i < m; i++) {
         for (int j = 0; j < m; j++)
             s->factors[i * m + j] = s->neutral[i] ? 0.0 : -s->softening[i * m + j];
@@ -286,6 +289,7 @@ bool er_compliance(const er_robot *robot, const er_gears *gears, const er_stops 
     er_place_bodies(robot, theta, &placement);
     er_load_wrench(load, placement.tool_position, wrench);
     er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
+    er_balance_gradient(robot, q, x, stiffness);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
     er_stops_stiffness(robot, gears->slip_torque, stops, stuck);

@@ -195,7 +195,10 @@ void er_motors_stages(const er_run *r, const er_state *state, const er_step *ste
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
 
 /* Turns w->x and w->v, of the chain, into wind-ups, and keeps w->residual as what acts on gears beside their torque. */
-void er_motors_wind_up(const er_run *r, int states);
+void er_motors_wind_up(const er_run *r, const er_nodes *nodes, int states);
+
+/* Torque by which a gear holds its link at a wind-up and its rate in a step from a state [N m]. */
+double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v);
 
 /* Residuals of the motors from w->residual, where the gears' torques are now, and p''. */
 void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,

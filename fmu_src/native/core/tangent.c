@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "balancer.h"
 #include "statics.h"
 #include "contact_motion.h"
 #include "linear.h"
@@ -134,6 +135,26 @@ static void wrench_along(const er_model *model, const er_change *change, const e
         wrench_change[c] += pull[c];
 }
 
+/* Adds what balancers lose of their torque along a change to what a posture takes off gears, times -1, or to what it
+ * takes off their stiffness. */
+static void balance_along(const er_model *model, const er_change *change, bool stiffness, double *sum)
+{
+    const er_robot *robot = &model->robot;
+    double theta[MOST], along[MOST];
+    if (robot->balancers == 0)
+        return;
+    er_model_angles(model, false, theta);
+    er_angles_along(model, change, false, along);
+    for (int b = 0; b < robot->balancers; b++) {
+        int k = robot->balancer[b].coordinate, i = robot->elastic_angle[k];
+        er_balance at = er_balance_at(&robot->balancer[b], theta[i]);
+        if (stiffness)
+            sum[k * robot->elastics + k] += at.bend * along[i];
+        else
+            sum[k] += at.slope * along[i];
+    }
+}
+
 bool er_equilibrium_along(const er_model *model, const er_change *acting, double *x)
 {
     const er_robot *robot = &model->robot;
@@ -144,7 +165,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters, {0.0}, {{0.0}, {0.0}, {0.0}}};
     double stuck[MOST] = {0.0};
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
-    double of_gravity[MOST], wrench[6], wrench_change[6];
+    double of_gravity[MOST], wrench[6], wrench_change[6], driven[ER_MAX_JOINTS];
     int m = robot->elastics, pivot[MOST];
     er_moved p;
     er_move_along(model, &change, false, true, &p);
@@ -153,6 +174,9 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
                            x);
     er_static_torque(robot, &p.at, change.parameters.gravity, no_wrench, of_gravity);
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
+    balance_along(model, &change, false, x);
+    er_model_driven(model, driven);
+    er_balance_gradient(robot, driven, memory->state.x, stiffness);
     er_load_support(&memory->held.load, p.at.tool_position, yielding);
     er_add_support(robot, &p.at, yielding, support);
     er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
@@ -213,7 +237,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
     double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC], stuck[MOST] = {0.0};
-    double of_hysteresis[MOST] = {0.0};
+    double of_hysteresis[MOST] = {0.0}, driven[ER_MAX_JOINTS];
     static const double no_wrench[6] = {0.0};
     er_moved p;
     memset(compliance, 0, 6 * sizeof *compliance);
@@ -224,6 +248,9 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
     er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
     er_static_torque_gradient(robot, &p.at, change->parameters.gravity, no_wrench, of_gravity);
+    er_model_driven(model, driven);
+    er_balance_gradient(robot, driven, memory->state.x, stiffness);
+    balance_along(model, change, true, softening);
     take_off_support(model, change, &p, softening);
     for (int i = 0; i < m * m; i++) {
         stiffness[i] = -stiffness[i];

@@ -41,6 +41,7 @@ typedef struct er_change {
  * the commands. */
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta);
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate);
+void er_accelerations_along(const er_model *model, const er_change *change, double *acceleration);
 
 /* Change of the motors' initial state. */
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);

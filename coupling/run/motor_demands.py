@@ -1,0 +1,142 @@
+"""What a path would ask of the motors of a robot, cold and warm, without a run.
+
+The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the motor turning as
+its link does with the tool on its path, the tilts at rest under their loads.  What a motor does in
+addition where its gear passes the backlash is not in it: a run tells that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.case.file import Case
+from coupling.errors import CouplingError, PlanningError, SimulationError
+from coupling.inverse.diagnosis import GearLoads, loads_along, stiff_links
+from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.servo import MotorMotion, motor_torque
+from coupling.inverse.spline import UniformSpline
+from coupling.path.histories import WrenchHistory
+from coupling.robot.robot import LimitWarning
+from coupling.run.gear_loads import wanted_of
+from elastic_robot.description import Drive
+from elastic_robot.fmi.interface import IDEAL
+
+# Factors of the friction of a warm and of a cold robot, as runs vary it.
+WARM, COLD = 0.7, 1.3
+
+
+@dataclass(frozen=True)
+class MotorDemand:
+    """What a path asks of one motor, seen at its gear's output.
+
+    Attributes:
+        joint: Number, from 1.
+        limit: Largest torque that it has [N m], or None.
+        torque: Largest torque that it needs, to either side, by factor of its friction [N m].
+        time: Instant of it, likewise [s].
+    """
+
+    joint: int
+    limit: float | None
+    torque: dict[float, float]
+    time: dict[float, float]
+
+    @property
+    def warnings(self) -> tuple[LimitWarning, ...]:
+        """Warning of a limit that is passed, or that another friction passes; none where none is."""
+        beyond = {} if self.limit is None else {1.0: "", WARM: "-warm", COLD: "-cold"}
+        for factor, ending in beyond.items():
+            if self.limit is not None and self.torque[factor] > self.limit:
+                at = self.time[factor], self.joint
+                own = LimitWarning(f"motor-torque{ending}", self.torque[factor], self.limit, *at)
+                return (own,)
+        return ()
+
+    @property
+    def beyond(self) -> str:
+        """Whether its limit is passed, in words."""
+        words = {"motor-torque": "yes", "motor-torque-warm": "warm", "motor-torque-cold": "cold"}
+        return "".join(words[warning.name] for warning in self.warnings) or "-"
+
+
+def motor_demands(
+    moving: MovingRobot, links: UniformSpline, loads: GearLoads
+) -> tuple[MotorDemand, ...]:
+    """Return what a path asks of the motors of a robot.
+
+    Args:
+        moving: The robot.
+        links: Motion of its links.
+        loads: Torques of its gears along it.
+    """
+    motion = [links.at(loads.time, order) for order in range(3)]
+    found = []
+    for gear, joint in enumerate(moving.model.gear_joint.tolist()):
+        drive, column = moving.robot.joints[joint].drive, int(moving.model.gears[gear])
+        if drive is None:
+            continue
+        carried = -loads.carried[:, gear]
+        angle, rate, acceleration = (values[:, column] for values in motion)
+        own = MotorMotion(loads.time, angle, rate, acceleration, carried, float(carried[0]))
+        needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
+        found.append(
+            MotorDemand(
+                joint + 1,
+                drive.torque_limit,
+                {f: float(torque.max()) for f, torque in needed.items()},
+                {f: float(loads.time[torque.argmax()]) for f, torque in needed.items()},
+            )
+        )
+    return tuple(found)
+
+
+def rubbed(drive: Drive, factor: float) -> Drive:
+    """Return a drive with all of its friction, at rest and viscous, times a factor.
+
+    Example:
+        >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)
+        >>> rubbed(drive, 1.5).friction, rubbed(drive, 1.5).viscous
+        (15.0, 6.0)
+    """
+    return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)
+
+
+@contextmanager
+def explained_by_motors(case: Case) -> Iterator[None]:
+    """Let robots that cannot be simulated as their motors do not hold them be an error that says so.
+
+    A robot whose motor has less torque than its weight needs falls, and nothing can be computed of it.
+
+    Args:
+        case: Its robots, simulated.
+
+    Raises:
+        PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
+    """
+    try:
+        yield
+    except SimulationError as error:
+        raise _too_weak(case, error) from error
+
+
+def _too_weak(case: Case, error: SimulationError) -> CouplingError:
+    """Return that motors are too weak for a path without any process, or the error where none is."""
+    none = WrenchHistory.none(case.desired.time, len(case.robots))
+    for placed, wanted in zip(case.robots, wanted_of(case.robots, case.desired, none), strict=True):
+        if placed.drive == IDEAL:
+            continue
+        moving = MovingRobot(placed.description, placed.torque_curve)
+        task = moving.task(wanted)
+        links = stiff_links(moving, task)
+        for demand in motor_demands(moving, links, loads_along(moving, links, task.wrench)):
+            for warning in demand.warnings:
+                if warning.name == "motor-torque":
+                    named = replace(warning, robot=placed.name if len(case.robots) > 1 else "")
+                    return PlanningError(
+                        f"{named}, without any process: slow down the path, or expect the robot to fall"
+                    )
+    return error

@@ -1,0 +1,196 @@
+"""Kinematic errors, load friction and balancers in the native FMU, against SciPy and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driven_robot import DrivenRobot
+from native_fmu import NativeFmu
+from native_motors import built, one_joint, start_of
+from random_robots import driven, make_robot
+
+from elastic_robot.description import Drive, Joint, KinematicError, Robot
+
+FORCES = ("force.x", "force.y", "force.z")
+DEGREE = np.pi / 180.0
+
+
+def geared(robot: Robot, rng: np.random.Generator, load_friction: bool = True) -> Robot:
+    """The robot with errors in all gears, balancers and, if wanted, friction with the load."""
+
+    def joint(own: Joint) -> Joint:
+        errors = (
+            KinematicError(
+                rng.uniform(2e-5, 1e-4), rng.uniform(50.0, 200.0), rng.uniform(0.0, 6.0)
+            ),
+            KinematicError(rng.uniform(1e-4, 3e-4), 1.0, 1.0),
+        )
+        own = replace(own, kinematic_error=errors)
+        if own.drive is None:
+            return own
+        points = tuple((a, rng.uniform(-500.0, 500.0)) for a in np.linspace(-1.0, 1.0, 9))
+        share = rng.uniform(0.02, 0.2) if load_friction else 0.0
+        return replace(own, balancer=points, drive=replace(own.drive, load_friction=share))
+
+    return replace(robot, joints=tuple(map(joint, robot.joints)))
+
+
+def command(fmu: NativeFmu, slave, q: np.ndarray, rate: np.ndarray) -> None:
+    fmu.set(slave, {f"q_cmd[{i + 1}]": value for i, value in enumerate(q)})
+    fmu.set(slave, {f"qd_cmd[{i + 1}]": value for i, value in enumerate(rate)})
+
+
+@pytest.mark.parametrize(("load_friction", "most"), [(False, 5e-10), (True, 1e-8)])
+@pytest.mark.parametrize("drive", ["servo", "torque"])
+@pytest.mark.parametrize(("seed", "joints"), [(3, 2), (8, 4)])
+def test_gears_and_motors_move_as_scipy_has_them(
+    tmp_path, seed, joints, drive, load_friction, most
+):
+    """Turning motors under force steps.  Friction with the load bends where the torque changes its sign,
+    which ends no step: to ten times the tolerance of 1e-9 m at a metre."""
+    rng = np.random.default_rng(seed)
+    robot = geared(driven(make_robot(seed, joints), rng), rng, load_friction)
+    fmu = built(robot, tmp_path)
+    start, rate = rng.uniform(-0.5, 0.5, joints), rng.uniform(-1.0, 1.0, joints)
+    rate *= drive == "servo"
+    slave = fmu.start(fmu.slave(), start, 1e-9, drive=drive, torque_curve="linear")
+    own = DrivenRobot(
+        robot,
+        lambda time: (start + rate * time, rate, 0.0 * rate),
+        lambda _: np.zeros(6),
+        drive == "servo",
+    )
+    state, time, step = start_of(fmu, slave, own, start), 0.0, 4e-3
+    x_names = [f"deflection[{k + 1}]" for k in range(len(own.stiffness))]
+    angles = [f"motor_angle[{i + 1}]" for i in own.driven]
+    began = np.array(fmu.get(slave, *angles))
+    for _ in range(10):
+        force, torque = rng.normal(size=3) * 400.0, rng.normal(size=len(own.driven)) * 100.0
+        fmu.set(slave, dict(zip(FORCES, force, strict=True)))
+        if drive == "servo":
+            command(fmu, slave, start + rate * time, rate)
+        else:
+            names = (f"torque_cmd[{i + 1}]" for i in own.driven)
+            fmu.set(slave, dict(zip(names, torque, strict=True)))
+        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
+        own.torque = lambda _, torque=torque: torque
+        slave.doStep(time, step)
+        state = own.run(state, np.array([time, time + step]), 1e-4, 1e-10)[-1]
+        time += step
+        x, _, angle, *_ = own.split(state)
+        np.testing.assert_allclose(fmu.get(slave, *x_names), x, rtol=0, atol=most)
+        np.testing.assert_allclose(fmu.get(slave, *angles), angle, rtol=0, atol=most)
+    turned = np.abs(angle - began).max() * 200.0  # of the errors with many periods
+    assert turned > (0.3 if drive == "servo" else 0.02)
+
+
+@pytest.mark.parametrize("mode", ["dynamic", "quasistatic"])
+def test_ideal_drives_turn_their_links_by_the_errors_of_their_gears(tmp_path, mode):
+    """Without loads a stiff arm is at q + eps(q); the rigid one, and what motors tell, at q."""
+    errors = (KinematicError(2e-3, 3.0, 0.4), KinematicError(1e-3, 7.0))
+    own = one_joint(Drive(10.0, position_gain=20.0, rate_gain=2e3), stiffness=1e12)
+    robot = replace(own, joints=(replace(own.joints[0], kinematic_error=errors, damping=1e7),))
+    fmu = built(robot, tmp_path)
+    slave = fmu.start(fmu.slave(), [0.3], mode=mode)
+    rate, step = 1.0, 1e-2
+    for k in range(50):
+        command(fmu, slave, np.array([0.3 + rate * k * step]), np.array([rate]))
+        slave.doStep(k * step, step)
+        q = 0.3 + rate * (k + 1) * step
+        turned = q + 2e-3 * np.sin(3.0 * q + 0.4) + 1e-3 * np.sin(7.0 * q)
+        x, z, rigid_x, rigid_z = fmu.get(slave, "tcp.x", "tcp.z", "rigid.x", "rigid.z")
+        assert np.arctan2(-z, x) == pytest.approx(turned, abs=1e-8)
+        assert np.arctan2(-rigid_z, rigid_x) == pytest.approx(q, abs=1e-12)
+        assert fmu.get(slave, "motor_angle[1]")[0] == pytest.approx(q, abs=1e-12)
+
+
+def test_a_balancer_against_the_weight_leaves_its_gear_without_torque(tmp_path):
+    """Of an arm with m g l cos(q); a cubic through points every 2 degrees is that to 1e-6 of it."""
+    angles = np.arange(-80.0, 82.0, 2.0) * DEGREE
+    weight = 10.0 * 9.81 * 0.5
+    table = tuple(zip(angles, -weight * np.cos(angles), strict=True))
+    bare = one_joint(Drive(10.0, position_gain=20.0, rate_gain=2e3), gravity=9.81)
+    arm = replace(bare, joints=(replace(bare.joints[0], balancer=table),))
+    torques = {}
+    for name, robot in (("bare", bare), ("balanced", arm)):
+        folder = tmp_path / name
+        folder.mkdir()
+        fmu = built(robot, folder)
+        torques[name] = []
+        for q in np.array([-60.0, -31.0, 0.5, 44.0]) * DEGREE:
+            slave = fmu.start(fmu.slave(), [q])
+            torques[name].append(fmu.get(slave, "gear_torque[1]")[0])
+    assert np.abs(torques["bare"]).max() > 0.9 * weight
+    np.testing.assert_allclose(torques["balanced"], 0.0, atol=1e-6 * weight)
+
+
+def test_friction_with_the_load_is_what_a_motor_needs_beside_it(tmp_path):
+    """At a constant rate a motor that lifts has tau = T (1 + mu), one that lowers T (1 - mu)."""
+    drive = Drive(10.0, 20.0, 2e3, 1e5, friction=1e-9, slip_angle=1e-5, load_friction=0.1)
+    fmu = built(one_joint(drive, gravity=9.81), tmp_path)
+    for kind in ("ideal", "servo"):
+        for sign in (1.0, -1.0):
+            slave = fmu.start(fmu.slave(), [-0.1 * sign], 1e-9, drive=kind)
+            rate, step = sign * 0.05, 4e-3
+            for k in range(500):
+                q = -0.1 * sign + rate * k * step
+                command(fmu, slave, np.array([q]), np.array([rate]))
+                slave.doStep(k * step, step)
+            torque, motor = fmu.get(slave, "gear_torque[1]", "motor_torque[1]")
+            # q turns about y: downwards for positive angles, where the gear holds against the weight.
+            assert motor == pytest.approx(torque + 0.1 * abs(torque) * sign, rel=1e-4)
+            assert abs(torque) > 40.0
+
+
+@pytest.mark.parametrize("drive", ["ideal", "servo", "torque"])
+def test_derivatives_are_those_of_geared_robots(tmp_path, drive):
+    """By loads and commands, against central differences that are halved once and extrapolated.
+
+    Torques without a servo let those of the gears change their sign in steps that differ then."""
+    rng = np.random.default_rng(9)
+    robot = geared(driven(make_robot(9, 3), rng), rng, load_friction=drive != "torque")
+    fmu = built(robot, tmp_path)
+    start, rate = rng.uniform(-0.5, 0.5, 3), rng.uniform(-1.0, 1.0, 3)
+    slave = fmu.start(fmu.slave(), start, 1e-10, drive=drive, torque_curve="linear")
+    moved = [i + 1 for i, joint in enumerate(robot.joints) if joint.drive is not None]
+    if drive == "torque":
+        commands = {f"torque_cmd[{i}]": 1e-1 for i in moved}
+    else:
+        commands = {f"{kind}[{i}]": w for kind, w in WIDTHS.items() for i in (1, 2, 3)}
+    variables = fmu.description.modelVariables
+    outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+    groups = {name.split("[")[0].split(".")[0] for name in outputs}
+    apart = []
+    for k in range(8):
+        time = k * 4e-3
+        fmu.set(slave, {"force.z": 300.0 * np.sin(40.0 * time), "moment.x": 20.0})
+        if drive == "torque":
+            fmu.set(slave, {name: 60.0 * np.sin(25.0 * time) for name in commands})
+        else:
+            command(fmu, slave, start + rate * time, rate)
+        before = slave.getFMUstate()
+        slave.doStep(time, 4e-3)
+        after = slave.getFMUstate()
+        for name, width in {"force.z": 1e-1, "moment.x": 1e-1, **commands}.items():
+            found = np.array(slave.getDirectionalDerivative(fmu.of(outputs), fmu.of([name]), [1.0]))
+            ends = {}
+            for part in (1.0, -1.0, 0.5, -0.5):
+                slave.setFMUstate(before)
+                fmu.set(slave, {name: fmu.get(slave, name)[0] + part * width})
+                slave.doStep(time, 4e-3)
+                ends[part] = np.array(fmu.get(slave, *outputs))
+            slave.setFMUstate(after)
+            coarse = (ends[1.0] - ends[-1.0]) / (2.0 * width)
+            expected = (4.0 * (ends[0.5] - ends[-0.5]) / width - coarse) / 3.0
+            for group in groups:
+                rows = [j for j, own in enumerate(outputs) if own.startswith(group)]
+                scale = np.abs(expected[rows]).max() + 1e-9 / width
+                apart.append(np.abs(found[rows] - expected[rows]).max() / scale)
+    # What is left are the differences: steps of other lengths, torques about zero.
+    assert np.median(apart) < 1e-6
+    assert np.quantile(apart, 0.95) < 1e-4
+
+
+WIDTHS = {"q_cmd": 1e-6, "qd_cmd": 1e-4, "qdd_cmd": 1e-2}
