@@ -48,7 +48,15 @@ def with_drives(robot: Robot, other: Callable[[Drive], Drive]) -> Robot:
 @cache
 def left(path: str) -> dict[str, Deviation]:
     """Return what commands of the KR 300 leave along a path of the examples."""
-    case = example(path, robot={"description": "kuka_kr300"})
+    return left_in(example(path, robot={"description": "kuka_kr300"}))
+
+
+def left_in(case: Case) -> dict[str, Deviation]:
+    """Return what commands leave in a case of a robot with servos, by what was done.
+
+    Raises:
+        RuntimeError: If a correction or a coupling does not converge.
+    """
     rows: dict[str, Deviation] = {}
     with Models("native") as models:
         found = _corrected(case, models, "ideal")

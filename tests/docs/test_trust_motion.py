@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from line_case import line_case
 from scipy.linalg import eigh
 
 from docs.scripts import trust_breakthrough as breakthrough
+from docs.scripts import trust_drives as drives
 from docs.scripts import trust_recordings as recordings
 
 # Modified Denavit-Hartenberg parameters of the FANUC R-2000iC, its tool in the flange; stiffness of the
@@ -99,3 +101,18 @@ def test_a_recorded_motion_needs_the_torque_that_was_measured(name):
     found = recordings.torques(name)
     np.testing.assert_allclose(found.slope, 1.0, atol=0.15)
     assert np.all(found.error < 0.36 * found.size)
+
+
+def test_what_is_known_of_the_drives_is_corrected_and_what_is_not_stays(tmp_path):
+    """A servo without integral holds friction by (friction / rate gain) / position gain of its angle."""
+    case = line_case(tmp_path, "native", ('"icme2008"', '"kuka_kr300"'))
+    left = {name: deviation.maximum for name, deviation in drives.left_in(case).items()}
+    assert left["ideal drives, corrected"] < 1e-6
+    assert left["servos, corrected for them"] < 1e-6
+    robot = case.robots[0].description
+    held = [d.friction / (d.rate_gain * d.position_gain) for j in robot.joints if (d := j.drive)]
+    reach = 2.0  # [m], of joints 1 and 2 to the tool
+    assert 0.5 * held[2] < left["that command on the servos"] < 2.0 * sum(held[:3]) * reach
+    for sign in ("more", "less"):
+        other = left[f"that command, friction 20 % {sign}"]
+        assert 1e-5 < other < left["that command on the servos"]

@@ -6,8 +6,11 @@ project.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from coupling.files.controller_axes import controller_axes
@@ -87,6 +90,16 @@ def mass_and_weight(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return mass_matrix, weight
 
 
+def counterbalance(angle: np.ndarray) -> np.ndarray:
+    """Torque that the source's hydraulic counterbalance asks of axis 2 [N m], A2 [rad], any shape."""
+    far, near = 0.8, 0.2  # [m], where it holds, from the axis; shortest at A2 = -95 deg
+    beyond = angle + np.deg2rad(95.0)
+    length = np.sqrt(far**2 + near**2 - 2.0 * far * near * np.cos(beyond))
+    area = np.pi / 4.0 * (0.055**2 - 0.03**2)
+    pressure = 1.01 * 296.8 * 328.0 * 0.159 / (0.96e-3 - (length - (far - near)) * area)
+    return np.sin(beyond) * far * near / length * pressure * area
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_file_is_the_denavit_hartenberg_model_of_its_source(seed):
     """Tool, mass matrix and weight at random angles in KUKA's count."""
@@ -100,9 +113,19 @@ def test_the_file_is_the_denavit_hartenberg_model_of_its_source(seed):
     turned = (Rotation.from_quat(tool[3:]) * axes.last_from_flange).as_matrix()
     np.testing.assert_allclose(tool[:3], flange[:3, 3], rtol=0, atol=1e-14)
     np.testing.assert_allclose(turned, flange[:3, :3], rtol=0, atol=1e-14)
-    dynamics = Dynamics(build_chain(ROBOT), np.array(ROBOT.gravity))
+    bare = [replace(joint, balancer=None) for joint in ROBOT.joints]
+    dynamics = Dynamics(build_chain(replace(ROBOT, joints=tuple(bare))), np.array(ROBOT.gravity))
     theta = dynamics.chain.theta(q)
     mass, weight = mass_and_weight(angles)
     np.testing.assert_allclose(dynamics.mass_matrix(theta), mass, rtol=0, atol=1e-12 * mass.max())
     held = -dynamics.static_torque(theta, ToolLoad())
     np.testing.assert_allclose(held, weight, rtol=0, atol=1e-12 * abs(weight).max())
+
+
+def test_the_balancer_is_the_counterbalance_of_the_source():
+    """On the whole range of A2; its sign is that of what it takes off the gear."""
+    points = np.array(ROBOT.joints[1].balancer)
+    between = CubicSpline(*points.T, bc_type="natural")
+    q = np.linspace(*ROBOT.joints[1].limits, 500)
+    asked = counterbalance(q - np.pi / 2)
+    np.testing.assert_allclose(between(q), -asked, rtol=0, atol=1e-4 * abs(asked).max())

@@ -142,8 +142,9 @@ def test_every_number_of_every_shipped_robot_has_a_source(command):
 
 
 def rotational_trace(robot: Robot, q: np.ndarray) -> float:
-    """Trace of the unloaded, weightless robot's rotational compliance [rad/(N m)]."""
-    chain = build_chain(robot)
+    """Trace of the unloaded, weightless, unbalanced robot's rotational compliance [rad/(N m)]."""
+    bare = [replace(joint, balancer=None) for joint in robot.joints]
+    chain = build_chain(replace(robot, joints=tuple(bare)))
     dynamics = Dynamics(chain, np.zeros(3))
     curve = LinearCurve.build(Parameters.of(robot))
     x = np.zeros(chain.elastic_count)
