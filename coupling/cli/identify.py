@@ -56,6 +56,12 @@ def identify(
         list[Path] | None,
         typer.Option(help="Recording to predict; may be repeated.", rich_help_panel=_MOTION),
     ] = None,
+    leave_out: Annotated[
+        bool,
+        typer.Option(
+            "--leave-out", help="Leave out every term in turn.", rich_help_panel=_MOTION
+        ),
+    ] = False,
     bandwidth: Annotated[
         float,
         typer.Option(
@@ -98,7 +104,7 @@ def identify(
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_recording(files[0]):
-        identified_from_motion(files, robot, hold_out or (), bandwidth)
+        identified_from_motion(files, robot, hold_out or (), bandwidth, leave_out)
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")

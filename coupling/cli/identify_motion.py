@@ -9,7 +9,7 @@ from coupling.cli.console import console
 
 
 def identified_from_motion(
-    files: Sequence[Path], robot: str, hold_out: Sequence[Path], bandwidth: float
+    files: Sequence[Path], robot: str, hold_out: Sequence[Path], bandwidth: float, leave_out: bool
 ) -> None:
     """Identify a robot from recordings of its motion.
 
@@ -18,6 +18,7 @@ def identified_from_motion(
         robot: Robot file, or a shipped robot's name.
         hold_out: Recordings to predict.
         bandwidth: Of the motors' smoothed motion [Hz].
+        leave_out: Whether each term is left out in turn.
     """
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.motion.identification import identify_motion
@@ -30,5 +31,5 @@ def identified_from_motion(
     count = len(described.joints)
     recordings = [read_recording(file, count) for file in files]
     held_out = [read_recording(file, count) for file in hold_out]
-    found = identify_motion(described, recordings, held_out, bandwidth)
+    found = identify_motion(described, recordings, held_out, bandwidth, leave_out)
     tell(console, motion_summary(found))

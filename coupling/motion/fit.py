@@ -98,12 +98,16 @@ def told(fit: MotionFit) -> np.ndarray:
         worst = int(np.argmax(width))
         if width[worst] <= 1.0:
             break
-        chosen[np.flatnonzero(chosen)[worst]] = False
+        lost = fit.problem.parameters[np.flatnonzero(chosen)[worst]]
+        for k, p in enumerate(fit.problem.parameters):
+            # A sine without its cosine is no eccentricity.
+            with_it = isinstance(lost, SensorParameter) and p.term == lost.term
+            chosen[k] &= p is not lost and not with_it
     return chosen
 
 
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     """Return half of the widest interval that tells a parameter, (P,)."""
-    signed = [isinstance(p, SensorParameter) or p.signed for p in problem.parameters]
+    signed = [p.signed for p in problem.parameters]
     allowed: np.ndarray = np.where(signed, 1.0, np.clip(x, 1e-9, 1.0))
     return allowed

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastic_robot.description import Robot
-
-Place = tuple[str | int, ...]
+from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
 
 
 @dataclass(frozen=True)
@@ -21,30 +18,27 @@ class MotionParameter:
         name: Place in the robot file, `joint[2].stiffness`.
         term: Term of the equations of motion, of which others may be numbers too.
         joint: Index of its joint; that of the last one for the payload.
-        path: Where it stands in the description.
         size: What it usually is, in its unit: an interval wider than this tells nothing.
         unit: Its unit.
+        start: Its value in the start, in its unit.
+        put: Function that returns a robot with another value.
+        none: Its value where its term is left out; the start's where a robot needs one.
         signed: Whether it may be negative.
         inverse: Whether the fit counts by its inverse, of which the motion is nearly linear.
-        moves: Whether the motion of the links follows it, not the motors' torque alone.
+        moves: Whether the links' motion follows it, not the motors' torque alone.
     """
 
     name: str
     term: str
     joint: int
-    path: Place
     size: float
     unit: str
+    start: float
+    put: Callable[[Robot, float], Robot] = field(repr=False)
+    none: float = 0.0
     signed: bool = False
     inverse: bool = False
     moves: bool = True
-
-    def value(self, robot: Robot) -> float:
-        """Return its value in a robot, in its unit."""
-        own: Any = robot
-        for key in self.path:
-            own = own[key] if isinstance(key, int) else getattr(own, key)
-        return float(own)
 
     def inward(self, value: float) -> float:
         """Return what the fit counts by: parts of its usual size."""
@@ -57,20 +51,10 @@ class MotionParameter:
         return counted * self.size
 
 
-def replaced(own: Any, path: Place, value: float) -> Any:
-    """Return a description with another number at a place."""
-    key, *rest = path
-    if isinstance(key, int):
-        new = value if not rest else replaced(own[key], tuple(rest), value)
-        return (*own[:key], new, *own[key + 1 :])
-    inside = getattr(own, key)
-    return replace(own, **{key: value if not rest else replaced(inside, tuple(rest), value)})
-
-
 def with_numbers(robot: Robot, values: Iterable[tuple[MotionParameter, float]]) -> Robot:
     """Return the robot with other numbers, each in its unit."""
     for parameter, value in values:
-        robot = replaced(robot, parameter.path, value)
+        robot = parameter.put(robot, value)
     return robot
 
 
@@ -81,75 +65,160 @@ def motion_parameters(robot: Robot, with_link: Iterable[int]) -> tuple[MotionPar
         robot: The robot.
         with_link: Indices of joints whose link's angle is measured.
     """
-    found: list[MotionParameter] = []
-    measured = set(with_link)
-    last = len(robot.joints) - 1
+    measured, found = set(with_link), []
     for i, joint in enumerate(robot.joints):
-        name, path = f"joint[{i + 1}]", ("joints", i)
         if i in measured:
-            assert joint.stiffness is not None
-            found.append(
-                MotionParameter(
-                    f"{name}.stiffness",
-                    f"stiffness {i + 1}",
-                    i,
-                    (*path, "stiffness"),
-                    joint.stiffness,
-                    "N m/rad",
-                    inverse=True,
-                )
-            )
-            for k, element in enumerate(joint.hysteresis):
-                found.append(
-                    MotionParameter(
-                        f"{name}.hysteresis[{k + 1}]",
-                        f"hysteresis {i + 1}",
-                        i,
-                        (*path, "hysteresis", k, "slip_torque"),
-                        element.slip_torque,
-                        "N m",
-                    )
-                )
+            found += _of_gear(i, joint)
+        if joint.balancer is not None:
+            found.append(_of_balancer(i, joint))
         if joint.drive is not None:
-            drive = (*path, "drive")
-            dry = max(joint.drive.friction, 1.0)
-            found.append(
-                MotionParameter(
-                    f"{name}.drive.friction.coulomb_Nm",
-                    f"friction {i + 1}",
-                    i,
-                    (*drive, "friction"),
-                    dry,
-                    "N m",
-                    moves=False,
-                )
-            )
-            found.append(
-                MotionParameter(
-                    f"{name}.drive.friction.viscous_Nm_s",
-                    f"viscous friction {i + 1}",
-                    i,
-                    (*drive, "viscous"),
-                    max(joint.drive.viscous, 1.0),
-                    "N m s/rad",
-                    moves=False,
-                )
-            )
+            found += _of_friction(i, joint.drive)
     if robot.payload is not None and robot.payload.mass > 0.0:
-        mass = robot.payload.mass
-        found.append(
-            MotionParameter("payload.mass", "payload", last, ("payload", "mass"), mass, "kg")
-        )
-        for k, axis in enumerate("xyz"):
-            found.append(
-                MotionParameter(
-                    f"payload.com.{axis}",
-                    "payload",
-                    last,
-                    ("payload", "com", k),
-                    0.1,
-                    "m",
-                    signed=True,
-                )
-            )
+        found += _of_payload(len(robot.joints) - 1, robot.payload)
     return tuple(found)
+
+
+def dry_friction(drive: Drive) -> tuple[float, float]:
+    """Return the friction at high rates, and what there is more of it at rest [N m]."""
+    more = drive.stribeck * drive.friction
+    return drive.friction - more, more
+
+
+def _of_gear(i: int, joint: Joint) -> list[MotionParameter]:
+    assert joint.stiffness is not None
+    number = f"{i + 1}"
+
+    def stiffness(joint: Joint, value: float) -> Joint:
+        return replace(joint, stiffness=value)
+
+    found = [
+        MotionParameter(
+            f"joint[{number}].stiffness",
+            f"stiffness {number}",
+            i,
+            joint.stiffness,
+            "N m/rad",
+            joint.stiffness,
+            _put_joint(i, stiffness),
+            joint.stiffness,
+            inverse=True,
+        )
+    ]
+    if joint.hysteresis:
+        total = sum(element.slip_torque for element in joint.hysteresis)
+        shares = [(element.slip_torque / total, element.slip_angle) for element in joint.hysteresis]
+
+        def hysteresis(joint: Joint, value: float) -> Joint:
+            own = (StopElement(max(value, 1e-9) * share, angle) for share, angle in shares)
+            return replace(joint, hysteresis=tuple(own))
+
+        found.append(
+            MotionParameter(
+                f"joint[{number}].hysteresis",
+                f"hysteresis {number}",
+                i,
+                total,
+                "N m",
+                total,
+                _put_joint(i, hysteresis),
+            )
+        )
+    return found
+
+
+def _of_balancer(i: int, joint: Joint) -> MotionParameter:
+    start = joint.balancer
+    assert start is not None
+
+    def balancer(joint: Joint, value: float) -> Joint:
+        return replace(joint, balancer=tuple((angle, value * torque) for angle, torque in start))
+
+    name = f"joint[{i + 1}].balancer"
+    put = _put_joint(i, balancer)
+    return MotionParameter(name, f"balancer {i + 1}", i, 1.0, "of the start's", 1.0, put)
+
+
+def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
+    def coulomb(drive: Drive, value: float) -> Drive:
+        return _with_dry(drive, value, dry_friction(drive)[1])
+
+    def more(drive: Drive, value: float) -> Drive:
+        return _with_dry(drive, dry_friction(drive)[0], value)
+
+    def viscous(drive: Drive, value: float) -> Drive:
+        return replace(drive, viscous=value)
+
+    def load(drive: Drive, value: float) -> Drive:
+        return replace(drive, load_friction=min(value, 0.99))
+
+    slipping, sticking = dry_friction(start)
+    usual = max(slipping, 1.0)
+    kinds = [
+        ("friction.coulomb_Nm", "friction", slipping, usual, "N m", coulomb),
+        ("friction.more_at_rest", "Stribeck", sticking, usual, "N m", more),
+        ("friction.viscous_Nm_s", "viscous friction", start.viscous, max(start.viscous, 1.0),
+         "N m s/rad", viscous),
+    ]
+    if start.load_friction > 0.0:
+        kinds.append(
+            ("load_friction", "load friction", start.load_friction, start.load_friction, "1", load)
+        )
+    return [
+        MotionParameter(
+            f"joint[{i + 1}].drive.{key}",
+            f"{term} {i + 1}",
+            i,
+            size,
+            unit,
+            value,
+            _put_drive(i, put),
+            moves=False,
+        )
+        for key, term, value, size, unit, put in kinds
+    ]
+
+
+def _of_payload(i: int, start: Body) -> list[MotionParameter]:
+    def mass(robot: Robot, value: float) -> Robot:
+        assert robot.payload is not None
+        return replace(robot, payload=replace(robot.payload, mass=max(value, 1e-6)))
+
+    def centre(k: int) -> Callable[[Robot, float], Robot]:
+        def put(robot: Robot, value: float) -> Robot:
+            assert robot.payload is not None
+            com = (*robot.payload.com[:k], value, *robot.payload.com[k + 1 :])
+            return replace(robot, payload=replace(robot.payload, com=com))
+
+        return put
+
+    term, reach = "payload", 0.1
+    return [
+        MotionParameter("payload.mass", term, i, start.mass, "kg", start.mass, mass, start.mass),
+        *(
+            MotionParameter(
+                f"payload.com.{axis}", term, i, reach, "m", own, centre(k), own, signed=True
+            )
+            for k, (axis, own) in enumerate(zip("xyz", start.com, strict=True))
+        ),
+    ]
+
+
+def _with_dry(drive: Drive, slipping: float, more: float) -> Drive:
+    at_rest = slipping + more
+    return replace(drive, friction=at_rest, stribeck=more / at_rest if at_rest > 0.0 else 0.0)
+
+
+def _put_joint(i: int, change: Callable[[Joint, float], Joint]) -> Callable[[Robot, float], Robot]:
+    def put(robot: Robot, value: float) -> Robot:
+        own = change(robot.joints[i], value)
+        return replace(robot, joints=(*robot.joints[:i], own, *robot.joints[i + 1 :]))
+
+    return put
+
+
+def _put_drive(i: int, change: Callable[[Drive, float], Drive]) -> Callable[[Robot, float], Robot]:
+    def changed(joint: Joint, value: float) -> Joint:
+        assert joint.drive is not None
+        return replace(joint, drive=change(joint.drive, value))
+
+    return _put_joint(i, changed)

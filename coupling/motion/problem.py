@@ -20,6 +20,7 @@ from coupling.motion.recording import Recording
 from coupling.motion.sensors import SensorParameter, column, own_columns, presliding
 from coupling.motion.smoothing import MotorMotion
 from elastic_robot.description import Robot
+from elastic_robot.kinematic_errors import KinematicErrors
 
 Parameter = MotionParameter | SensorParameter
 # Rows at the start from which the friction's elongation there is told.
@@ -107,24 +108,15 @@ class MotionProblem:
     @property
     def start(self) -> np.ndarray:
         """Values of the start, as the fit counts, (P,)."""
-        return np.array(
-            [
-                p.inward(p.value(self.robot)) if isinstance(p, MotionParameter) else 0.0
-                for p in self.parameters
-            ]
-        )
+        return np.array([p.inward(p.start) for p in self.parameters])
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest values of what the fit counts, (P,) each."""
-        least = [
-            -_MOST_SIZES
-            if isinstance(p, SensorParameter) or p.signed
-            else _LEAST_INVERSE
-            if p.inverse
-            else 0.0
-            for p in self.parameters
-        ]
+        least = [-_MOST_SIZES if p.signed else 0.0 for p in self.parameters]
+        for k, p in enumerate(self.parameters):
+            if isinstance(p, MotionParameter) and p.inverse:
+                least[k] = _LEAST_INVERSE
         return np.array(least), np.full(len(least), _MOST_SIZES)
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
@@ -154,7 +146,8 @@ class MotionProblem:
         robot, motion, recording = self.robot_of(x), moved.motion, moved.recording
         if gears is None:
             gears = self.fmu.moved(robot, recording.time, motion)
-        torque = gears.torque.copy()
+        errors = KinematicErrors.of(robot)
+        torque = errors.slope(motion.q) * gears.torque
         part = np.zeros_like(torque)
         for i, joint in enumerate(robot.joints):
             drive = joint.drive
@@ -166,11 +159,13 @@ class MotionProblem:
                 left = recording.torque[:_FIRST, i] - torque[:_FIRST, i]
                 started = float(np.clip(np.mean(left) / drive.friction, -1.0, 1.0))
             part[:, i] = presliding(motion.q[:, i], drive.slip_angle, started)
-            torque[:, i] += drive.friction_torque(drive.friction, part[:, i], motion.qd[:, i])
-        wind_up = -gears.wind_up
+            torque[:, i] += drive.friction_torque(
+                drive.friction, part[:, i], motion.qd[:, i], gears.torque[:, i]
+            )
+        wind_up = -gears.wind_up - errors.derivatives(motion.q)[0]
         for p, value in zip(self.parameters, x, strict=True):
             if isinstance(p, SensorParameter):
-                wind_up[:, p.joint] += value * p.size * column(p, motion, part[:, p.joint], robot)
+                wind_up[:, p.joint] += value * p.size * column(p, motion, part[:, p.joint])
         return Predicted(wind_up, torque, gears, part)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
@@ -217,7 +212,7 @@ class MotionProblem:
         wind_up[:, missing] = np.nan
         if isinstance(parameter, SensorParameter):
             i = parameter.joint
-            own = column(parameter, moved.motion, base.part[:, i], self.robot)
+            own = column(parameter, moved.motion, base.part[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
             return self.rows(wind_up, torque).ravel()
         further = x.copy()

@@ -8,7 +8,6 @@ import numpy as np
 
 from coupling.motion.recording import Recording
 from coupling.motion.smoothing import MotorMotion
-from elastic_robot.description import Robot
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,17 @@ class SensorParameter:
     kind: str
     size: float
     unit: str
+    start: float = 0.0
+    none: float = 0.0
+    signed: bool = True
+
+    def inward(self, value: float) -> float:
+        """Return what the fit counts by: parts of its usual size."""
+        return value / self.size
+
+    def outward(self, counted: float) -> float:
+        """Return the value in its unit."""
+        return counted * self.size
 
 
 _KINDS = (
@@ -69,16 +79,13 @@ def presliding(angle: np.ndarray, slip_angle: float, start: float) -> np.ndarray
     return part
 
 
-def column(
-    parameter: SensorParameter, motion: MotorMotion, part: np.ndarray, robot: Robot
-) -> np.ndarray:
+def column(parameter: SensorParameter, motion: MotorMotion, part: np.ndarray) -> np.ndarray:
     """Return the wind-up by a sensor's number of 1 [rad], (n,).
 
     Args:
         parameter: The number.
         motion: Motion of the motors.
         part: Friction of the joint's motor over its largest, (n,).
-        robot: The robot.
     """
     q = motion.q[:, parameter.joint]
     if parameter.kind == "lag":
