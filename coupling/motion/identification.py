@@ -18,6 +18,9 @@ from coupling.motion.sensors import sensor_parameters
 from coupling.motion.smoothing import smooth
 from elastic_robot.description import Robot
 
+# Fits of what the one before tells.
+_MOST_PASSES = 4
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -137,10 +140,13 @@ def identify_motion(
             moved = tuple(replace(one, lines=lines) for one in moved)
             others = tuple(replace(one, lines=lines) for one in others)
             first = fitted(replace(first.problem, moved=moved), first.x)
-        chosen = told(first)
-        fit = first
-        if not chosen.all():
-            fit = fitted(first.problem.only(chosen), first.x[chosen])
+        fit, chosen = first, np.ones(len(parameters), dtype=bool)
+        for _ in range(_MOST_PASSES):
+            own = told(fit)
+            if own.all():
+                break
+            chosen[np.flatnonzero(chosen)[~own]] = False
+            fit = fitted(fit.problem.only(own), fit.x[own])
         judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = _terms(fit, judged[-1]) if leave_out and others else ()

@@ -46,7 +46,7 @@ _KINDS = (
     ("lag", "lag", "lag", 1e-3, "s"),
     ("eccentricity.cosine", "eccentricity", "cosine", 3e-4, "rad"),
     ("eccentricity.sine", "eccentricity", "sine", 3e-4, "rad"),
-    ("loop", "loop", "loop", 3e-5, "rad"),
+    ("loop", "loop", "loop", 1e-4, "rad"),
 )
 
 
