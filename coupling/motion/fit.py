@@ -11,12 +11,13 @@ from coupling.motion.blocks import NormalBlocks
 from coupling.motion.problem import MotionProblem
 from coupling.motion.sensors import SensorParameter
 
-# Passes that weigh the channels by what is left of them.
-_REWEIGHTED = 2
-_MOST_STEPS = 12
-_SETTLED = 1e-4
+# Passes, each with the channels weighed by what is left of them: most steps, and what settles them.
+_PASSES = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
+# What encoders add is known in all positions only if it is known to this part of itself; what is below
+# this part of its usual size does no harm.
+_TOLD, _NARROW = 2.0 / 3.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
 
@@ -42,7 +43,7 @@ def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
     """Return the fit of a problem's parameters, from given values or those of the start."""
     x = problem.start if x is None else x
     converged = True
-    for _ in range(_REWEIGHTED):
+    for most, settled in _PASSES:
         problem = reweighed(problem, x)
         if not len(x):
             break
@@ -53,9 +54,9 @@ def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
             problem.jacobian,
             bounds=(lowest, highest),
             x_scale=1.0,
-            max_nfev=_MOST_STEPS,
-            xtol=_SETTLED,
-            ftol=_SETTLED,
+            max_nfev=most,
+            xtol=settled,
+            ftol=settled,
         )
         x, converged = found.x, found.status > 0
     return MotionFit(problem, x, _blocks(problem, x), converged)
@@ -108,6 +109,8 @@ def told(fit: MotionFit) -> np.ndarray:
 
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     """Return half of the widest interval that tells a parameter, (P,)."""
-    signed = [p.signed for p in problem.parameters]
-    allowed: np.ndarray = np.where(signed, 1.0, np.clip(x, 1e-9, 1.0))
+    allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
+    for term in {p.term for p in problem.parameters if isinstance(p, SensorParameter)}:
+        own = np.array([p.term == term for p in problem.parameters])
+        allowed[own] = np.maximum(_TOLD * np.linalg.norm(x[own]), _NARROW)
     return allowed

@@ -19,7 +19,7 @@ from coupling.motion.parameters import MotionParameter, with_numbers
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import SensorParameter, column, own_columns, presliding
 from coupling.motion.smoothing import MotorMotion
-from elastic_robot.description import Robot
+from elastic_robot.description import Drive, Robot
 from elastic_robot.kinematic_errors import KinematicErrors
 
 Parameter = MotionParameter | SensorParameter
@@ -133,39 +133,22 @@ class MotionProblem:
         ]
         return with_numbers(self.robot, own)
 
-    def predicted(
-        self, moved: MovedRecording, x: np.ndarray, gears: GearMotion | None = None
-    ) -> Predicted:
-        """Return what is predicted of a recording.
-
-        Args:
-            moved: The recording.
-            x: What the fit counts, (P,).
-            gears: What the FMU says, if nothing that it follows has changed.
-        """
-        robot, motion, recording = self.robot_of(x), moved.motion, moved.recording
-        if gears is None:
-            gears = self.fmu.moved(robot, recording.time, motion)
+    def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
+        """Return what is predicted of a recording by what the fit counts, (P,)."""
+        robot = self.robot_of(x)
+        gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
         errors = KinematicErrors.of(robot)
-        torque = errors.slope(motion.q) * gears.torque
-        part = np.zeros_like(torque)
+        passed = errors.slope(moved.motion.q) * gears.torque
+        part = np.zeros_like(passed)
         for i, joint in enumerate(robot.joints):
-            drive = joint.drive
-            if drive is None:
-                continue
-            torque[:, i] += drive.inertia * motion.qdd[:, i]
-            started = 0.0
-            if drive.friction > 0.0:
-                left = recording.torque[:_FIRST, i] - torque[:_FIRST, i]
-                started = float(np.clip(np.mean(left) / drive.friction, -1.0, 1.0))
-            part[:, i] = presliding(motion.q[:, i], drive.slip_angle, started)
-            torque[:, i] += drive.friction_torque(
-                drive.friction, part[:, i], motion.qd[:, i], gears.torque[:, i]
-            )
-        wind_up = -gears.wind_up - errors.derivatives(motion.q)[0]
+            if joint.drive is not None:
+                part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
+        torque = _motor_torque(moved.motion, robot, gears, passed, part)
+        wind_up = -gears.wind_up - errors.derivatives(moved.motion.q)[0]
         for p, value in zip(self.parameters, x, strict=True):
             if isinstance(p, SensorParameter):
-                wind_up[:, p.joint] += value * p.size * column(p, motion, part[:, p.joint])
+                own = column(p, moved.motion, part[:, p.joint])
+                wind_up[:, p.joint] += value * p.size * own
         return Predicted(wind_up, torque, gears, part)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
@@ -217,10 +200,40 @@ class MotionProblem:
             return self.rows(wind_up, torque).ravel()
         further = x.copy()
         further[k] += _CHANGE
-        gears = None if parameter.moves else base.gears
-        there = self.predicted(moved, further, gears)
-        wind_up += (base.wind_up - there.wind_up) / _CHANGE
-        torque += (base.torque - there.torque) / _CHANGE
+        robot, gears = self.robot_of(further), base.gears
+        if parameter.moves:
+            gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
+            wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE
+        # How friction was loaded at the start stays: its part of the derivative is none of the motion.
+        passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
+        there = _motor_torque(moved.motion, robot, gears, passed, base.part)
+        torque += (base.torque - there) / _CHANGE
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()
+
+
+def _friction_part(
+    moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray
+) -> np.ndarray:
+    """Return a motor's friction over its largest, (n,), loaded at the start as its torque there says."""
+    started = 0.0
+    if drive.friction > 0.0:
+        needed = passed[:_FIRST] + drive.inertia * moved.motion.qdd[:_FIRST, i]
+        left = np.mean(moved.recording.torque[:_FIRST, i] - needed)
+        started = float(np.clip(left / drive.friction, -1.0, 1.0))
+    return presliding(moved.motion.q[:, i], drive.slip_angle, started)
+
+
+def _motor_torque(
+    motion: MotorMotion, robot: Robot, gears: GearMotion, passed: np.ndarray, part: np.ndarray
+) -> np.ndarray:
+    """Return torques of motors [N m], (n, j), that turn rotors, gears and friction."""
+    torque = passed.copy()
+    for i, joint in enumerate(robot.joints):
+        drive = joint.drive
+        if drive is not None:
+            torque[:, i] += drive.inertia * motion.qdd[:, i] + drive.friction_torque(
+                drive.friction, part[:, i], motion.qd[:, i], gears.torque[:, i]
+            )
+    return torque
