@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from coupling.cli.console import console
-from coupling.cli.identify_motion import identified_from_motion
+from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
 from coupling.files.whole_file import make_folder_of, write_whole
 
@@ -104,7 +104,8 @@ def identify(
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_recording(files[0]):
-        identified_from_motion(files, robot, hold_out or (), bandwidth, leave_out)
+        asked = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
+        identify_from_motion(asked, robot)
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")

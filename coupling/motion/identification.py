@@ -30,6 +30,7 @@ class Judged:
         moved: The recording.
         held_out: Whether it was not fitted.
         predicted: What is predicted of it.
+        offset: Offsets between the encoders [rad], (j,).
         left_wind_up: What is left of motor less link [rad], (n, j).
         wind_up: Rms of that, (j,); nan without encoder.
         without_lines: The same with an offset alone for each encoder, (j,).
@@ -40,6 +41,7 @@ class Judged:
     moved: MovedRecording
     held_out: bool
     predicted: Predicted
+    offset: np.ndarray
     left_wind_up: np.ndarray
     wind_up: np.ndarray
     without_lines: np.ndarray
@@ -178,7 +180,7 @@ def judge(
     """
     predicted = problem.predicted(moved, x)
     wind_up, torque = problem.left(moved, predicted)
-    offset = moved.recording.wind_up - predicted.wind_up
+    apart = moved.recording.wind_up - predicted.wind_up
     measured = moved.recording.torque
     size = np.maximum(_rms(measured), 1e-300)
     slow = smooth(torque, moved.recording.step, bandwidth)
@@ -186,9 +188,10 @@ def judge(
         moved,
         held_out,
         predicted,
+        np.mean(apart, axis=0),
         wind_up,
         _rms(wind_up),
-        np.std(offset, axis=0),
+        np.std(apart, axis=0),
         _rms(torque) / size,
         _rms(slow) / size,
     )

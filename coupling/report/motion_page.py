@@ -1,62 +1,148 @@
-"""The report of an identification from motion."""
+"""The report of an identification from motion: figures, parameters, what is left over time."""
 
 from __future__ import annotations
 
 import numpy as np
+import plotly.graph_objects as go
 
-from coupling.motion.identification import MotionIdentification
-from coupling.report.section import Section, Table
+from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.document import document
+from coupling.report.section import Note, Section, Table
+from coupling.report.style import curve, style
+from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
 
 _UM = 1e6
 
 
-def motion_summary(found: MotionIdentification) -> list[Section]:
+def motion_page(title: str, found: MotionResult) -> str:
+    """Return the page of an identification from motion as one self-contained HTML text.
+
+    Args:
+        title: What was identified from what.
+        found: Its figures, the content of identified.json.
+    """
+    sections = motion_summary(found)
+    for one in found.recordings:
+        words = "predicted" if one.held_out else "fitted"
+        if found.joints:
+            figures = [wind_up_figure(found, one, k) for k in range(len(found.joints))]
+            name = f"wind-up-{one.name}"
+            title_ = f"{one.name}, {words}: motor less link"
+            sections.append(Section(title_, [_WIND_UP], name, figures))
+        torques = [torque_figure(one, k) for k in range(len(one.measured_torque))]
+        sections.append(
+            Section(f"{one.name}, {words}: motor torque", [], f"torque-{one.name}", torques)
+        )
+    return document(title, sections)
+
+
+def motion_summary(found: MotionResult) -> list[Section]:
     """Return what was identified from motion."""
-    joints = range(1, len(found.robot.joints) + 1)
-    rows = []
-    for one in found.judged:
-        name = one.moved.recording.name
-        words = "held out" if one.held_out else "fitted"
-        rows += [
-            (name, words, "motor less link [urad]", *map(_size, _UM * one.wind_up)),
-            (name, words, "- an offset alone", *map(_size, _UM * one.without_lines)),
-            (name, words, "torque [% of its rms]", *map(_size, 100 * one.torque)),
-            (name, words, f"- below {found.bandwidth:g} Hz", *map(_size, 100 * one.slow_torque)),
-        ]
-    sizes = Table(("recording", "", "rms left of", *(f"joint {i}" for i in joints)), rows)
-    sections = [Section("", [sizes]), Section("Parameters", [_parameters(found)])]
-    lines = [
-        f"Encoder of link {i + 1}: {', '.join(f'{line:g}' for line in own)} periods in a turn."
-        for i, own in enumerate(found.judged[0].moved.lines)
-        if own
+    good = not found.refusal
+    words = f"NOT WRITTEN: {found.refusal}." if found.refusal else "Identified."
+    if not found.converged:
+        words += " The fit has not settled: its values may still move."
+    noise = max(found.noise_torque_Nm)
+    remark = (
+        f"Motors' motion below {found.bandwidth_Hz:g} Hz; the noise of their encoders leaves at most"
+        f" {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks of time."
+    )
+    sections = [
+        Section("", [words], good=good),
+        Section("", [_sizes(found), remark]),
+        Section("Parameters", [_parameters(found)]),
     ]
-    if lines:
-        sections.append(Section("Lines of encoders", lines))
+    if found.lines:
+        lines = [
+            f"Encoder of link {own.joint}: {', '.join(f'{n:g}' for n in own.periods)} periods a turn."
+            for own in found.lines
+        ]
+        sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
     if found.terms:
-        sections.append(Section("Without each term", [_terms(found)]))
+        sections.append(Section("Without each term", [_terms(found), _TERMS]))
     return sections
 
 
-def _terms(found: MotionIdentification) -> Table:
+def _sizes(found: MotionResult) -> Table:
+    rows = []
+    for one in found.recordings:
+        words = "predicted" if one.held_out else "fitted"
+        for text, factor, values in (
+            ("motor less link [urad]", _UM, one.wind_up_rad),
+            ("- an offset alone", _UM, one.wind_up_without_lines_rad),
+            ("motor torque [% of its rms]", 100.0, one.torque_relative),
+            (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
+        ):
+            if any(value is not None for value in values):
+                rows.append((one.name, words, text, *(_size(v, factor) for v in values)))
+    joints = [f"joint {i + 1}" for i in range(len(found.recordings[0].wind_up_rad))]
+    return Table(("recording", "", "rms left of", *joints), rows)
+
+
+def _size(value: float | None, factor: float) -> str:
+    return "" if value is None else f"{factor * value:.3g}"
+
+
+def _parameters(found: MotionResult) -> Table:
+    return Table(
+        ("parameter", "start", "fit", "95 % from", "to", "unit"), [_row(p) for p in found.parameters]
+    )
+
+
+def _row(own: MotionParameterResult) -> tuple[str, ...]:
+    if not own.identified:
+        return own.name, f"{own.start:.4g}", "not told: kept", "", "", own.unit
+    values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
+    return own.name, f"{own.start:.4g}", *values, own.unit
+
+
+def _terms(found: MotionResult) -> Table:
     rows = [
-        (t.term, *(_size(_UM * v) for v in t.wind_up), *(_size(100 * v) for v in t.torque))
-        for t in found.terms
+        (
+            own.term,
+            *(_size(value, _UM) for value in own.wind_up_rad),
+            *(_size(value, 100.0) for value in own.torque_relative),
+        )
+        for own in found.terms
     ]
-    head = ("held out, without", "motor less link, with [urad]", "without", "torque, with [%]", "without")
-    return Table(head, rows)
+    columns = ("left out", "with [urad]", "without", "with [%]", "without")
+    return Table(columns, rows, groups=(("", 1), ("motor less link", 2), ("motor torque", 2)))
 
 
-def _size(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:.3g}"
+def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+    """Draw motor less link of an encoder over time: measured, predicted, what is left."""
+    time = np.array(one.time)
+    measured = _UM * np.array(one.measured_wind_up[k])
+    left = _UM * np.array(one.left_wind_up[k])
+    return _over_time(time, measured, left, f"joint {found.joints[k]} [urad]")
 
 
-def _parameters(found: MotionIdentification) -> Table:
-    fit, rows = found.fit, []
-    half = fit.blocks.half * fit.blocks.deviation
-    for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half.tolist(), strict=True):
-        ends = sorted((p.outward(x - h), p.outward(x + h)))
-        rows.append((p.name, *(f"{v:.4g}" for v in (p.start, p.outward(x), *ends)), p.unit))
-    for p, own in zip(found.first.problem.parameters, found.chosen, strict=True):
-        if not own:
-            rows.append((p.name, f"{p.start:.4g}", "kept", "", "", p.unit))
-    return Table(("parameter", "start", "fit", "95 % from", "to", "unit"), rows)
+def torque_figure(one: RecordingResult, k: int) -> go.Figure:
+    """Draw the torque of a motor over time: measured, predicted, what is left."""
+    time = np.array(one.time)
+    measured, left = np.array(one.measured_torque[k]), np.array(one.left_torque[k])
+    return _over_time(time, measured, left, f"joint {k + 1} [N m]")
+
+
+def _over_time(
+    time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: str
+) -> go.Figure:
+    figure = go.Figure()
+    for words, values, color, width in (
+        ("measured", measured, DESIRED, 1.0),
+        ("predicted", measured - left, AFTER, 1.5),
+        ("left", left, BEFORE, 1.0),
+    ):
+        line = {"color": color, "width": width}
+        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title=label)
+    return style(figure, 300)
+
+
+_WIND_UP = Note("Predicted with lag, eccentricity and loop of the encoders, and this recording's own offset and phases.")
+_LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
+_TERMS = Note(
+    "What is left of the recording held out last at the term's joint, if the others answer to first"
+    " order; stiffness and payload as in the start, all else none."
+)
