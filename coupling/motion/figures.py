@@ -24,6 +24,7 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         bandwidth_Hz=found.bandwidth,
         noise_torque_Nm=tuple((first.moved.motion.noise * inertia).tolist()),
         blocks=len(found.fit.blocks.matrices),
+        remarks=found.remarks,
         joints=tuple(i + 1 for i in first.moved.recording.with_link),
         parameters=tuple(_parameters(found)),
         recordings=tuple(_recording(one) for one in found.judged),

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from coupling.motion.blocks import NormalBlocks
+from coupling.motion.parameters import MotionParameter
 from coupling.motion.problem import MotionProblem
 from coupling.motion.sensors import SensorParameter
 
@@ -15,8 +16,8 @@ from coupling.motion.sensors import SensorParameter
 _PASSES = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
-# What encoders add is known in all positions only if it is known to this part of itself; what is below
-# this part of its usual size does no harm.
+# What encoders add is known in all positions only if it is known to this part of itself; an interval
+# below this part of the usual size does no harm, and tells that there is none.
 _TOLD, _NARROW = 2.0 / 3.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
@@ -110,6 +111,9 @@ def told(fit: MotionFit) -> np.ndarray:
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     """Return half of the widest interval that tells a parameter, (P,)."""
     allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
+    for k, p in enumerate(problem.parameters):
+        if isinstance(p, MotionParameter) and p.vanishes:
+            allowed[k] = _NARROW
     for term in {p.term for p in problem.parameters if isinstance(p, SensorParameter)}:
         own = np.array([p.term == term for p in problem.parameters])
         allowed[own] = np.maximum(_TOLD * np.linalg.norm(x[own]), _NARROW)

@@ -14,7 +14,7 @@ from coupling.motion.moved_robot import MovedRobot
 from coupling.motion.parameters import motion_parameters
 from coupling.motion.problem import MotionProblem, MovedRecording, Parameter, Predicted
 from coupling.motion.recording import Recording
-from coupling.motion.sensors import sensor_parameters
+from coupling.motion.sensors import SHORT_TRAVEL, sensor_parameters
 from coupling.motion.smoothing import smooth
 from elastic_robot.description import Robot
 
@@ -78,6 +78,7 @@ class MotionIdentification:
         chosen: Which of the first are, (P,) of bool.
         judged: Recordings, those fitted first.
         terms: What each term is worth; none if not asked for.
+        remarks: What could not be fitted, in sentences.
     """
 
     robot: Robot
@@ -87,6 +88,7 @@ class MotionIdentification:
     chosen: np.ndarray
     judged: tuple[Judged, ...]
     terms: tuple[TermLeftOut, ...]
+    remarks: tuple[str, ...]
 
     @property
     def refusal(self) -> str:
@@ -127,7 +129,9 @@ def identify_motion(
             )
     moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
-    parameters = (*motion_parameters(robot, with_link), *sensor_parameters(with_link))
+    turned = np.vstack([recording.link for recording in recordings])
+    travel = np.ptp(turned, axis=0)
+    parameters = (*motion_parameters(robot, with_link), *sensor_parameters(with_link, travel))
     if not parameters:
         raise IdentifyError(
             f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
@@ -152,7 +156,15 @@ def identify_motion(
         judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = _terms(fit, judged[-1]) if leave_out and others else ()
-    return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms)
+    remarks = tuple(
+        f"Eccentricity of encoder {i + 1} is not fitted: its link turns by {travel[i]:.2g} rad, less"
+        f" than {SHORT_TRAVEL:.3g} rad."
+        for i in with_link
+        if travel[i] < SHORT_TRAVEL
+    )
+    return MotionIdentification(
+        robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks
+    )
 
 
 def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:

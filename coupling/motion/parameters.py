@@ -9,6 +9,9 @@ import numpy as np
 
 from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
 
+# A backlash below this [rad] is none; crossing it takes no time that counts.
+_NO_BACKLASH = 1e-8
+
 
 @dataclass(frozen=True)
 class MotionParameter:
@@ -26,6 +29,8 @@ class MotionParameter:
         signed: Whether it may be negative.
         inverse: Whether the fit counts by its inverse, of which the motion is nearly linear.
         moves: Whether the links' motion follows it, not the motors' torque alone.
+        vanishes: Whether it may turn out to be none: narrow an interval around none tells that.
+        most: Highest value, in usual sizes.
     """
 
     name: str
@@ -39,6 +44,8 @@ class MotionParameter:
     signed: bool = False
     inverse: bool = False
     moves: bool = True
+    vanishes: bool = False
+    most: float = 30.0
 
     def inward(self, value: float) -> float:
         """Return what the fit counts by: parts of its usual size."""
@@ -104,6 +111,20 @@ def _of_gear(i: int, joint: Joint) -> list[MotionParameter]:
             inverse=True,
         )
     ]
+    if joint.backlash > 0.0:
+        found.append(
+            MotionParameter(
+                f"joint[{number}].backlash",
+                f"backlash {number}",
+                i,
+                joint.backlash,
+                "rad",
+                joint.backlash,
+                _put_joint(i, _with_backlash),
+                vanishes=True,
+                most=3.0,
+            )
+        )
     if joint.hysteresis:
         total = sum(element.slip_torque for element in joint.hysteresis)
         shares = [(element.slip_torque / total, element.slip_angle) for element in joint.hysteresis]
@@ -206,6 +227,10 @@ def _of_payload(i: int, start: Body) -> list[MotionParameter]:
 def _with_dry(drive: Drive, slipping: float, more: float) -> Drive:
     at_rest = slipping + more
     return replace(drive, friction=at_rest, stribeck=more / at_rest if at_rest > 0.0 else 0.0)
+
+
+def _with_backlash(joint: Joint, value: float) -> Joint:
+    return replace(joint, backlash=value if value > _NO_BACKLASH else 0.0)
 
 
 def _put_joint(i: int, change: Callable[[Joint, float], Joint]) -> Callable[[Robot, float], Robot]:

@@ -1,9 +1,9 @@
 """Measured less predicted wind-up and motor torque of recordings, and how they follow every parameter.
 
-    wind-up   d = -e(t) + lag q' + eccentricity(q) + loop s/a  (+ offset and lines, a recording's own)
+    wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a  (+ offset and lines, a recording's own)
     torque    tau = T(t) + J q'' + f(s/a, q')
 
-e and T are the FMU's along the motors' motion q, f and s/a those of `elastic_robot.description.Drive`.
+phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of `elastic_robot.description.Drive`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from coupling.errors import SimulationError
 from coupling.motion.moved_robot import GearMotion, MovedRobot
 from coupling.motion.parameters import MotionParameter, with_numbers
 from coupling.motion.recording import Recording
-from coupling.motion.sensors import SensorParameter, column, own_columns, presliding
+from coupling.motion.sensors import SensorParameter, column, delayed, own_columns, presliding
 from coupling.motion.smoothing import MotorMotion
 from elastic_robot.description import Drive, Robot
 from elastic_robot.kinematic_errors import KinematicErrors
@@ -117,7 +117,8 @@ class MotionProblem:
         for k, p in enumerate(self.parameters):
             if isinstance(p, MotionParameter) and p.inverse:
                 least[k] = _LEAST_INVERSE
-        return np.array(least), np.full(len(least), _MOST_SIZES)
+        most = [p.most if isinstance(p, MotionParameter) else _MOST_SIZES for p in self.parameters]
+        return np.array(least), np.array(most)
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
         """Return the problem of some of the parameters, (P,) of bool."""
@@ -144,11 +145,17 @@ class MotionProblem:
             if joint.drive is not None:
                 part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
-        wind_up = -gears.wind_up - errors.derivatives(moved.motion.q)[0]
-        for p, value in zip(self.parameters, x, strict=True):
-            if isinstance(p, SensorParameter):
+        links = moved.motion.q + errors.derivatives(moved.motion.q)[0] + gears.wind_up
+        added = np.zeros_like(links)
+        for p, value in zip(self.parameters, x.tolist(), strict=True):
+            if not isinstance(p, SensorParameter):
+                continue
+            if p.kind == "lag":
+                links[:, p.joint] = delayed(links[:, p.joint], moved.recording.step, p.size * value)
+            else:
                 own = column(p, moved.motion, part[:, p.joint])
-                wind_up[:, p.joint] += value * p.size * own
+                added[:, p.joint] += p.size * value * own
+        wind_up = moved.motion.q - links + added
         return Predicted(wind_up, torque, gears, part)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:

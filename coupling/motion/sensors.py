@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from coupling.motion.recording import Recording
 from coupling.motion.smoothing import MotorMotion
 
+# Over less of a turn [rad] a sine of one a turn looks like much else, and what it says elsewhere is wrong.
+SHORT_TRAVEL = np.pi / 3.0
+
 
 @dataclass(frozen=True)
 class SensorParameter:
-    """A number of a joint's sensors, the same in all recordings; wind-up is linear in it.
+    """A number of a joint's sensors, the same in all recordings.
 
     Attributes:
         name: Name in the report.
@@ -50,12 +54,18 @@ _KINDS = (
 )
 
 
-def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
-    """Return those of joints whose link's angle is measured."""
+def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorParameter, ...]:
+    """Return those of joints whose link's angle is measured.
+
+    Args:
+        with_link: Indices of these joints.
+        travel: How far the recordings together turn each link [rad], (j,).
+    """
     return tuple(
         SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, kind, size, unit)
         for i in with_link
         for name, term, kind, size, unit in _KINDS
+        if term != "eccentricity" or travel[i] >= SHORT_TRAVEL
     )
 
 
@@ -79,8 +89,16 @@ def presliding(angle: np.ndarray, slip_angle: float, start: float) -> np.ndarray
     return part
 
 
+def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
+    """Return what equal steps of time [s] show a lag [s] later, (n,): a cubic spline, held at its ends."""
+    rows = np.arange(len(values))
+    there = np.clip(rows - lag / step, 0.0, len(values) - 1.0)
+    later: np.ndarray = CubicSpline(rows, values)(there)
+    return later
+
+
 def column(parameter: SensorParameter, motion: MotorMotion, part: np.ndarray) -> np.ndarray:
-    """Return the wind-up by a sensor's number of 1 [rad], (n,).
+    """Return the wind-up by a sensor's number of 1 [rad], (n,): of a lag, to first order.
 
     Args:
         parameter: The number.

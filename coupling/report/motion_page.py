@@ -50,7 +50,7 @@ def motion_summary(found: MotionResult) -> list[Section]:
     sections = [
         Section("", [words], good=good),
         Section("", [_sizes(found), remark]),
-        Section("Parameters", [_parameters(found)]),
+        Section("Parameters", [_parameters(found), *found.remarks]),
     ]
     if found.lines:
         lines = [

@@ -66,6 +66,7 @@ class MotionResult(ResultFile):
     bandwidth_Hz: float
     noise_torque_Nm: tuple[float, ...]
     blocks: int
+    remarks: tuple[str, ...]
     joints: tuple[int, ...]
     parameters: tuple[MotionParameterResult, ...]
     recordings: tuple[RecordingResult, ...]
