@@ -58,9 +58,7 @@ def identify(
     ] = None,
     leave_out: Annotated[
         bool,
-        typer.Option(
-            "--leave-out", help="Leave out every term in turn.", rich_help_panel=_MOTION
-        ),
+        typer.Option("--leave-out", help="Leave out every term in turn.", rich_help_panel=_MOTION),
     ] = False,
     bandwidth: Annotated[
         float,

@@ -1,1 +1,1 @@
-"""Identification from a robot in motion: its FMU is moved as the motors were, and compared with what was measured."""
+"""Identification from a robot in motion: its FMU is moved as the motors were."""

@@ -1,4 +1,4 @@
-"""Intervals under residuals that are correlated over time and between channels: the jackknife over blocks.
+"""Intervals under residuals that are correlated, over time and between channels: blocks left out.
 
 A fit without one block of a recording, for every block, shows how much the values owe to it
 [Kunsch1989].  Blocks are several times as long as the residuals are correlated.

@@ -10,12 +10,13 @@ from coupling.results.motion_result import (
     MotionParameterResult,
     MotionResult,
     RecordingResult,
+    ShareResult,
     TermResult,
 )
 
 
 def motion_figures(found: MotionIdentification) -> MotionResult:
-    """Return the figures of an identification from motion; SI, None for what is infinite or not known."""
+    """Return the figures of an identification; SI, None for what is infinite or not known."""
     first = found.judged[0]
     inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in found.robot.joints]
     return MotionResult(
@@ -84,9 +85,23 @@ def _recording(one: Judged) -> RecordingResult:
         time=tuple(recording.time.tolist()),
         measured_wind_up=_columns(recording.wind_up[:, linked] - one.offset[linked]),
         left_wind_up=_columns(one.left_wind_up[:, linked]),
+        shares=tuple(
+            ShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))
+            for name, own in _shares(one).items()
+        ),
         measured_torque=_columns(recording.torque),
         left_torque=_columns(recording.torque - one.predicted.torque),
     )
+
+
+def _shares(one: Judged) -> dict[str, np.ndarray]:
+    """Return the causes of motor less link of joints with an encoder [rad], (n, l) each."""
+    recording, linked = one.moved.recording, one.moved.recording.with_link
+    shares = {name: own[:, linked] for name, own in one.predicted.shares.items()}
+    lines = recording.wind_up - one.predicted.wind_up - one.left_wind_up
+    if any(one.moved.lines):
+        shares["lines of the encoder"] = lines[:, linked]
+    return shares
 
 
 def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:

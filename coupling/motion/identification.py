@@ -131,7 +131,10 @@ def identify_motion(
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
     turned = np.vstack([recording.link for recording in recordings])
     travel = np.ptp(turned, axis=0)
-    parameters = (*motion_parameters(robot, with_link), *sensor_parameters(with_link, travel))
+    parameters: tuple[Parameter, ...] = (
+        *motion_parameters(robot, with_link),
+        *sensor_parameters(with_link, travel),
+    )
     if not parameters:
         raise IdentifyError(
             f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
@@ -162,9 +165,7 @@ def identify_motion(
         for i in with_link
         if travel[i] < SHORT_TRAVEL
     )
-    return MotionIdentification(
-        robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks
-    )
+    return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
 
 
 def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:

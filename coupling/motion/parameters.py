@@ -177,8 +177,14 @@ def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
     kinds = [
         ("friction.coulomb_Nm", "friction", slipping, usual, "N m", coulomb),
         ("friction.more_at_rest", "Stribeck", sticking, usual, "N m", more),
-        ("friction.viscous_Nm_s", "viscous friction", start.viscous, max(start.viscous, 1.0),
-         "N m s/rad", viscous),
+        (
+            "friction.viscous_Nm_s",
+            "viscous friction",
+            start.viscous,
+            max(start.viscous, 1.0),
+            "N m s/rad",
+            viscous,
+        ),
     ]
     if start.load_friction > 0.0:
         kinds.append(

@@ -1,9 +1,10 @@
-"""Measured less predicted wind-up and motor torque of recordings, and how they follow every parameter.
+"""Measured less predicted wind-up and motor torque of recordings, and their derivatives.
 
-    wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a  (+ offset and lines, a recording's own)
+    wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
     torque    tau = T(t) + J q'' + f(s/a, q')
 
-phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of `elastic_robot.description.Drive`.
+phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of
+`elastic_robot.description.Drive`.
 """
 
 from __future__ import annotations
@@ -77,12 +78,15 @@ class Predicted:
         torque: Torques of the motors [N m], (n, j).
         gears: What the FMU said.
         part: Friction over its largest, (n, j).
+        shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the eccentricity's, the
+            loop's.
     """
 
     wind_up: np.ndarray
     torque: np.ndarray
     gears: GearMotion
     part: np.ndarray
+    shares: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -146,17 +150,17 @@ class MotionProblem:
                 part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
         links = moved.motion.q + errors.derivatives(moved.motion.q)[0] + gears.wind_up
-        added = np.zeros_like(links)
+        shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if not isinstance(p, SensorParameter):
                 continue
+            i = p.joint
+            own = p.size * value * column(p, moved.motion, part[:, i])
             if p.kind == "lag":
-                links[:, p.joint] = delayed(links[:, p.joint], moved.recording.step, p.size * value)
-            else:
-                own = column(p, moved.motion, part[:, p.joint])
-                added[:, p.joint] += p.size * value * own
-        wind_up = moved.motion.q - links + added
-        return Predicted(wind_up, torque, gears, part)
+                own = links[:, i] - delayed(links[:, i], moved.recording.step, p.size * value)
+            share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
+            share[:, i] += own
+        return Predicted(np.sum(list(shares.values()), axis=0), torque, gears, part, shares)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
@@ -220,9 +224,7 @@ class MotionProblem:
         return self.rows(wind_up, torque).ravel()
 
 
-def _friction_part(
-    moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray
-) -> np.ndarray:
+def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray) -> np.ndarray:
     """Return a motor's friction over its largest, (n,), loaded at the start as its torque there says."""
     started = 0.0
     if drive.friction > 0.0:

@@ -1,4 +1,4 @@
-"""What the encoders add to a motion: a lag, an offset, their eccentricity and the error of their lines."""
+"""What the encoders add to a motion: a lag, an offset, eccentricity, lines."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from coupling.motion.recording import Recording
 from coupling.motion.smoothing import MotorMotion
 
-# Over less of a turn [rad] a sine of one a turn looks like much else, and what it says elsewhere is wrong.
+# Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
 SHORT_TRAVEL = np.pi / 3.0
 
 
@@ -90,7 +90,7 @@ def presliding(angle: np.ndarray, slip_angle: float, start: float) -> np.ndarray
 
 
 def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
-    """Return what equal steps of time [s] show a lag [s] later, (n,): a cubic spline, held at its ends."""
+    """Return values at equal steps [s] a lag [s] later, (n,): a cubic spline, held at its ends."""
     rows = np.arange(len(values))
     there = np.clip(rows - lag / step, 0.0, len(values) - 1.0)
     later: np.ndarray = CubicSpline(rows, values)(there)
@@ -116,7 +116,7 @@ def column(parameter: SensorParameter, motion: MotorMotion, part: np.ndarray) ->
 
 
 def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
-    """Return the wind-up by what is a recording's own: an offset, and cosine and sine of lines, (n, 1 + 2 l).
+    """Return the wind-up by what is a recording's own, (n, 1 + 2 l): offset, cosine and sine of lines.
 
     Args:
         recording: The recording.

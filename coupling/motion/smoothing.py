@@ -1,4 +1,4 @@
-"""The motors' motion without the noise of their encoders, and what noise it leaves in their acceleration."""
+"""The motors' motion without the noise of their encoders, and what of it is left."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 # Order of the filter in one direction; there and back it has none of a phase and twice this order.
-_ORDER = 2
+_ORDER = 3
 
 
 def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
@@ -57,7 +57,7 @@ class MotorMotion:
         qd = np.gradient(q, step, axis=0, edge_order=2)
         qdd = smooth(np.gradient(qd, step, axis=0, edge_order=2), step, bandwidth)
         quiet = max(len(q) // 20, 20)
-        # The median over stretches of the recording is not moved by those in which the robot accelerates.
+        # The quietest stretch is one at rest, if there is one.
         rough = qdd - smooth(qdd, step, bandwidth / 4.0)
         parts = np.array_split(rough, max(len(q) // quiet, 1))
         return cls(q, qd, qdd, np.min([part.std(axis=0) for part in parts], axis=0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import curve, style
@@ -29,6 +29,8 @@ def motion_page(title: str, found: MotionResult) -> str:
             name = f"wind-up-{one.name}"
             title_ = f"{one.name}, {words}: motor less link"
             sections.append(Section(title_, [_WIND_UP], name, figures))
+            shares = [share_figure(found, one, k) for k in range(len(found.joints))]
+            sections.append(Section("By cause, without the lag", [], f"causes-{one.name}", shares))
         torques = [torque_figure(one, k) for k in range(len(one.measured_torque))]
         sections.append(
             Section(f"{one.name}, {words}: motor torque", [], f"torque-{one.name}", torques)
@@ -85,7 +87,8 @@ def _size(value: float | None, factor: float) -> str:
 
 def _parameters(found: MotionResult) -> Table:
     return Table(
-        ("parameter", "start", "fit", "95 % from", "to", "unit"), [_row(p) for p in found.parameters]
+        ("parameter", "start", "fit", "95 % from", "to", "unit"),
+        [_row(p) for p in found.parameters],
     )
 
 
@@ -117,6 +120,23 @@ def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figu
     return _over_time(time, measured, left, f"joint {found.joints[k]} [urad]")
 
 
+def share_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+    """Draw an encoder's motor less link without its lag over time, and what makes it."""
+    figure, time = go.Figure(), np.array(one.time)
+    shares = {own.name: _UM * np.array(own.wind_up[k]) for own in one.shares}
+    measured = _UM * np.array(one.measured_wind_up[k]) - shares.pop("lag", 0.0)
+    for (words, values), color in zip(
+        {"measured": measured, **shares}.items(),
+        (DESIRED, AFTER, BEFORE, GREEN, PLANT),
+        strict=False,
+    ):
+        line = {"color": color, "width": 1.2}
+        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title=f"joint {found.joints[k]} [urad]")
+    return style(figure, 300)
+
+
 def torque_figure(one: RecordingResult, k: int) -> go.Figure:
     """Draw the torque of a motor over time: measured, predicted, what is left."""
     time = np.array(one.time)
@@ -124,9 +144,7 @@ def torque_figure(one: RecordingResult, k: int) -> go.Figure:
     return _over_time(time, measured, left, f"joint {k + 1} [N m]")
 
 
-def _over_time(
-    time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: str
-) -> go.Figure:
+def _over_time(time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
     figure = go.Figure()
     for words, values, color, width in (
         ("measured", measured, DESIRED, 1.0),
@@ -140,7 +158,10 @@ def _over_time(
     return style(figure, 300)
 
 
-_WIND_UP = Note("Predicted with lag, eccentricity and loop of the encoders, and this recording's own offset and phases.")
+_WIND_UP = Note(
+    "Predicted with lag, eccentricity and loop of the encoders, and the recording's own offset and"
+    " phases."
+)
 _LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
 _TERMS = Note(
     "What is left of the recording held out last at the term's joint, if the others answer to first"

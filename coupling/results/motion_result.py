@@ -23,6 +23,13 @@ class MotionParameterResult(ResultPart):
     identified: bool
 
 
+class ShareResult(ResultPart):
+    """Share of a cause in motor less link over time, by joint with an encoder."""
+
+    name: str
+    wind_up: tuple[tuple[float, ...], ...]
+
+
 class RecordingResult(ResultPart):
     """A recording, and what is left of it, by joint."""
 
@@ -36,6 +43,7 @@ class RecordingResult(ResultPart):
     time: tuple[float, ...]
     measured_wind_up: tuple[tuple[float, ...], ...]
     left_wind_up: tuple[tuple[float, ...], ...]
+    shares: tuple[ShareResult, ...]
     measured_torque: tuple[tuple[float, ...], ...]
     left_torque: tuple[tuple[float, ...], ...]
 

@@ -1,7 +1,6 @@
 """Recordings of a known robot with noise, quantised encoders and a lag, and how often intervals hold it.
 
-The links' angles are delayed by interpolation, not by the first-order lag of the fit; the motors' angles are
-those of quantised encoders; noise of torques and of links is correlated over 20 ms.
+The links' angles are delayed, both encoders quantised, their noise and the torques' correlated over 20 ms.
 """
 
 from __future__ import annotations
