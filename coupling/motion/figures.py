@@ -83,7 +83,7 @@ def _recording(one: Judged) -> RecordingResult:
         torque_relative=_all(one.torque),
         slow_torque_relative=_all(one.slow_torque),
         time=tuple(recording.time.tolist()),
-        measured_wind_up=_columns(recording.wind_up[:, linked] - one.offset[linked]),
+        measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
         left_wind_up=_columns(one.left_wind_up[:, linked]),
         shares=tuple(
             ShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))

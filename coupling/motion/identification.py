@@ -11,7 +11,7 @@ from coupling.errors import IdentifyError
 from coupling.motion.fit import MotionFit, fitted, told
 from coupling.motion.lines import encoder_lines
 from coupling.motion.moved_robot import MovedRobot
-from coupling.motion.parameters import motion_parameters
+from coupling.motion.parameters import MotionParameter, motion_parameters
 from coupling.motion.problem import MotionProblem, MovedRecording, Parameter, Predicted
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import SHORT_TRAVEL, sensor_parameters
@@ -30,7 +30,6 @@ class Judged:
         moved: The recording.
         held_out: Whether it was not fitted.
         predicted: What is predicted of it.
-        offset: Offsets between the encoders [rad], (j,).
         left_wind_up: What is left of motor less link [rad], (n, j).
         wind_up: Rms of that, (j,); nan without encoder.
         without_lines: The same with an offset alone for each encoder, (j,).
@@ -41,7 +40,6 @@ class Judged:
     moved: MovedRecording
     held_out: bool
     predicted: Predicted
-    offset: np.ndarray
     left_wind_up: np.ndarray
     wind_up: np.ndarray
     without_lines: np.ndarray
@@ -151,7 +149,7 @@ def identify_motion(
             first = fitted(replace(first.problem, moved=moved), first.x)
         fit, chosen = first, np.ones(len(parameters), dtype=bool)
         for _ in range(_MOST_PASSES):
-            own = told(fit)
+            own = told(fit) & ~_drowned(fit)
             if own.all():
                 break
             chosen[np.flatnonzero(chosen)[~own]] = False
@@ -166,6 +164,21 @@ def identify_motion(
         if travel[i] < SHORT_TRAVEL
     )
     return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+
+
+def _drowned(fit: MotionFit) -> np.ndarray:
+    """Return which numbers of gears do less than what is left of their joint's wind-up, (P,) of bool.
+
+    What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
+    """
+    problem, gear, left = fit.problem, [], []
+    for moved in problem.moved:
+        predicted = problem.predicted(moved, fit.x)
+        gear.append(predicted.shares["gear"])
+        left.append(problem.left(moved, predicted)[0])
+    small = np.std(np.vstack(gear), axis=0) < _rms(np.vstack(left))
+    own = [isinstance(p, MotionParameter) and p.of_gear for p in problem.parameters]
+    return np.array(own) & small[[p.joint for p in problem.parameters]]
 
 
 def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:
@@ -201,7 +214,6 @@ def judge(
         moved,
         held_out,
         predicted,
-        np.mean(apart, axis=0),
         wind_up,
         _rms(wind_up),
         np.std(apart, axis=0),

@@ -47,6 +47,11 @@ class MotionParameter:
     vanishes: bool = False
     most: float = 30.0
 
+    @property
+    def of_gear(self) -> bool:
+        """Whether it is a number of the gear's wind-up."""
+        return self.name.endswith((".stiffness", ".backlash", ".hysteresis"))
+
     def inward(self, value: float) -> float:
         """Return what the fit counts by: parts of its usual size."""
         return self.size / value if self.inverse else value / self.size

@@ -106,7 +106,7 @@ def picture() -> str:
     """Draw B as A predicts it, and return the picture's line."""
     told = found("A", "B")
     (one,) = (own for own in told.recordings if own.held_out)
-    figure = make_subplots(rows=2, cols=3, vertical_spacing=0.12, horizontal_spacing=0.07)
+    figure = make_subplots(rows=2, cols=3, vertical_spacing=0.12, horizontal_spacing=0.1)
     time = np.array(one.time)
     shares = {own.name: own for own in one.shares}
     for k in range(3):

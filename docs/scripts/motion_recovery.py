@@ -1,6 +1,6 @@
 """Recordings of a known robot with noise, quantised encoders and a lag, and how often intervals hold it.
 
-The links' angles are delayed, both encoders quantised, their noise and the torques' correlated over 20 ms.
+Links are delayed, both encoders quantised, their noise and that of torques correlated over 20 ms.
 """
 
 from __future__ import annotations

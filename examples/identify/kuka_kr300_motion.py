@@ -1,4 +1,4 @@
-"""The recordings of the KUKA KR 300 as `elastic-robot identify` reads them, in radians, at gears' outputs.
+"""The recordings of the KUKA KR 300 as `elastic-robot identify` reads them: in radians, at the joints.
 
 python examples/identify/kuka_kr300_motion.py results
 elastic-robot identify results/kuka_A.csv --robot kuka_kr300 --hold-out results/kuka_B.csv --leave-out

@@ -47,7 +47,12 @@ def test_a_joint_without_an_encoder_behind_the_gear_has_no_link(tmp_path):
         ((5, 1, "x"), 1, None, "motor\\[1\\]: expected a finite number, got 'x'"),
         (None, 2, None, "columns motor\\[2\\], motor_torque\\[2\\] are missing"),
         (None, 1, "time,motor[1],link[1]", "columns motor_torque\\[1\\] are missing"),
-        (None, 1, "time,motor[1],motor_torque[1],motor[2]", "a robot with 1 joints, got motor\\[2\\]"),
+        (
+            None,
+            1,
+            "time,motor[1],motor_torque[1],motor[2]",
+            "a robot with 1 joints, got motor\\[2\\]",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_recording_is_told_with_its_place(

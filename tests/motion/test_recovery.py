@@ -11,10 +11,10 @@ from coupling.errors import IdentifyError
 from coupling.motion.blocks import NormalBlocks
 from coupling.motion.identification import identify_motion
 from coupling.motion.moved_robot import MovedRobot
-from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.parameters import motion_parameters
+from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.sensors import sensor_parameters
-from docs.scripts.motion_recovery import BANDWIDTH, LAG, Known, arm, coverage, recorded
+from docs.scripts.motion_recovery import BANDWIDTH, Known, arm, coverage, recorded
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,11 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
         assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
     # A mass in the plane of motion has no effect across it.
-    kept = {p.name for p, own in zip(found.first.problem.parameters, found.chosen, strict=True) if not own}
+    kept = {
+        p.name
+        for p, own in zip(found.first.problem.parameters, found.chosen, strict=True)
+        if not own
+    }
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
     worth = {term.term: term for term in found.terms}
@@ -65,11 +69,13 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
             step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
             difference = (problem.residual(x + step) - problem.residual(x - step)) / 0.04
             size = np.linalg.norm(difference)
-            assert np.linalg.norm(matrix[:, k] - difference) < 0.06 * size + 1e-3, parameters[k].name
+            assert np.linalg.norm(matrix[:, k] - difference) < 0.06 * size + 1e-3, parameters[
+                k
+            ].name
 
 
 def test_blocks_left_out_know_correlated_residuals():
-    """The mean of noise that holds for 25 rows: Student's interval of single rows would be 5 times too narrow."""
+    """The mean of noise that holds for 25 rows: the interval of single rows is 5 times too narrow."""
     rng, means, widths = np.random.default_rng(8), [], []
     for _ in range(200):
         residual = np.repeat(rng.standard_normal(80), 25)
@@ -91,5 +97,7 @@ def test_a_rigid_joint_is_refused(recordings):
     joints = arm().joints
     rigid = replace(joints[1], stiffness=None, damping=0.0, drive=None)
     robot = replace(arm(), joints=(joints[0], rigid))
-    with pytest.raises(IdentifyError, match="expected a stiffness of every joint, got none of joint 2"):
+    with pytest.raises(
+        IdentifyError, match="expected a stiffness of every joint, got none of joint 2"
+    ):
         identify_motion(robot, recordings[:1], [], BANDWIDTH, leave_out=False)
