@@ -180,7 +180,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def torques(name: str, text: str) -> Block:
+    def torques(name: str, text: str, starts_from: Names = REST) -> Block:
         joints = chain.elastic_joint[chain.torsions] + 1
         return block(
             [
@@ -190,6 +190,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             Array(
                 name, f"Torques of {text}, in the order of the joints that have one", len(joints)
             ),
+            starts_from=starts_from,
             exchanged=(*HELD, "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES),
         )
 
@@ -322,7 +323,11 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             exchanged=CONTACT,
         ),
         "gear_torque": torques("gear_torque", "the gear on its link"),
-        "motor_torque": torques("motor_torque", "the motor at its gear's output"),
+        "motor_torque": torques(
+            "motor_torque",
+            "the motor at its gear's output",
+            (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction") if motors else REST,
+        ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
         "rotor_angle": rotor("rotor_angle", "rad", "Angle", ANGLE, "q_cmd", "strings", TIME),
