@@ -127,6 +127,7 @@ def test_derivatives_of_everything_are_slopes_and_what_is_declared(tmp_path, see
     three = fmpy.read_model_description(str(file))
     told = [*three.outputs, *three.derivatives, *three.eventIndicators]
     declared3 = {u.variable.name: {d.name for d in u.dependencies} for u in told}
+    assert all(len(u.dependencies) == len(declared3[u.variable.name]) for u in told)  # each once
     blocks = ["tcp", "velocity", "rigid", "deviation", "gear_torque", "motor_torque"]
     blocks += ["motor_angle", "motor_rate", *STATES, *(s.derivative for s in STATES.values())]
     blocks += ["slip", "motor_slip", "torque_room"]

@@ -119,7 +119,9 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             follows,
             starts_from,
             arrays,
-            (*exchanged, *(key for key, at in MOVED.items() if at in exchanged)),
+            tuple(
+                dict.fromkeys((*exchanged, *(key for key, at in MOVED.items() if at in exchanged)))
+            ),
             own,
             tuned=tuned,
         )
@@ -180,7 +182,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def torques(name: str, text: str, starts_from: Names = REST) -> Block:
+    def torques(name: str, text: str, commanded: Names = ()) -> Block:
         joints = chain.elastic_joint[chain.torsions] + 1
         return block(
             [
@@ -190,8 +192,8 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             Array(
                 name, f"Torques of {text}, in the order of the joints that have one", len(joints)
             ),
-            starts_from=starts_from,
-            exchanged=(*HELD, "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES),
+            starts_from=tuple(dict.fromkeys((*REST, *commanded, "friction"))),
+            exchanged=(*commanded, *STATES),
         )
 
     def drives(name: str, unit: str, text: str, command: str) -> Block:
@@ -326,7 +328,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         "motor_torque": torques(
             "motor_torque",
             "the motor at its gear's output",
-            (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction") if motors else REST,
+            (*COMMANDS, "torque_cmd", TIME) if motors else (),
         ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
