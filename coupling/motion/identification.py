@@ -116,9 +116,10 @@ def identify_motion(
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
     Raises:
-        IdentifyError: If the recordings do not have the same encoders, or nothing is to be fitted.
+        IdentifyError: If a joint is rigid, the recordings do not have the same encoders, or nothing is to be fitted.
         SimulationError: If the start cannot be simulated along them.
     """
+    _require_elastic(robot)
     with_link = recordings[0].with_link
     for recording in (*recordings, *held_out):
         if recording.with_link != with_link:
@@ -164,6 +165,14 @@ def identify_motion(
         if travel[i] < SHORT_TRAVEL
     )
     return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+
+
+def _require_elastic(robot: Robot) -> None:
+    rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
+    if rigid:
+        raise IdentifyError(
+            f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
+        )
 
 
 def _drowned(fit: MotionFit) -> np.ndarray:
