@@ -91,7 +91,15 @@ class MotionIdentification:
     @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
-        return "" if self.chosen.any() else "nothing is identified"
+        if not self.chosen.any():
+            return "nothing is identified"
+        left = np.median([one.torque for one in self.judged if not one.held_out])
+        if left > 1.0:
+            return (
+                f"of the motors' torques {100.0 * left:.0f} % are left: are angles in rad, and torques"
+                " and angles those at the gears' outputs, counted as in the robot file?"
+            )
+        return ""
 
     @property
     def identified_robot(self) -> Robot:
@@ -116,7 +124,7 @@ def identify_motion(
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
     Raises:
-        IdentifyError: If a joint is rigid, the recordings do not have the same encoders, or nothing is to be fitted.
+        IdentifyError: If a joint is rigid, encoders differ, or nothing is to be fitted.
         SimulationError: If the start cannot be simulated along them.
     """
     _require_elastic(robot)

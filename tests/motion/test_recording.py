@@ -63,6 +63,14 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
         read_recording(_file(tmp_path, change=change, **given), joints)
 
 
+def test_motors_at_rest_are_no_motion(tmp_path):
+    file = tmp_path / "still.csv"
+    lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
+    file.write_text("\n".join(["time,motor[1],motor_torque[1]", *lines]) + "\n")
+    with pytest.raises(IdentifyError, match="expected motors that move"):
+        read_recording(file, 1)
+
+
 def test_a_few_rows_are_no_motion(tmp_path):
     with pytest.raises(IdentifyError, match="at least 100 rows, got 50"):
         read_recording(_file(tmp_path, rows=50), 1)
