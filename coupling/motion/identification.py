@@ -184,7 +184,7 @@ def _require_elastic(robot: Robot) -> None:
 
 
 def _drowned(fit: MotionFit) -> np.ndarray:
-    """Return which numbers of gears do less than what is left of their joint's wind-up, (P,) of bool.
+    """Return which numbers of gears do less than half of what is left of wind-ups, (P,) of bool.
 
     What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
     """
@@ -193,7 +193,7 @@ def _drowned(fit: MotionFit) -> np.ndarray:
         predicted = problem.predicted(moved, fit.x)
         gear.append(predicted.shares["gear"])
         left.append(problem.left(moved, predicted)[0])
-    small = np.std(np.vstack(gear), axis=0) < _rms(np.vstack(left))
+    small = np.std(np.vstack(gear), axis=0) < 0.5 * _rms(np.vstack(left))
     own = [isinstance(p, MotionParameter) and p.of_gear for p in problem.parameters]
     return np.array(own) & small[[p.joint for p in problem.parameters]]
 

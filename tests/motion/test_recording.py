@@ -9,7 +9,7 @@ from coupling.errors import IdentifyError
 from coupling.motion.lines import encoder_lines
 from coupling.motion.recording import is_recording, read_recording
 from coupling.motion.sensors import delayed, presliding
-from coupling.motion.smoothing import MotorMotion, smooth
+from coupling.motion.smoothing import SmoothedMotion, smooth
 
 STEP = 0.004
 
@@ -84,8 +84,8 @@ def test_smoothing_neither_shifts_nor_shrinks_a_slow_motion_and_takes_the_noise(
     noise = 1e-6 * rng.standard_normal((3000, 1))
     angle = 0.1 * np.sin(omega * time)[:, None]
     exact = -(omega**2) * angle
-    clean = MotorMotion.of(angle, STEP, 20.0).qdd
-    noisy = MotorMotion.of(angle + noise, STEP, 20.0).qdd
+    clean = SmoothedMotion.of(angle, STEP, 20.0).qdd
+    noisy = SmoothedMotion.of(angle + noise, STEP, 20.0).qdd
     inside = slice(200, -200)
     assert np.abs(clean - exact)[inside].max() < 1e-3 * np.abs(exact).max()
     assert np.abs(noisy - clean)[inside].max() < 0.05
