@@ -20,6 +20,7 @@ from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant, PlantRobot
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -50,6 +51,8 @@ class _PlantRobotTable(Schema):
     damping_factor: Factors = [1.0]
     backlash_factor: Factors = [1.0]
     hysteresis_factor: Factors = [1.0]
+    friction_factor: Factors = [1.0]
+    servo_gain_factor: PositiveFactors = [1.0]
     payload_kg: NotNegative = 0.0
     payload_position_m: Vector3 | None = None
 
@@ -92,6 +95,8 @@ class _PlantRobotTable(Schema):
             tuple(self.damping_factor),
             tuple(self.backlash_factor),
             tuple(self.hysteresis_factor),
+            tuple(self.friction_factor),
+            tuple(self.servo_gain_factor),
             self.payload_kg,
             None if place is None else tuple(place),
         )
@@ -102,6 +107,11 @@ class _PlantRobotTable(Schema):
                 raise CaseError(
                     f"{name}_factor: expected one number, or {len(robot.joints)}, one for each joint,"
                     f" got {count}"
+                )
+        for name in ("friction", "servo_gain"):
+            if moved == IDEAL and set(getattr(difference, name)) != {1.0}:
+                raise CaseError(
+                    f'{name}_factor: expected drive = "servo" beside it, got "{moved}", which knows none'
                 )
         return PlantRobot(difference.description(robot), curve, difference, moved)
 
@@ -218,6 +228,8 @@ class StudyTable(Schema):
         joints: "alike": one factor for all joints; "each": one for each joint, independent.
         stiffness_factor, damping_factor, backlash_factor: Factors of the robots' gears and tilts.
         hysteresis_factor: Factor of the slip torques of the gears that have elements.
+        friction_factor: Factor of the friction of motors, at rest and viscous.
+        servo_gain_factor: Factor of the gains of their servos.
         force_factor: Factor of the process's whole wrench.
         payload_kg: Mass that the tool of the first robot carries in addition.
         payload_position_m: Its place in the last body's frame; the TCP unless given.
@@ -232,6 +244,8 @@ class StudyTable(Schema):
     damping_factor: Uncertain = None
     backlash_factor: Uncertain = None
     hysteresis_factor: Uncertain = None
+    friction_factor: Uncertain = None
+    servo_gain_factor: Uncertain = None
     force_factor: Uncertain = None
     payload_kg: Uncertain = None
     payload_position_m: Vector3 | None = None
@@ -239,7 +253,7 @@ class StudyTable(Schema):
     @model_validator(mode="after")
     def _are_possible(self) -> StudyTable:
         for name, spread in self.spreads().items():
-            if name == "stiffness_factor" and spread.least <= 0.0:
+            if name in ("stiffness_factor", "servo_gain_factor") and spread.least <= 0.0:
                 raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
             if spread.least < 0.0:
                 raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
@@ -258,5 +272,7 @@ DEFAULT_SPREADS = {
     "damping_factor": Distribution(low=0.8, high=1.2),
     "backlash_factor": Distribution(low=0.8, high=1.2),
     "hysteresis_factor": Distribution(low=0.7, high=1.3),
+    "friction_factor": Distribution(low=0.7, high=1.3),
+    "servo_gain_factor": Distribution(low=0.8, high=1.2),
     "force_factor": Distribution(low=0.95, high=1.05),
 }

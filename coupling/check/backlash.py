@@ -21,6 +21,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.windows import solve_links
@@ -101,9 +103,9 @@ def right_command(
     links = solve_links(moving.model, task, progress=progress).theta
     time = fine_times(links)
     wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), wanted.wrench)
-    rows = []
-    for order, own in enumerate((wind_up.angle, wind_up.rate, wind_up.acceleration)):
-        drives = links.at(time, order)[:, moving.model.chain.drive]
-        drives[:, moving.model.gear_joint] -= own
-        rows.append((drives,))
-    return JointPath(time, *rows)
+    chain = moving.model.chain
+    outputs = np.stack([links.at(time, order)[:, chain.drive] for order in range(3)])
+    own = np.stack([wind_up.angle, wind_up.rate, wind_up.acceleration])
+    outputs[:, :, moving.model.gear_joint] -= own
+    motors = chain.kinematic_errors.at_motor(outputs)
+    return JointPath(time, *((values,) for values in motors))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 from typing import Annotated
 
@@ -192,6 +193,11 @@ class GearTable(Schema):
                 " from the lost motion: leave it out and give backlash"
             )
         return 0.5 * (lost - elastic) * ARCMIN
+
+
+def errors_in_words(errors: Sequence[KinematicError]) -> str:
+    """Return the sines of a gear's kinematic error."""
+    return ", ".join(f"{e.amplitude:.4g} rad {e.order:.6g} times a turn" for e in errors)
 
 
 def _elements(tables: list[StopElementTable]) -> list[StopElement]:

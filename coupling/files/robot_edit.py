@@ -10,7 +10,7 @@ from typing import Any
 
 import tomlkit
 from tomlkit.container import OutOfOrderTableProxy
-from tomlkit.items import AoT, InlineTable
+from tomlkit.items import AoT, Array, InlineTable
 
 from coupling.files.gear_table import SHEET_KEYS
 from coupling.files.robot_schema import JointTable, UrdfJoint
@@ -18,6 +18,9 @@ from coupling.files.sources import SOURCES, lost_places, numbers
 from coupling.files.toml_file import document
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
+
+# Parameters that are sums: of a gear's elements, and what of a motor's friction is there at rest.
+_SLIPPING = (".hysteresis", ".friction")
 
 
 class RobotEdit:
@@ -53,14 +56,18 @@ class RobotEdit:
         )
         self._tilt_remarks: dict[tuple[int, int], str] = {}
 
-    def change(self, name: str, value: object, source: str = "") -> None:
+    def change(self, name: str, value: float, source: str = "") -> None:
         """Give a parameter another value, with what [sources] says of it.
 
-        The elements of a gear's hysteresis stay as they are: those of a data sheet, which follow from
-        stiffness and backlash, take its place in the file before one of these changes.
+        A gear's hysteresis is the torque at which all of its elements slip, a motor's friction that at
+        rest: their parts are changed alike.  Else the elements stay as they are: those of a data sheet,
+        which follow from stiffness and backlash, take its place in the file before one of these changes.
         """
-        place, table, key = self._found(name)
         joint, tilt = place_of(name)
+        if name.endswith(_SLIPPING):
+            self._change_slipping(joint, name.rpartition(".")[2], float(value), source)
+            return
+        place, table, key = self._found(name)
         if key in ("stiffness", "backlash") and not tilt:
             self._write_elements(joint)
         table[key] = value
@@ -72,7 +79,9 @@ class RobotEdit:
         _, table, key = self._found(name)
         joint, tilt = place_of(name)
         text = " ".join(text.split())
-        if tilt and not isinstance(self._joints[joint][1]["tilt"], AoT):
+        if name.endswith(_SLIPPING):
+            _slipping(table, key)[2].comment(text)
+        elif tilt and not isinstance(self._joints[joint][1]["tilt"], AoT):
             if key == "stiffness":
                 self._tilt_remarks[joint, tilt] = text
         elif key in table:
@@ -152,6 +161,22 @@ class RobotEdit:
         above = "".join(f"{f'# {line}'.rstrip()}\n" for line in head.splitlines())
         return f"{above}\n{tomlkit.dumps(self._content)}"
 
+    def _change_slipping(self, joint: int, kind: str, value: float, source: str) -> None:
+        """Change all parts of a gear's hysteresis, or of a motor's friction at rest, alike."""
+        at, table = self._joints[joint]
+        if kind == "hysteresis":
+            self._write_elements(joint)
+            table = self._joints[joint][1]
+        place, parts, _ = _slipping(table, kind)
+        keys = ("slip_torque",) if kind == "hysteresis" else ("coulomb_Nm", "stiction_Nm")
+        found = [(part, key) for part in parts for key in keys if key in part]
+        whole = [float(part[key]) for part, key in found]
+        factor = value / (sum(whole) if kind == "hysteresis" else whole[-1])
+        for (part, key), own in zip(found, whole, strict=True):
+            part[key] = factor * own
+        if source:
+            self._set_source(f"joint[{at}].{place}", source)
+
     def _write_elements(self, joint: int) -> None:
         """Write backlash and elements of a gear for the numbers of its data sheet, if it has these."""
         at, table = self._joints[joint]
@@ -193,6 +218,17 @@ class RobotEdit:
         if not tilt:
             return f"joint[{at}]", table, key
         return f"joint[{at}].tilt[{tilt}]", table["tilt"][tilt - 1], key
+
+
+def _slipping(table: MutableMapping[str, Any], kind: str) -> tuple[str, list[Any], Any]:
+    """Return where hysteresis or friction of a joint are, their tables, and what a comment goes to."""
+    place = ("gear", "hysteresis") if kind == "hysteresis" else ("drive", "friction")
+    outer = table[place[0]]
+    inner = outer[place[1]]
+    parts = list(inner) if kind == "hysteresis" else [inner]
+    key = "slip_torque" if kind == "hysteresis" else "coulomb_Nm"
+    whole = next((own for own in (outer, inner) if isinstance(own, InlineTable | Array)), None)
+    return ".".join(place), parts, parts[0].item(key) if whole is None else whole
 
 
 def place_of(name: str) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""The elastic parameters of a robot: stiffness and damping of gears and tilts, the gears' backlash."""
+"""Parameters of a robot that are fitted: of gears, tilts and the friction of motors."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from typing import Any
 import numpy as np
 
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.parameters import Parameters
 
-# What is fitted.
+# What every robot has, and what gears with hysteresis and motors have beside.
 KINDS = ("backlash", "stiffness", "damping")
+SLIPPING = ("hysteresis", "friction")
 
 
 @dataclass(frozen=True)
 class RobotParameter:
-    """One elastic parameter of a robot.
+    """One parameter of a robot.
 
     Attributes:
         name: Name in the FMU, `joint[1].stiffness`.
-        kind: One of `KINDS`, or "hysteresis", the torque at which all elements of a gear slip.
-        coordinate: Number of its elastic coordinate.
+        kind: One of `KINDS`; or of `SLIPPING`: "hysteresis", the torque at which all elements of a gear
+            slip, "friction", that of a motor at rest.
+        coordinate: Number of its elastic coordinate; of a motor that of its gear.
         gear: Number of its gear; None for a tilt.
         value: Value in the robot file [N m/rad, N m s/rad, rad, N m].
     """
@@ -59,20 +61,43 @@ def robot_parameters(
             tabled = torque_curve == "spline" and nominal.tables[row] is not None
             if kind == "backlash" and (tilt or torque_curve == "linear"):
                 continue
-            value = float(getattr(nominal, kind)[row])
+            value = _value(robot, nominal, kind, row, int(chain.elastic_joint[row]), tilt)
             gear = None if tilt else int(np.flatnonzero(chain.torsions == row)[0])
-            if value > 0.0 and (kind in ("damping", "hysteresis") or not tabled):
+            if value > 0.0 and (kind in ("damping", *SLIPPING) or not tabled):
                 found.append(RobotParameter(f"{name}.{kind}", kind, row, gear, value))
     return tuple(found)
 
 
+def _value(robot: Robot, nominal: Parameters, kind: str, row: int, joint: int, tilt: bool) -> float:
+    """Return the value of an elastic coordinate's parameter; 0 where it has none."""
+    if kind != "friction":
+        return float(getattr(nominal, kind)[row])
+    drive = robot.joints[joint].drive
+    return 0.0 if drive is None or tilt else drive.friction
+
+
 def with_values(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """Return the robot with other values of its parameters, by name."""
+    """Return the robot with other values of its parameters, by name.
+
+    The elements of a gear keep their shares and slip angles.
+    """
 
     def changed(place: str, own: Any) -> Any:
         return replace(
             own, **{k: values[f"{place}.{k}"] for k in KINDS if f"{place}.{k}" in values}
         )
+
+    def slipping(name: str, own: Joint) -> Joint:
+        torque, friction = (values.get(f"{name}.{kind}") for kind in SLIPPING)
+        if torque is not None:
+            factor = torque / sum(stop.slip_torque for stop in own.hysteresis)
+            stops = (
+                replace(stop, slip_torque=factor * stop.slip_torque) for stop in own.hysteresis
+            )
+            own = replace(own, hysteresis=tuple(stops))
+        if friction is not None and own.drive is not None:
+            own = replace(own, drive=replace(own.drive, friction=friction))
+        return own
 
     joints = []
     for number, joint in enumerate(robot.joints, start=1):
@@ -80,5 +105,5 @@ def with_values(robot: Robot, values: Mapping[str, float]) -> Robot:
         tilts = tuple(
             changed(f"{name}.tilt[{k}]", tilt) for k, tilt in enumerate(joint.tilt, start=1)
         )
-        joints.append(replace(changed(name, joint), tilt=tilts))
+        joints.append(replace(slipping(name, changed(name, joint)), tilt=tilts))
     return replace(robot, joints=tuple(joints))

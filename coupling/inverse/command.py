@@ -13,12 +13,13 @@ from coupling.inverse.limited import NoCommandError, keep_within
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
+from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 
 
 def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> UniformSpline:
     """Return the command of an elastic joint under which its link moves best as wanted.
 
-    It starts where the link is in equilibrium, q = phi - e0, and minimises the miss of the link as
+    It starts where the link is in equilibrium, u(q) = phi - e0, and minimises the miss of the link as
     the scalar robot of its gear (`GearDrive`) moves under it, not the distance from the exact drive:
     between its rows a command cannot follow that, but what it gives too much in one place it can take
     back in the next before the link has moved.
@@ -37,14 +38,18 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     """
     exact = RigidDrive.of(task.link, rows).link
     times = np.linspace(rows.start, rows.end, len(exact))
-    exact = exact - np.interp(times, task.time, task.wind_up)
+    output = exact - np.interp(times, task.time, task.wind_up)
+    exact = task.errors.motor_angle(output[:, None])[:, 0]
     return _command(GearDrive.of(task, rows), task.link, rows, exact, limits)
 
 
-def rigid_command(link: UniformSpline, rows: CommandRows, limits: DriveLimits) -> UniformSpline:
+def rigid_command(
+    link: UniformSpline, rows: CommandRows, limits: DriveLimits, errors: KinematicErrors = NO_ERRORS
+) -> UniformSpline:
     """Return the command of a rigid joint that is nearest to its link; the rest as in `gear_command`."""
-    drive = RigidDrive.of(link, rows)
-    return _command(drive, link, rows, drive.link, limits)
+    drive = replace(RigidDrive.of(link, rows), errors=errors)
+    exact = errors.motor_angle(drive.link[:, None])[:, 0]
+    return _command(drive, link, rows, exact, limits)
 
 
 def _command(
@@ -86,7 +91,7 @@ def _through(values: np.ndarray, rows: CommandRows) -> np.ndarray:
 
 @dataclass(frozen=True)
 class RigidDrive:
-    """The link of a rigid joint, which misses its motion by  delta = q - phi  at the nodes.
+    """The link of a rigid joint, which misses its motion by  delta = u(q) - phi  at the nodes.
 
     Attributes:
         layout: Order of the unknowns.
@@ -94,6 +99,7 @@ class RigidDrive:
         first: Whether the path begins here.
         link: phi at the nodes [rad], (nodes,).
         bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,).
+        errors: Kinematic error of the joint.
     """
 
     layout: Layout
@@ -101,6 +107,7 @@ class RigidDrive:
     first: bool
     link: np.ndarray
     bend: np.ndarray
+    errors: KinematicErrors = NO_ERRORS
 
     @classmethod
     def of(cls, link: UniformSpline, rows: CommandRows) -> RigidDrive:
@@ -132,17 +139,23 @@ class RigidDrive:
         return stencil(np.arange(1, parts + 1) / parts, self.layout.degree, 0)
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return delta - q + phi at the ends of the steps [rad], (n, parts)."""
-        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
+        """Return delta - u(q) + phi at the ends of the steps [rad], (n, parts)."""
         wanted = (misses + self.link)[1:].reshape(-1, self.layout.parts)
-        defects: np.ndarray = wanted - local @ self._value.T
+        defects: np.ndarray = wanted - self.errors.output_angle(self._drive(coefficients))[..., 0]
         return defects
+
+    def _drive(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return q at the ends of the steps [rad], (n, parts, 1)."""
+        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
+        drive: np.ndarray = (local @ self._value.T)[..., None]
+        return drive
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by the unknowns of their blocks, (n, parts, width)."""
         layout = self.layout
         rows = np.zeros((layout.count, layout.parts, layout.width))
-        rows[:, :, layout.block_coefficient[1:]] = -self._value
+        rise = self.errors.slope(self._drive(coefficients))
+        rows[:, :, layout.block_coefficient[1:]] = -rise * self._value
         steps = np.arange(layout.parts)
         rows[:, steps, layout.block_miss[steps + 2]] = 1.0
         return rows

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
+from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.torque_curves import TorqueCurve
 
 # The wind-up is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
@@ -34,13 +35,14 @@ class GearTask:
         link: Angle phi of the link over time [rad], one column.
         time: Even fine times [s], (k,).
         torque: T that the gear has to carry there [N m], (k,).
-        wind_up: e0 = phi - q there that carries it: d e0' + S(e0) = T [rad], (k,).
+        wind_up: e0 = phi - u(q) there that carries it: d e0' + S(e0) = T [rad], (k,).
         curve: S, of this gear alone.
         damping: d [N m s/rad], >= 0.
         inertia: M against which an error of the torque works there [kg m^2], (k,): 1 / (M^-1)_gg of
             the robot's mass matrix, the other coordinates free to yield as they are for what is
             faster than the robot's modes.
         elements: Elements of the gear's hysteresis, which come to e0 from unloaded.
+        errors: Its kinematic error, by which its output is at u(q).
     """
 
     link: UniformSpline
@@ -51,6 +53,7 @@ class GearTask:
     damping: float
     inertia: np.ndarray
     elements: GearElements = NO_ELEMENTS
+    errors: KinematicErrors = NO_ERRORS
 
     @property
     def stiffness(self) -> float:
@@ -94,7 +97,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class GearDrive:
-    """The scalar robot of one gear,  M delta'' + d x' + S(x) = T  with wind-up  x = phi - q + delta.
+    """The scalar robot of one gear,  M delta'' + d x' + S(x) = T  with wind-up  x = phi - u(q) + delta.
 
     In steps of length h, the miss delta straight between the nodes: the momentum that the gear gives
     to the link from the middle of a step to the middle of the next is that which moves it,
@@ -237,9 +240,8 @@ class GearDrive:
         impulse = momentum + halves[..., 0].ravel()
         impulse[1:] += halves[..., 1].ravel()[:-1] - momentum[:-1]
         if self.first:
-            # It starts in equilibrium with its wind-up at rest, so delta' = q' - phi'.
-            rate = self._start_row @ coefficients[: self.layout.degree + 1] - self.link_rate
-            impulse[0] -= self.inertia[0] * rate
+            # It starts in equilibrium with its wind-up at rest, so delta' = u' - phi'.
+            impulse[0] -= self.inertia[0] * (self._start(coefficients)[0] - self.link_rate)
         else:
             impulse[0] = 0.0  # the step before is not here
         return (self.scale * impulse).reshape(-1, self.layout.parts)
@@ -247,12 +249,26 @@ class GearDrive:
     def _wind_ups(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return x at the quarters of the steps, (n, parts, 5)."""
         shape = self.layout.count, self.layout.parts, 5
-        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
-        drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
+        drive = self._drive(coefficients)
         link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
         miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
-        wind_ups: np.ndarray = (link + miss).reshape(shape) - drive.reshape(shape)
+        outputs = self.task.errors.output_angle(drive[..., None])[..., 0]
+        wind_ups: np.ndarray = (link + miss).reshape(shape) - outputs
         return wind_ups
+
+    def _drive(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return q at the quarters of the steps, (n, parts, 5)."""
+        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
+        drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
+        return drive.reshape(self.layout.count, self.layout.parts, 5)
+
+    def _start(self, coefficients: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return u' at the first time [rad/s] and its derivatives by the first coefficients [1/s]."""
+        first = coefficients[: self.layout.degree + 1]
+        q, rate = self._value[0, 0] @ first, self._start_row @ first
+        _, slope, bend, _ = self.task.errors.derivatives(np.array([q]))[:, 0]
+        by = (1.0 + slope) * self._start_row + bend * rate * self._value[0, 0]
+        return float((1.0 + slope) * rate), by
 
     def _impulses(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the integrals of d x' + S(x) - T over half steps [N m s], (n, parts, 2)."""
@@ -285,8 +301,10 @@ class GearDrive:
         n, m, k = layout.count, layout.parts, layout.degree
         by_wind_up = self._by_wind_up(coefficients, misses)
         by_drive = np.empty((n, m, 2, k + 1))
+        rise = self.task.errors.slope(self._drive(coefficients)[..., None])[..., 0]
+        by_quarter = by_wind_up * rise[:, :, None]
         for j in range(m):
-            by_drive[:, j] = -(by_wind_up[:, j].reshape(-1, 5) @ self._value[j]).reshape(
+            by_drive[:, j] = -(by_quarter[:, j].reshape(-1, 5) @ self._value[j]).reshape(
                 n, 2, k + 1
             )
         by_miss = by_wind_up @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
@@ -305,7 +323,7 @@ class GearDrive:
             rows[:, j, of_miss[j : j + 2]] += before[j::m]
             rows[:, j, of_miss[j + 1 : j + 3]] += now[j::m]
         if self.first:
-            rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start_row
+            rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start(coefficients)[1]
         else:
             rows[0, 0] = 0.0
         rows *= self.scale.reshape(n, m, 1)

@@ -271,10 +271,10 @@ class MovingRobot:
         dynamics = Dynamics(build_chain(self.robot), parameters.gravity)
         unloaded = Past.start(Hysteresis(dynamics.chain.elements, parameters.hysteresis))
         for _ in range(_STARTS):
-            q = theta[0, chain.drive].copy()
-            q[self.model.gear_joint] -= wind_up
+            output = theta[0, chain.drive].copy()
+            output[self.model.gear_joint] -= wind_up
             try:
-                rest = equilibrium(dynamics, self.curve, q, ToolLoad(wrench[0]), unloaded)
+                rest = equilibrium(dynamics, self.curve, output, ToolLoad(wrench[0]), unloaded)
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 wind_up = wind_up - _ASIDE
@@ -299,13 +299,13 @@ class MovingRobot:
         inertia = self._inertia(theta, wind_up.time)
         gear_of = {int(joint): gear for gear, joint in enumerate(self.model.gear_joint)}
         for joint in range(chain.joint_count):
-            index = int(chain.drive[joint])
+            index, errors = int(chain.drive[joint]), chain.kinematic_errors.of_joint(joint)
             link = UniformSpline(
                 theta.start, theta.spacing, theta.coefficients[:, [index]], theta.degree
             )
             own = limits.of_joint(joint)
             if joint not in gear_of:
-                columns.append(rigid_command(link, rows, own))
+                columns.append(rigid_command(link, rows, own, errors))
             else:
                 gear = gear_of[joint]
                 parameters = rows_of(self._gears, np.array([gear]))
@@ -318,6 +318,7 @@ class MovingRobot:
                     float(parameters.damping[0]),
                     inertia[:, gear],
                     self.elements[gear],
+                    errors,
                 )
                 columns.append(gear_command(task, rows, own))
             progress("drives", joint + 1, chain.joint_count)

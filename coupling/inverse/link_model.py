@@ -18,7 +18,8 @@ class LinkState:
     """Robot at several instants.
 
     Attributes:
-        load: M theta'' + h - J^T w, the torque that all angles of the chain need [N m], (k, angles).
+        load: M theta'' + h - J^T w less the balancers' torques, that all angles of the chain need [N m],
+            (k, angles).
         position, rotation: Pose of the TCP, base frame [m], (k, 3) and (k, 3, 3).
     """
 
@@ -114,13 +115,14 @@ class LinkModel:
     def load(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> np.ndarray:
-        """Return M theta'' + h - J^T w [N m], (k, angles); arguments as in `state`."""
+        """Return M theta'' + h - J^T w, balancers taken off [N m], (k, angles); arguments as `state`."""
         model, data, rnea = self.chain.model, self._data, pin.rnea
         load = np.empty_like(theta)
         for k in range(len(theta)):
             load[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
         for k in np.flatnonzero(wrench.any(axis=1)).tolist():
             load[k] -= wrench[k] @ tcp_jacobian(self.chain, data, theta[k])
+        self.chain.balancers.relieve(load, theta)
         return load
 
     def linearised(
@@ -145,4 +147,6 @@ class LinkModel:
         load -= (wrench[:, None] @ jacobian)[:, 0]
         loaded = wrench.any(axis=1)
         by[loaded, 0] -= tcp_force_gradient(jacobian[loaded], wrench[loaded])
+        self.chain.balancers.relieve(load, theta)
+        self.chain.balancers.relieve_gradient(by[:, 0], theta)
         return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)

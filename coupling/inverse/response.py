@@ -68,9 +68,8 @@ class AlongMotion:
         every = max(1, int(np.ceil((outputs[1] - outputs[0]) / _STEP - 1e-9)))
         step = float(outputs[1] - outputs[0]) / every
         times = outputs[0] + step * (np.arange((len(outputs) - 1) * every) + 0.5)
-        transition, half, forcing = self._matrices(
-            times, self._slope(times, step, outputs, deflection, before), step
-        )
+        slope = self._slope(times, step, outputs, deflection, before)
+        transition, half, forcing = self._matrices(command, times, slope, step)
         first, part = command.place(times)
         weights = np.stack(
             [stencil(part, command.degree, o) / command.spacing**o for o in range(3)], axis=1
@@ -101,18 +100,18 @@ class AlongMotion:
         answer = np.einsum("kra,kacj->krcj", by.jacobian[:, :, chain.elastic], pushed)
         first, part = command.place(outputs)
         weights = stencil(part, command.degree, 0)
+        driven = by.jacobian[:, :, chain.drive]
+        driven = driven * chain.kinematic_errors.slope(command.at(outputs))[:, None]
         for k in range(len(outputs)):
             used = range(max(first[k], free.start), min(first[k] + command.degree + 1, free.stop))
             for c in used:
-                answer[k, :, c - free.start] += (
-                    weights[k, c - first[k]] * by.jacobian[k][:, chain.drive]
-                )
+                answer[k, :, c - free.start] += weights[k, c - first[k]] * driven[k]
         return answer
 
     def _matrices(
-        self, times: np.ndarray, slope: np.ndarray, step: float
+        self, command: UniformSpline, times: np.ndarray, slope: np.ndarray, step: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return transition over a step and its half, and accelerations by q, q', q'' of the drives."""
+        """Return transition over a step and its half, and accelerations by q, q', q'' of the motors."""
         chain, parameters = self.model.chain, self.model.parameters
         motion = [self.theta.at(times, order) for order in range(3)]
         _, by = self.model.linearised(motion[0], motion[1], motion[2], self.wrench(times))
@@ -130,8 +129,11 @@ class AlongMotion:
         generator[:, :size, size:] = np.eye(size)
         generator[:, size:] = -solved[..., : 2 * size]
         half = expm(0.5 * step * generator)
-        forcing = -solved[..., 2 * size :].reshape(count, size, 3, -1)
-        return half @ half, half, forcing
+        forcing = -solved[..., 2 * size :]
+        if chain.kinematic_errors.count:
+            motors = np.stack([command.at(times, order) for order in range(3)])
+            forcing = forcing @ chain.kinematic_errors.gradient(motors)
+        return half @ half, half, forcing.reshape(count, size, 3, -1)
 
     def _slope(
         self,

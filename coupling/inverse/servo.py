@@ -14,7 +14,7 @@ moves it so: delta = delta' = 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.signal import lfilter
@@ -34,6 +34,7 @@ class MotorMotion:
         acceleration: q'' [rad/s^2], (n,).
         gear_torque: Torque of the gear on its link, -T [N m], (n,): the FMU's output `gear_torque`.
         held: The same where the robot is held at rest at the first time, as a simulation starts [N m].
+        slope: 1 + eps' of the gear, by which it feels that torque [1], (n,) or (1,).
     """
 
     time: np.ndarray
@@ -42,6 +43,7 @@ class MotorMotion:
     acceleration: np.ndarray
     gear_torque: np.ndarray
     held: float
+    slope: np.ndarray = field(default_factory=lambda: np.ones(1))
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ def motor_torque(drive: Drive, motion: MotorMotion) -> np.ndarray:
     stop = GearElements(np.array([drive.friction]), np.array([drive.slip_angle]))
     part = stop.along(motion.angle, np.zeros(1))[:, 0] / drive.slip_angle
     friction = drive.friction_torque(drive.friction, part, motion.rate, motion.gear_torque)
-    torque: np.ndarray = drive.inertia * motion.acceleration + motion.gear_torque + friction
+    felt = motion.slope * motion.gear_torque
+    torque: np.ndarray = drive.inertia * motion.acceleration + felt + friction
     return torque
 
 
@@ -90,7 +93,8 @@ def servo_motion(drive: Drive, motion: MotorMotion) -> ServoMotion:
     # delta = J/(Kp kff) q' + ... likewise, so that the rests' equations have q' in the place of q''.
     rest = torque - drive.inertia * motion.acceleration
     # At the start w is that of a command which is the motor's motion, the gear's torque that at rest.
-    start = torque[0] - motion.gear_torque[0] + motion.held - kp * (kff - 1.0) * rate[0]
+    start = torque[0] + motion.slope[0] * (motion.held - motion.gear_torque[0])
+    start -= kp * (kff - 1.0) * rate[0]
     by_rate = drive.inertia * ki / kp
     integral = np.full(len(torque), start)
     if ki > 0.0:

@@ -66,13 +66,14 @@ class RobotServos:
         """
         time, moving = dense_times(self._rows), self._moving
         motion = [motors.at(time, order) for order in range(3)]
+        slope = moving.model.chain.kinematic_errors.slope(motion[0])
         coefficients = motors.coefficients.copy()
         for gear, joint in enumerate(moving.model.gear_joint):
             drive = moving.robot.joints[joint].drive
             if drive is not None:
                 angle, rate, acceleration = (values[:, joint] for values in motion)
                 torque, held = self._gear_torque[:, gear], float(self._held[gear])
-                own = MotorMotion(time, angle, rate, acceleration, torque, held)
+                own = MotorMotion(time, angle, rate, acceleration, torque, held, slope[:, joint])
                 limits = self._limits.of_joint(joint)
                 coefficients[:, joint] = _column(drive, own, self._rows, limits)
         return replace(motors, coefficients=coefficients)

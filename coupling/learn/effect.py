@@ -3,14 +3,15 @@
 Through the simulation itself small changes grow without bound while a gear is unloaded in its backlash;
 through the gear's own equation, d e' + S(e) = T(t), two answers never part (`coupling.inverse.gears`).
 The tool moves by J_i de_i/dp.  That leads near the solution but not into it, since the torques that are
-held are not quite those of the robot that moves.  Near the solution finite changes of some per cent,
-whose effect is looked at slowly, lead the rest of the way.
+held are not quite those of the robot that moves.  Friction moves a motor under its servo.  Near the
+solution finite changes of some per cent, whose effect is looked at slowly, lead the rest of the way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -21,6 +22,7 @@ from coupling.fit.parameters import RobotParameter
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
+from coupling.learn.friction import moved_by_friction
 from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import changed, prior_of, robot_with
 from coupling.robot.robot_fmu import RobotFmu
@@ -92,12 +94,24 @@ class ParameterEffect:
                 angle = int(model.chain.elastic[parameter.coordinate])
                 behind = settling[parameter.coordinate] * rate if parameter.vibrates else theta
                 moved = -behind[:, angle]
+            elif parameter.kind == "friction":
+                angle = int(model.gears[parameter.gear])
+                moved = np.interp(inside, self._time, self._by_friction(parameter, x[k]))
             else:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
+
+    def _by_friction(self, parameter: RobotParameter, log: float) -> np.ndarray:
+        """Return how a motor's angle follows the log factor of its friction [rad], (k,)."""
+        joint = int(self._model.chain.elastic_joint[parameter.coordinate])
+        drive, column = self._robot.joints[joint].drive, int(self._model.gears[parameter.gear])
+        assert drive is not None
+        angle, rate = (self.theta.at(self._time, order)[:, column] for order in (0, 1))
+        own = replace(drive, friction=parameter.value * float(np.exp(log)))
+        return moved_by_friction(own, self._time, angle, rate)
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:
@@ -107,7 +121,7 @@ class ParameterEffect:
     def _wind_ups(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Return the gears' wind-up, and with each kind of parameter changed in all gears."""
         wind_ups = {}
-        for kind in ("", "backlash", "stiffness", "damping"):
+        for kind in {"", *(p.kind for p in self.parameters if p.kind != "friction")}:
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
             robot = robot_with(self._robot, self.parameters, x + np.array(change))
             moving = MovingRobot(robot, self._torque_curve)

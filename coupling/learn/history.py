@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from coupling.errors import LearnError
-from coupling.fit.parameters import RobotParameter, robot_parameters
+from coupling.fit.parameters import RobotParameter
 from coupling.learn.device import FrameKnown
 from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.measurement import Measurement, SimulatedPath
-from coupling.learn.parameters import changed, factors_between
+from coupling.learn.parameters import changed, factors_between, learnable
 from coupling.learn.source import MeasuredFile, require_alike
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
@@ -57,8 +57,8 @@ class History:
         require_alike(sources)
         _require_one_path(sources)
         first = sources[0]
-        fmu = models.of(first.robot, first.torque_curve).fmu
-        parameters = robot_parameters(first.robot, first.torque_curve)
+        fmu = models.of(first.robot, first.torque_curve, first.drive).fmu
+        parameters = learnable(first.robot, first.torque_curve, first.drive)
         own = cls(tuple(sources), known, parameters, fmu)
         return own.beside(own.start)
 

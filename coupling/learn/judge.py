@@ -92,7 +92,7 @@ def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagno
     if effect >= _MATTERS:
         return "not distinguishable from the others"
     stays = parameter.gear is not None and gears[parameter.gear].changes == 0
-    if stays and parameter.kind != "stiffness":
+    if stays and parameter.kind in ("backlash", "damping"):
         return "the gear does not reverse here"
     return "hardly matters here"
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
-from coupling.fit.parameters import robot_parameters, with_values
+from coupling.fit.parameters import with_values
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.descent import size_of
@@ -18,7 +18,7 @@ from coupling.learn.effect import ParameterEffect
 from coupling.learn.fit import Fitter, ParameterFit
 from coupling.learn.judge import LearnedParameter, discrepancy, floating, judged, missing
 from coupling.learn.measurement import MeasuredPath
-from coupling.learn.parameters import factors_between, prior_of, robot_with
+from coupling.learn.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.learn.problem import FitProblem, FramePrior
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import MeasuredFile, require_alike
@@ -182,13 +182,13 @@ def _learned(
 ) -> Learned:
     require_alike(sources)
     models, first, last = side_by_side[0], sources[0], sources[-1]
-    fmus = tuple(one.of(first.robot, first.torque_curve).fmu for one in side_by_side)
+    fmus = tuple(one.of(first.robot, first.torque_curve, first.drive).fmu for one in side_by_side)
     passes = []
     for source in sources:
-        own = models.of(source.robot, source.torque_curve).fmu
+        own = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         passes.append(source.whole(options.own_frame, model))
-    parameters = robot_parameters(first.robot, first.torque_curve)
+    parameters = learnable(first.robot, first.torque_curve, first.drive)
     effects = []
     for number, one in enumerate(passes):
         watch(Progress("learning: what the parameters do", number, len(passes) + 1))

@@ -105,8 +105,8 @@ def _commands(found: CommandPlan, models: Models) -> Callable[[RepeatablePart | 
     """Return the function that gives the command with a correction, under the wrench that was last."""
     history, source = found.history, found.history.runs[-1].source
     robot = robot_with(history.runs[0].source.robot, history.parameters, found.move.model.x)
-    fmu = models.of(robot, source.torque_curve).fmu
-    inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu)
+    fmu = models.of(robot, source.torque_curve, source.drive).fmu
+    inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu, drive=source.drive)
     wanted = source.wanted_whole
 
     def command(beyond: RepeatablePart | None) -> JointPath:

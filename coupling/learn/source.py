@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from coupling.case.file import load_case
-from coupling.errors import CaseError, LearnError, require_no_hysteresis
+from coupling.errors import CaseError, LearnError
 from coupling.files.robot_file import find_robot
 from coupling.files.toml_file import load_toml
-from coupling.fit.parameters import robot_parameters
 from coupling.inverse.inversion import DesiredMotion
 from coupling.learn.alignment import aligned
 from coupling.learn.measurement import MeasuredPath, Measurement
+from coupling.learn.parameters import learnable
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
@@ -23,14 +23,15 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
-from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import IDEAL
+from elastic_robot.description import Joint, Robot, StopElement
 
 # Longest step between the samples that the inverse is given [s]: those of a case are its process's, and
 # a run folder has them in the controller's cycle.
 _SAMPLES = 0.02
 # How long behind the end of what was measured the links' motion is solved for [s].
 _BEHIND = 1.0
+# Stiffness that gears have where it does not count [N m/rad]: no balancer rises by more.
+_ANY = 1e30
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class MeasuredFile:
         robot: The robot that the command was computed for.
         file: Its file.
         torque_curve: Name of its gears' torque curve.
+        drive: How its drives follow their commands, "ideal" or "servo".
         home: Joint angles near which paths start [rad].
         world_from_base: Where it stands in the world.
         controller: What takes its command.
@@ -56,6 +58,7 @@ class MeasuredFile:
     robot: Robot
     file: Path
     torque_curve: str
+    drive: str
     home: np.ndarray
     world_from_base: Frame
     controller: Controller
@@ -104,7 +107,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
 
     Raises:
         ResultError: If the folder cannot be read.
-        LearnError: If it is the run of a cell, or of a robot with servos.
+        LearnError: If it is the run of a cell.
     """
     run = read_run(folder)
     if run.gap is not None:
@@ -112,11 +115,6 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
     file = folder / "case.toml"
     case = load_case(file)
     placed = case.robots[0]
-    if placed.drive != IDEAL:
-        raise LearnError(
-            f'{folder}: {placed.description.name} has drive = "{placed.drive}", which learn and next do'
-            ' not know yet: expected a run with drive = "ideal" in [robot]'
-        )
     description = load_toml(file, CaseError)["robot"]["description"]
     at, stored = placed.world_from_base, run.first
     # All that follows is in axes of the robot's base.
@@ -127,6 +125,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
         placed.description,
         find_robot(description, folder),
         placed.torque_curve,
+        placed.drive,
         placed.home,
         at,
         case.controller,
@@ -145,12 +144,9 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
 
     Raises:
         LearnError: If one of them is another one's, or there is nothing to learn.
-        HysteresisError: If a gear has hysteresis.
     """
     first = sources[0]
-    for source in sources:
-        require_no_hysteresis(source.robot, "learn")
-    if not robot_parameters(first.robot, first.torque_curve):
+    if not learnable(first.robot, first.torque_curve, first.drive):
         raise LearnError(f"{first.file}: expected a robot with elastic joints, got a rigid one")
     for other in sources[1:]:
         if other.torque_curve != first.torque_curve:
@@ -158,17 +154,41 @@ def require_alike(sources: Sequence[MeasuredFile]) -> None:
                 f"{other.folder}: expected torque_curve = {first.torque_curve!r} as in {first.folder},"
                 f" got {other.torque_curve!r}"
             )
+        if other.drive != first.drive:
+            raise LearnError(
+                f"{other.folder}: expected drive = {first.drive!r} as in {first.folder}, got"
+                f" {other.drive!r}"
+            )
         if _build(other.robot) != _build(first.robot):
             raise LearnError(
                 f"{other.folder}: expected a robot that differs from that of {first.folder} in"
-                " backlash, stiffness and damping alone, got another one"
+                " backlash, stiffness, damping, hysteresis and friction alone, got another one"
             )
 
 
-def _build(robot: Robot) -> object:
+def _build(robot: Robot) -> Robot:
     """Return all of a robot but what is learned."""
     joints = [
-        (j.origin, j.axis, j.body, j.torque_table, j.stiffness is None, [t.axis for t in j.tilt])
-        for j in robot.joints
+        replace(
+            joint,
+            limits=None,
+            max_rate=None,
+            max_acceleration=None,
+            stiffness=None if joint.stiffness is None else _ANY,
+            damping=0.0,
+            backlash=0.0,
+            tilt=tuple(replace(tilt, stiffness=1.0, damping=0.0) for tilt in joint.tilt),
+            hysteresis=_shares(joint),
+            drive=joint.drive and replace(joint.drive, friction=0.0),
+        )
+        for joint in robot.joints
     ]
-    return robot.gravity, robot.tcp_position, robot.tcp_rpy, robot.payload, joints
+    return replace(robot, name="", joints=tuple(joints))
+
+
+def _shares(joint: Joint) -> tuple[StopElement, ...]:
+    """Return a gear's elements with slip torques by what all of them have, to twelve digits."""
+    whole = sum(stop.slip_torque for stop in joint.hysteresis)
+    return tuple(
+        replace(stop, slip_torque=round(stop.slip_torque / whole, 12)) for stop in joint.hysteresis
+    )

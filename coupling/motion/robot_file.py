@@ -52,7 +52,7 @@ def moved_text(
                 _write_gear(file, robot.joints[own[name].joint], own[name], says)
         elif name.startswith("payload.com"):
             continue
-        elif name.endswith(".stiffness") and result.identified:
+        elif name.endswith(".stiffness") and result.identified and result.value is not None:
             file.change(name, result.value, says)
             file.remark(name, remark)
         else:

@@ -99,8 +99,8 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
 
 
 _MOTORS = Note(
-    "Largest torques at the gear's output, of rotor, friction and gear, with motors that turn as their"
-    " links do. What they need in addition where a gear passes its backlash a compensation tells."
+    "Largest torques at the gear's output, of rotor, friction and gear. What a rotor needs in addition"
+    " to go through its gear's backlash a compensation tells."
 )
 
 

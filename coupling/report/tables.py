@@ -120,7 +120,7 @@ def robustness(figures: RunResult) -> list[Section]:
         return []
     text = (
         "The command assumes the robot's parameters. What it leaves, as written and under the same"
-        " wrench, on dynamic robots whose gears and tilts all differ:"
+        " wrench, on dynamic robots whose gears and tilts, or motors, all differ:"
     )
     rows = [(row.name, row.deviation_m) for row in figures.robustness]
     return [Section("On robots that differ from the model", (text, _of_deviations(rows)))]

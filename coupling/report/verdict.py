@@ -32,9 +32,11 @@ def verdict(figures: RunResult, process: str) -> Section:
 
 def sentence(figures: RunResult, process: str) -> str:
     """Return the same without the iteration's reason and what is expected on other robots."""
+    # Without inertia there are no motors.
+    moved = figures.mode == "dynamic"
     robots = " and ".join(
         f"{robot.title} ({robot.description}, torque curve {robot.torque_curve}"
-        f"{', motors under their servos' if robot.drive == 'servo' else ''})"
+        f"{', motors under their servos' if moved and robot.drive == 'servo' else ''})"
         for robot in figures.robots
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
@@ -53,16 +55,17 @@ def sentence(figures: RunResult, process: str) -> str:
 
 
 def _of_gears(figures: RunResult) -> str:
-    """Return what an error of the backlash would do, and one of the hysteresis where gears have any."""
-    rows = [row for row in figures.robustness if row.name.startswith("hysteresis")]
-    if not rows:
-        return _of_backlash(figures)
-    return f"{_of_backlash(figures)}; {_worst(rows)}"
+    """Return what an error of the backlash would do, and those of what not every robot has."""
+    told = [_of_backlash(figures)]
+    for name, where in (("hysteresis", "gears"), ("friction", "motors"), ("servo gain", "motors")):
+        rows = [row for row in figures.robustness if row.name.startswith(name)]
+        told += [_worst(rows, where)] if rows else []
+    return "; ".join(told)
 
 
-def _worst(rows: Sequence[ReplayResult]) -> str:
+def _worst(rows: Sequence[ReplayResult], where: str = "gears") -> str:
     worst = max(rows, key=lambda row: row.deviation_m.maximum)
-    return f"{worst.name} in all gears would leave {_um(worst.deviation_m.maximum)}"
+    return f"{worst.name} in all {where} would leave {_um(worst.deviation_m.maximum)}"
 
 
 def _of_backlash(figures: RunResult) -> str:

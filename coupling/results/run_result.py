@@ -137,6 +137,8 @@ class DriveMotion(ResultPart):
         motor: What it asks of the motor; None where there is none, or it was not looked at.
     """
 
+    sparse: ClassVar = ("motor",)
+
     joint: int
     lowest: float
     highest: float

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from coupling.errors import PlanningError
 from coupling.events import Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.controller import Controller
@@ -164,7 +165,12 @@ class Cell:
             assert member.inverter is not None
             loads = load.transformed(member.world_from_base.inverse())
             wanted = DesiredMotion(member.model_path(tool), own, loads)
-            found.append(member.inverter.invert(wanted, controller, goal, watch))
+            try:
+                found.append(member.inverter.invert(wanted, controller, goal, watch))
+            except PlanningError as cause:
+                if len(self.members) == 1:
+                    raise
+                raise PlanningError(f"{member.name} robot: {cause}") from cause
         changes = [
             replace(change, robot=self._name(member))
             for member, inverse in zip(self.members, found, strict=True)

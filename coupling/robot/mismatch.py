@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.fit.parameters import robot_parameters
-from elastic_robot.description import Body, Robot, Vector
+from elastic_robot.description import Body, Drive, Robot, Vector
 from elastic_robot.fmi.interface import IDEAL
 
 _NOTHING = (0.0, 0.0, 0.0)
-# Parameters that may differ by a factor, in the order in which they are told.
-FACTORS = ("stiffness", "damping", "backlash", "hysteresis")
+# Parameters that may differ by a factor, in the order in which they are told; those of gears and tilts
+# are parameters of FMUs.
+_ELASTIC = ("stiffness", "damping", "backlash", "hysteresis")
+FACTORS = (*_ELASTIC, "friction", "servo_gain")
+_ABOVE_ZERO = ("stiffness", "servo_gain")
 
 
 @dataclass(frozen=True)
@@ -23,11 +26,13 @@ class ModelMismatch:
     Attributes:
         stiffness, damping, backlash, hysteresis: Factors of the parameters of the gears and of the tilts
             at their joints; one for all joints, or one for each, (joints,).
+        friction: Factors of the friction of motors, at rest and viscous; likewise.
+        servo_gain: Factors of the gains Kv, Kp and Ki of their servos, > 0; likewise.
         payload: Mass that the last body carries in addition, as a point [kg], >= 0.
         payload_position: Place of that mass in the last body's frame [m], (3,); None: at the TCP.
 
     Raises:
-        ValueError: If a factor is negative, that of the stiffness zero, or the mass negative.
+        ValueError: If a factor is negative, that of stiffness or gains zero, or the mass negative.
 
     Example:
         >>> ModelMismatch(stiffness=(0.98,), payload=5.0).backlash
@@ -38,6 +43,8 @@ class ModelMismatch:
     damping: Vector = (1.0,)
     backlash: Vector = (1.0,)
     hysteresis: Vector = (1.0,)
+    friction: Vector = (1.0,)
+    servo_gain: Vector = (1.0,)
     payload: float = 0.0
     payload_position: Vector | None = None
 
@@ -45,8 +52,9 @@ class ModelMismatch:
         for name in FACTORS:
             factors = np.array(getattr(self, name))
             least = factors.min(initial=1.0)
-            if not np.all(np.isfinite(factors)) or least < 0.0 or (name, least) == ("stiffness", 0):
-                bound = "> 0" if name == "stiffness" else ">= 0"
+            above = name in _ABOVE_ZERO
+            if not np.all(np.isfinite(factors)) or least < 0.0 or (above and least == 0.0):
+                bound = "> 0" if above else ">= 0"
                 raise ValueError(
                     f"{name}: expected finite factors {bound}, got {list(factors.tolist())}"
                 )
@@ -54,7 +62,10 @@ class ModelMismatch:
             raise ValueError(f"payload: expected a finite mass >= 0 [kg], got {self.payload}")
 
     def description(self, robot: Robot) -> Robot:
-        """Return a robot with the payload; the factors are in `parameters`.
+        """Return a robot with the payload and with other motors; other factors are in `parameters`.
+
+        Raises:
+            ValueError: If there are neither one nor as many factors as joints.
 
         Example:
             >>> from coupling.files.robot_file import find_robot, load_robot
@@ -62,6 +73,7 @@ class ModelMismatch:
             >>> ModelMismatch().description(robot) is robot
             True
         """
+        robot = self._with_motors(robot)
         if self.payload == 0.0:
             return robot
         place = robot.tcp_position if self.payload_position is None else self.payload_position
@@ -78,26 +90,59 @@ class ModelMismatch:
         Raises:
             ValueError: If there are neither one nor as many factors as joints.
         """
-        factors = {kind: self._by_coordinate(kind, robot) for kind in FACTORS}
+        factors = {kind: self._by_coordinate(kind, robot) for kind in _ELASTIC}
         return {
             own.name: value
-            for own in robot_parameters(robot, torque_curve, FACTORS)
+            for own in robot_parameters(robot, torque_curve, _ELASTIC)
             if (value := float(factors[own.kind][own.coordinate] * own.value)) != own.value
         }
 
+    def shows(self, robot: Robot, torque_curve: str, drive: str) -> bool:
+        """Return whether a robot whose drives are "ideal" or have a "servo" moves otherwise for it."""
+        own = self if drive != IDEAL else replace(self, friction=(1.0,), servo_gain=(1.0,))
+        return bool(own.parameters(robot, torque_curve)) or own.description(robot) != robot
+
+    def _with_motors(self, robot: Robot) -> Robot:
+        """Return a robot with other friction and gains."""
+        if set(self.friction) | set(self.servo_gain) == {1.0}:
+            return robot
+        factors = zip(
+            self._by_joint("friction", robot), self._by_joint("servo_gain", robot), strict=True
+        )
+        joints = [
+            joint if joint.drive is None else replace(joint, drive=_other(joint.drive, *own))
+            for joint, own in zip(robot.joints, factors, strict=True)
+        ]
+        return replace(robot, joints=tuple(joints))
+
     def _by_coordinate(self, key: str, robot: Robot) -> np.ndarray:
         """Return the factors of every elastic coordinate, (m,)."""
-        factors, joints = getattr(self, key), robot.joints
-        if len(factors) not in (1, len(joints)):
+        coordinates = [(joint.stiffness is not None) + len(joint.tilt) for joint in robot.joints]
+        return np.repeat(self._by_joint(key, robot), coordinates)
+
+    def _by_joint(self, key: str, robot: Robot) -> list[float]:
+        """Return the factors of every joint."""
+        factors, count = getattr(self, key), len(robot.joints)
+        if len(factors) not in (1, count):
             raise ValueError(
-                f"{key}: expected one factor, or {len(joints)}, one for each joint, got"
-                f" {len(factors)}"
+                f"{key}: expected one factor, or {count}, one for each joint, got {len(factors)}"
             )
-        coordinates = [(joint.stiffness is not None) + len(joint.tilt) for joint in joints]
-        return np.repeat(np.broadcast_to(factors, len(joints)), coordinates)
+        return [float(factor) for factor in np.broadcast_to(factors, count)]
 
 
 AS_THE_MODEL = ModelMismatch()
+
+
+def _other(drive: Drive, friction: float, gain: float) -> Drive:
+    """Return a drive with all of its friction and all gains of its servo times factors."""
+    return replace(
+        drive,
+        friction=friction * drive.friction,
+        viscous=friction * drive.viscous,
+        position_gain=gain * drive.position_gain,
+        rate_gain=gain * drive.rate_gain,
+        integral_gain=gain * drive.integral_gain,
+    )
 
 
 def _joined(bodies: Sequence[Body]) -> Body:

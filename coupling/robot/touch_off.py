@@ -101,13 +101,14 @@ class RestingRobot:
             path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
-                x = equilibrium(dynamics, curve, near, ToolLoad(), past)
+                output = chain.kinematic_errors.output_angle(near)
+                x = equilibrium(dynamics, curve, output, ToolLoad(), past)
             except (PlanningError, EquilibriumError) as cause:
                 raise PlanningError(
                     f"point {k}, at {np.round(point, 4).tolist()} m: {cause}: give points that the robot"
                     " can touch"
                 ) from cause
-            found.append(pose_of(base_from_tool(chain, data, chain.theta(near, x)))[:3])
+            found.append(pose_of(base_from_tool(chain, data, chain.theta(output, x)))[:3])
         return self.world_from_base.points(np.array(found))
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:

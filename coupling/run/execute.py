@@ -191,8 +191,9 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         replays: tuple[Replay, ...] = ()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
-            with _timed("robustness", durations):
-                replays = replayed(cell, models, found)
+            # Robots with other motors have FMUs of their own, which end with their replays.
+            with _timed("robustness", durations), Models(case.fmu, watch) as others:
+                replays = replayed(cell, models, found, others.of)
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
@@ -202,16 +203,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 differing = plant_cell(cell, case.plant, fmus)
                 plant = run_on_plant(heard, differing, found, watch)
         with _timed("motors", durations):
-            motors = tuple(
-                _motors(model, fmus, command, load.transformed(member.world_from_base.inverse()))
-                for model, member, command, load in zip(
-                    models,
-                    cell.members,
-                    found.joints.robots,
-                    found.answer.wrench.tools,
-                    strict=True,
-                )
-            )
+            motors = _motors(cell, models, fmus, found)
             found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
             loads = at_samples(found.answer.wrench, found.achieved, case.desired)
@@ -290,13 +282,20 @@ def _simulated(cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode)
 
 
 def _motors(
-    model: SimulatedModel, models: Models, command: JointPath, wrench: WrenchHistory
-) -> MotorLoads | None:
-    """Return what a command asks of motors; None where it cannot be simulated, as for `_simulated`."""
-    try:
-        return motor_loads(model, models, command, wrench)
-    except SimulationError:
-        return None
+    cell: Cell, models: Sequence[SimulatedModel], fmus: Models, found: Correction
+) -> tuple[MotorLoads | None, ...]:
+    """Return what a command asks of the motors of every robot; None where that is not simulated."""
+    asked: list[MotorLoads | None] = []
+    loads = found.answer.wrench.tools
+    for member, model, own, load in zip(
+        cell.members, models, found.joints.robots, loads, strict=True
+    ):
+        in_base = load.transformed(member.world_from_base.inverse())
+        try:
+            asked.append(motor_loads(model, fmus, own, in_base))
+        except SimulationError:
+            asked.append(None)
+    return tuple(asked)
 
 
 def _within_motors(

@@ -89,6 +89,9 @@ EXPECTED = {
     "joint.gear.slip_angle": UsualRange(
         1e-7, 3e-3, "rad", "up to the width of a loop of 10 arc minutes"
     ),
+    "joint.gear.kinematic_error": UsualRange(
+        1e-7, 1e-3, "rad", "sines of up to 3 arc minutes, as of toothed belts"
+    ),
     "joint.drive.inertia": UsualRange(
         1e-3, 5e3, "kg m2", "rotors by their gears' ratios squared, at the gears' output"
     ),
@@ -208,6 +211,9 @@ def _values(case: Case, wrench: WrenchHistory | None) -> Iterator[tuple[str, str
                 yield f"{place}: hysteresis", "joint.gear.hysteresis", slip
             for element in joint.hysteresis:
                 yield f"{place}: slip angle", "joint.gear.slip_angle", element.slip_angle
+            for error in joint.kinematic_error:
+                amplitude = error.amplitude
+                yield f"{place}: kinematic error", "joint.gear.kinematic_error", amplitude
             if joint.drive is not None:
                 bandwidth = joint.drive.rate_gain / joint.drive.inertia / (2.0 * np.pi)
                 yield f"{place}: rotor's inertia", "joint.drive.inertia", joint.drive.inertia

@@ -75,7 +75,7 @@ class Models:
 
     def _load(self, robot: Robot, torque_curve: str, file: Path, drive: str) -> SimulatedModel:
         fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch, drive))
-        loaded = SimulatedModel(robot, torque_curve, fmu)
+        loaded = SimulatedModel(robot, torque_curve, fmu, drive)
         self._loaded[robot.to_json(), torque_curve, drive] = loaded
         return loaded
 

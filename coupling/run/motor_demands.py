@@ -1,8 +1,9 @@
 """What a path would ask of the motors of a robot, cold and warm, without a run.
 
-The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the motor turning as
-its link does with the tool on its path, the tilts at rest under their loads.  What a motor does in
-addition where its gear passes the backlash is not in it: a run tells that.
+The torque that a motor needs is that of `coupling.inverse.servo`, eq. (1), with the tool on its path and
+the tilts at rest under their loads: friction follows the motor, the link less the wind-up and the error
+of its gear, the rotor is accelerated as the link is.  What a rotor needs to go through the backlash is
+not in it: a run tells that.
 """
 
 from __future__ import annotations
@@ -73,15 +74,22 @@ def motor_demands(
         links: Motion of its links.
         loads: Torques of its gears along it.
     """
-    motion = [links.at(loads.time, order) for order in range(3)]
+    chain, joints = moving.model.chain, moving.model.gear_joint
+    wind_up = moving.wind_up_from(loads.static[0], loads.time, loads.torque)
+    motion = np.stack([links.at(loads.time, order)[:, chain.drive] for order in range(3)])
+    motion[0][:, joints] -= wind_up.angle
+    motion[1][:, joints] -= wind_up.rate
+    motors = chain.kinematic_errors.at_motor(motion)
+    slope = chain.kinematic_errors.slope(motors[0])
     found = []
     for gear, joint in enumerate(moving.model.gear_joint.tolist()):
-        drive, column = moving.robot.joints[joint].drive, int(moving.model.gears[gear])
+        drive = moving.robot.joints[joint].drive
         if drive is None:
             continue
         carried = -loads.carried[:, gear]
-        angle, rate, acceleration = (values[:, column] for values in motion)
-        own = MotorMotion(loads.time, angle, rate, acceleration, carried, float(carried[0]))
+        angle, rate, acceleration = motors[:, :, joint]
+        held, felt = float(carried[0]), slope[:, joint]
+        own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
         needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
         found.append(
             MotorDemand(
@@ -95,7 +103,7 @@ def motor_demands(
 
 
 def rubbed(drive: Drive, factor: float) -> Drive:
-    """Return a drive with all of its friction, at rest and viscous, times a factor.
+    """Return a drive with its friction without load, at rest and viscous, times a factor.
 
     Example:
         >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)

@@ -91,7 +91,7 @@ def motor_loads(
     joints = [i for i, joint in enumerate(robot.joints) if joint.drive is not None]
     if not joints:
         return None
-    strong = models.of(without_limits(robot), model.torque_curve, model.fmu.drive)
+    strong = models.of(without_limits(robot), model.torque_curve, model.drive)
     instants = wrench.instants
     parts = max(1, int(np.ceil(np.diff(instants).max(initial=0.0) / _WATCHED - 1e-9)))
     rows = np.arange(parts * (len(instants) - 1) + 1) / parts

@@ -170,7 +170,9 @@ def _of_difference(difference: ModelMismatch) -> list[str]:
     for name in FACTORS:
         factors = getattr(difference, name)
         if set(factors) != {1.0}:
-            phrases.append(f"{name} x {', '.join(f'{factor:g}' for factor in factors)}")
+            phrases.append(
+                f"{name.replace('_', ' ')} x {', '.join(f'{factor:g}' for factor in factors)}"
+            )
     if difference.payload:
         phrases.append(f"payload + {difference.payload:g} kg")
     return phrases

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from coupling.robot.mismatch import AS_THE_MODEL, ModelMismatch
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
 from coupling.solve.correction import Correction
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,10 @@ VARIATIONS = (
     RobotVariation("backlash -20 %", ModelMismatch(backlash=(0.8,))),
     RobotVariation("hysteresis +30 %", ModelMismatch(hysteresis=(1.3,))),
     RobotVariation("hysteresis -30 %", ModelMismatch(hysteresis=(0.7,))),
+    RobotVariation("friction +30 %", ModelMismatch(friction=(1.3,))),
+    RobotVariation("friction -30 %", ModelMismatch(friction=(0.7,))),
+    RobotVariation("servo gain +20 %", ModelMismatch(servo_gain=(1.2,))),
+    RobotVariation("servo gain -20 %", ModelMismatch(servo_gain=(0.8,))),
     RobotVariation("force +5 %", force=1.05),
 )
 
@@ -58,24 +63,32 @@ class SimulatedModel:
         robot: Its description.
         torque_curve: Name of its gears' torque curve.
         fmu: Its FMU.
+        drive: "ideal", or "servo": its motors follow the command as their servos do.
     """
 
     robot: Robot
     torque_curve: str
     fmu: RobotFmu
+    drive: str = IDEAL
 
+
+# What simulates a robot, by its description, torque curve and drive.
+Simulate = Callable[[Robot, str, str], SimulatedModel]
 
 # Of the noise that is drawn.
 _SEED = 1
 
 
-def replayed(cell: Cell, models: Sequence[SimulatedModel], found: Correction) -> tuple[Replay, ...]:
+def replayed(
+    cell: Cell, models: Sequence[SimulatedModel], found: Correction, simulate: Simulate
+) -> tuple[Replay, ...]:
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
     Args:
         cell: The robots.
         models: What simulates each of them, in their order.
         found: The command.
+        simulate: What simulates a robot with other motors.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing.
@@ -90,7 +103,8 @@ def replayed(cell: Cell, models: Sequence[SimulatedModel], found: Correction) ->
         pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
         if not (changes(models, differences) or pushes):
             continue
-        path = differing(cell, models, differences, variation.name).simulate(
+        others = [_with_motors(model, variation.difference, simulate) for model in models]
+        path = differing(cell, others, differences, variation.name).simulate(
             found.joints, loaded.scaled(variation.force), "dynamic"
         )
         pairs = zip(path.tools, found.desired.tools, strict=True)
@@ -100,9 +114,19 @@ def replayed(cell: Cell, models: Sequence[SimulatedModel], found: Correction) ->
 
 
 def changes(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatch]) -> bool:
-    """Return whether differences change anything in the models' parameters."""
+    """Return whether models move otherwise for differences."""
     pairs = zip(models, differences, strict=True)
-    return any(own.parameters(model.robot, model.torque_curve) for model, own in pairs)
+    return any(own.shows(model.robot, model.torque_curve, model.drive) for model, own in pairs)
+
+
+def _with_motors(
+    model: SimulatedModel, difference: ModelMismatch, simulate: Simulate
+) -> SimulatedModel:
+    """Return a model with the motors of a difference; ideal drives have none."""
+    other = difference.description(model.robot)
+    if model.drive == IDEAL or other is model.robot:
+        return model
+    return simulate(other, model.torque_curve, model.drive)
 
 
 def differing(

@@ -13,6 +13,9 @@ from coupling.case.file import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, Distribution, StudyTable
 from coupling.robot.mismatch import FACTORS, ModelMismatch
 
+# Keys of what not every robot has.
+_NOT_EVERY = ("hysteresis_factor", "friction_factor", "servo_gain_factor")
+
 
 @dataclass(frozen=True)
 class StudyParameter:
@@ -100,8 +103,8 @@ class StudyParameters:
         silent = []
         for key, spread in table.spreads().items():
             names = _names(key, table, case) if _shows(key, case, loaded) else ()
-            # Without elements a default is none of the case's: nothing is left out.
-            if not names and (key != "hysteresis_factor" or table.hysteresis_factor is not None):
+            # Without elements or motors a default is none of the case's: nothing is left out.
+            if not names and (key not in _NOT_EVERY or getattr(table, key) is not None):
                 silent.append(key)
             entries += [StudyParameter(name, spread) for name in names]
         place = table.payload_position_m
@@ -185,5 +188,4 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     """Return whether a factor at one joint changes a parameter of the robot."""
     factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
     changed: dict[str, Any] = {key.removesuffix("_factor"): factors}
-    other = ModelMismatch(**changed)
-    return bool(other.parameters(robot.description, robot.torque_curve))
+    return ModelMismatch(**changed).shows(robot.description, robot.torque_curve, robot.drive)

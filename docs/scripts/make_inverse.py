@@ -31,6 +31,7 @@ from docs.scripts import (
     inverse_cut,
     inverse_noise,
     inverse_sampling,
+    inverse_servos,
 )
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
@@ -222,6 +223,7 @@ def _figure(value: float) -> str:
 
 PARTS: dict[str, Callable[[], str]] = {
     "crossing": crossing,
+    "servos": inverse_servos.servos,
     "cycles": cycles,
     "limits": limits,
     "robustness": robustness,

@@ -38,7 +38,7 @@ SUMMARY = """\
   Of the example cone's {before:.0f} um it leaves {as_file_um:.2f} um if the file is right,
   {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer.
   On a KUKA with servos and friction it leaves {driven.words} if they are as in the file,
-  {undriven.words} if they are ignored, {rubbed.words} with 20 % less friction.
+  {undriven.words} if they are ignored, {rubbed.words} with 30 % more or less friction.
 - **Never compared:** the path of a real robot's tool, hysteresis of its gears, heat, its controller; a
   part made by a command of this project."""
 

@@ -20,8 +20,8 @@ Table = tuple[tuple[float, float], ...]
 _UNIT_LENGTH_TOLERANCE = 1e-9
 # Rounding left in the triangle inequality of principal moments read from a CAD export.
 _INERTIA_TOLERANCE = 1e-6
-# Largest change of a gear's kinematic error over the turn that makes it: real ones stay below 0.1.
-_STEEPEST_ERROR = 0.5
+# Largest kinematic error of a gear [rad], and its largest slope: real ones stay below 0.001 and 0.1.
+_LARGEST_ERROR, _STEEPEST_ERROR = 0.1, 0.5
 
 
 def _require_number(key: str, value: float, *, minimum: float, open_end: bool, unit: str) -> None:
@@ -347,6 +347,12 @@ class Joint:
             raise ValueError(
                 "stiffness: expected a number > 0 [N m/rad] beside balancer, got none: one that turns a"
                 " rigid joint moves nothing"
+            )
+        largest = sum(error.amplitude for error in self.kinematic_error)
+        if largest > _LARGEST_ERROR:
+            raise ValueError(
+                "kinematic_error: expected a sum of amplitudes of at most"
+                f" {_LARGEST_ERROR:g} rad, more than any gear is off, got {largest:.4g} rad"
             )
         steepest = sum(error.amplitude * error.order for error in self.kinematic_error)
         if steepest > _STEEPEST_ERROR:

@@ -16,6 +16,10 @@ import numpy as np
 
 from elastic_robot.description import Robot
 
+# Passes of the way back from a gear's output, each of which halves what is left at least, and what is
+# left then, over 1 rad and the angle.
+_PASSES, _ROUNDING = 60, 2e-16
+
 
 @dataclass(frozen=True)
 class KinematicErrors:
@@ -54,18 +58,29 @@ class KinematicErrors:
         """Number of sines s."""
         return len(self.joint)
 
+    def of_joint(self, joint: int) -> KinematicErrors:
+        """Return those of one joint, from 0, as of a robot that has no other."""
+        own = self.joint == joint
+        none = np.zeros(int(own.sum()), dtype=int)
+        return KinematicErrors(1, none, self.amplitude[own], self.order[own], self.phase[own])
+
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return eps, eps', eps'', eps''' [rad, 1, 1/rad, 1/rad^2] at q (..., n) [rad], (4, ..., n)."""
-        turned = self.order * q[..., self.joint] + self.phase
+        turned = self._turned(q)
         sine, cosine = self.amplitude * np.sin(turned), self.amplitude * np.cos(turned)
         n = self.order
         sines = np.stack([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
         derivatives: np.ndarray = sines @ self._owner
         return derivatives
 
+    def output_angle(self, q: np.ndarray) -> np.ndarray:
+        """Return u = q + eps(q) [rad] at q (..., n) [rad], (..., n)."""
+        return q + (self.amplitude * np.sin(self._turned(q))) @ self._owner if self.count else q
+
     def slope(self, q: np.ndarray) -> np.ndarray:
         """Return du/dq = 1 + eps' [1] at q (..., n) [rad], (..., n)."""
-        return 1.0 + self.derivatives(q)[1]
+        slope: np.ndarray = (self.amplitude * self.order * np.cos(self._turned(q))) @ self._owner
+        return 1.0 + slope
 
     def at_output(self, drives: np.ndarray) -> np.ndarray:
         """Return u, u', u'' [rad, rad/s, rad/s^2] of q, q', q'', (3, ..., n) each."""
@@ -75,6 +90,37 @@ class KinematicErrors:
         eps, slope, bend, _ = self.derivatives(q)
         rise = 1.0 + slope
         return np.stack([q + eps, rise * rate, rise * acceleration + bend * rate**2])
+
+    def motor_angle(self, output: np.ndarray) -> np.ndarray:
+        """Return q of the angles u = q + eps(q) at the gears' outputs [rad], (..., n).
+
+        By Newton's method, and where its step does not halve what is left, by q = u - eps(q), which does
+        as |eps'| is 0.5 at most.
+        """
+        q = output.copy()
+        if self.count == 0:
+            return q
+        enough = _ROUNDING * (1.0 + np.abs(output))
+        eps, slope, *_ = self.derivatives(q)
+        left = eps
+        for _ in range(_PASSES):
+            if np.all(np.abs(left) <= enough):
+                break
+            newton = q - left / (1.0 + slope)
+            missed = self.output_angle(newton) - output
+            q = np.where(np.abs(missed) < 0.5 * np.abs(left), newton, q - left)
+            eps, slope, *_ = self.derivatives(q)
+            left = q + eps - output
+        return q
+
+    def at_motor(self, outputs: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' [rad, rad/s, rad/s^2] of u, u', u'', (3, ..., n) each."""
+        if self.count == 0:
+            return outputs
+        q = self.motor_angle(outputs[0])
+        _, slope, bend, _ = self.derivatives(q)
+        rate = outputs[1] / (1.0 + slope)
+        return np.stack([q, rate, (outputs[2] - bend * rate**2) / (1.0 + slope)])
 
     def gradient(self, drives: np.ndarray) -> np.ndarray:
         """Return the derivatives of u, u', u'' by q, q', q'' of one state or of k.
@@ -100,7 +146,16 @@ class KinematicErrors:
         each = np.einsum("ij...a,ab->...iajb", by, np.eye(n))
         return each.reshape(*q.shape[:-1], 3 * n, 3 * n)
 
+    def _turned(self, q: np.ndarray) -> np.ndarray:
+        """Return the angles of the sines [rad], (..., s)."""
+        turned: np.ndarray = self.order * q[..., self.joint] + self.phase
+        return turned
+
     @cached_property
     def _owner(self) -> np.ndarray:
         """Whether a sine is a joint's, 1 or 0, (s, n)."""
         return np.eye(self.joint_count)[self.joint]
+
+
+# Of one joint without any.
+NO_ERRORS = KinematicErrors(1, np.zeros(0, dtype=int), *np.zeros((3, 0)))

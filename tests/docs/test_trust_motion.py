@@ -105,14 +105,20 @@ def test_a_recorded_motion_needs_the_torque_that_was_measured(name):
 
 def test_what_is_known_of_the_drives_is_corrected_and_what_is_not_stays(tmp_path):
     """A servo without integral holds friction by (friction / rate gain) / position gain of its angle."""
-    case = line_case(tmp_path, "native", ('"icme2008"', '"kuka_kr300"'))
-    left = {name: deviation.maximum for name, deviation in drives.left_in(case).items()}
+    robot = ('"icme2008"', '"kuka_kr300"')
+    ideal = line_case(
+        tmp_path,
+        "native",
+        (robot[0], f'{robot[1]}\ndrive = "ideal"'),
+        ("[coupling]", '[plant]\ndrive = "servo"\n\n[coupling]'),
+    )
+    real = line_case(tmp_path, "native", robot)
+    left = {name: deviation.maximum for name, deviation in drives.left_in(ideal, real).items()}
     assert left["ideal drives, corrected"] < 1e-6
     assert left["servos, corrected for them"] < 1e-6
-    robot = case.robots[0].description
-    held = [d.friction / (d.rate_gain * d.position_gain) for j in robot.joints if (d := j.drive)]
-    reach = 2.0  # [m], of joints 1 and 2 to the tool
+    motors = [joint.drive for joint in real.robots[0].description.joints]
+    held = [d.friction / (d.rate_gain * d.position_gain) for d in motors]
+    reach = 2.0  # [m], of joints 1 to 3 to the tool
     assert 0.5 * held[2] < left["that command on the servos"] < 2.0 * sum(held[:3]) * reach
-    for sign in ("more", "less"):
-        other = left[f"that command, friction 20 % {sign}"]
-        assert 1e-5 < other < left["that command on the servos"]
+    for name in drives.OTHERS:
+        assert 1e-5 < left[f"that command, {name}"] < left["that command on the servos"]

@@ -379,7 +379,7 @@ def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
 ):
     """At a constant rate the torque is Coulomb's and viscous friction, however the rotor got there."""
     page = (DOCS / "robot_file.md").read_text()
-    part = page[page.index("## Motor, servo and friction") : page.index("## Rated loads")]
+    part = page[page.index("## Motor, servo and friction") : page.index("## Kinematic error")]
     (text,) = re.findall(r"```toml\n(.*?)```", part, re.DOTALL)
     (snippet,) = re.findall(r"```python\n(.*?)```", part, re.DOTALL)
     monkeypatch.chdir(tmp_path)

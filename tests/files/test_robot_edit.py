@@ -75,3 +75,66 @@ def test_the_sources_of_a_file_are_kept_beside_new_ones(tmp_path):
         "joint[2].tilt[1].stiffness": "a hammer test",
         f"joint[4].tilt[{count}].axis": "tested",
     }
+
+
+FIRST = "{ slip_torque = 30.0, slip_angle = 2e-5 }"
+SECOND = "{ slip_torque = 10.0, slip_angle = 1e-4 }"
+MOTOR = "rotor_inertia_kg_m2 = 1e-3, gear_ratio = 100.0"
+FRICTION = "{ coulomb_Nm = 10.0, stiction_Nm = 15.0 }"
+SERVO = "{ position_gain = 20.0, rate_gain = 2e3 }"
+FORMS = {
+    "inline": f"gear = {{ hysteresis = [{FIRST}, {SECOND}] }}\n"
+    f"drive = {{ {MOTOR}, friction = {FRICTION}, servo = {SERVO} }}\n",
+    "dotted": f"gear.hysteresis = [\n    {FIRST},\n    {SECOND},\n]\ndrive.rotor_inertia_kg_m2 = 1e-3\n"
+    f"drive.gear_ratio = 100.0\ndrive.friction = {FRICTION}\ndrive.servo = {SERVO}\n",
+    "tables": """[[joint.gear.hysteresis]]
+slip_torque = 30.0
+slip_angle = 2e-5
+[[joint.gear.hysteresis]]
+slip_torque = 10.0
+slip_angle = 1e-4
+[joint.drive]
+rotor_inertia_kg_m2 = 1e-3
+gear_ratio = 100.0
+[joint.drive.friction]
+coulomb_Nm = 10.0
+stiction_Nm = 15.0
+[joint.drive.servo]
+position_gain = 20.0
+rate_gain = 2e3
+""",
+}
+
+
+@pytest.mark.parametrize("form", [*FORMS, "sheet"])
+def test_hysteresis_and_friction_are_changed_with_all_their_parts(tmp_path, form):
+    """In whatever form a file has them; a data sheet's numbers make room for its elements."""
+    text = FORMS.get(form, FORMS["inline"])
+    if form == "sheet":
+        own = "gear = { hysteresis_width_arcmin = 1.0, rated_torque_Nm = 1e4 }"
+        text = own + text[text.index("\n") :]
+    start, target = tmp_path / "robot.toml", tmp_path / "new.toml"
+    start.write_text(
+        'name = "arm"\n[tcp]\nposition = [1.0, 0.0, 0.0]\n[[joint]]\norigin = [0.0, 0.0, 0.0]\n'
+        "axis = [0.0, 1.0, 0.0]\nmass = 10.0\ncom = [0.5, 0.0, 0.0]\ninertia = [0.1, 1.0, 1.0]\n"
+        f"stiffness = 1e6\n{text}"
+    )
+    robot = load_robot(start)
+    (before,) = robot.joints
+    edit = RobotEdit(start, robot)
+    edit.change("joint[1].hysteresis", 60.0, "measured")
+    edit.change("joint[1].friction", 30.0, "warm")
+    edit.remark("joint[1].hysteresis", "to 1 %")
+    edit.remark("joint[1].friction", "to 2 %")
+    target.write_text(edit.text("Slips otherwise.", target))
+    (after,) = load_robot(target).joints
+    whole = sum(stop.slip_torque for stop in before.hysteresis)
+    for old, new in zip(before.hysteresis, after.hysteresis, strict=True):
+        assert new.slip_torque == pytest.approx(60.0 / whole * old.slip_torque, rel=1e-12)
+        assert new.slip_angle == old.slip_angle
+    assert (after.drive.friction, before.drive.friction) == (30.0, 15.0)
+    assert after.drive.stribeck == pytest.approx(before.drive.stribeck, rel=1e-12)
+    found = tomllib.loads(target.read_text())["sources"]
+    assert found["joint[1].gear.hysteresis"] == "measured"
+    assert found["joint[1].drive.friction"] == "warm"
+    assert {"to 1 %", "to 2 %"} <= set(re.findall(r"to \d %", target.read_text()))

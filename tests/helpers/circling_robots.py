@@ -6,12 +6,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.events import unwatched
-from coupling.fit.parameters import robot_parameters
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.learn.effect import ParameterEffect
 from coupling.learn.fit import Fitter
 from coupling.learn.measurement import MeasuredPath, Measurement
-from coupling.learn.parameters import changed, prior_of, robot_with
+from coupling.learn.parameters import changed, learnable, prior_of, robot_with
 from coupling.learn.problem import FitProblem
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -20,6 +19,7 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 NOISE = 1e-5
@@ -47,24 +47,31 @@ class Robots:
     """The example robot, its command for the circles, and robots that differ from it."""
 
     def __init__(
-        self, robot: Robot, models: Models, seconds: float = 9.0, rate: float = 2.0 / 9.0
+        self,
+        robot: Robot,
+        models: Models,
+        seconds: float = 9.0,
+        rate: float = 2.0 / 9.0,
+        drive: str = IDEAL,
     ) -> None:
-        self.robot, self.models = robot, models
+        self.robot, self.models, self.drive = robot, models, drive
         self.wanted = circles(robot, seconds, turns=rate * seconds)
-        self.parameters = robot_parameters(robot, "backlash")
-        self.fmu = models.of(robot, "backlash").fmu
+        self.parameters = learnable(robot, "backlash", drive)
+        self.none = np.zeros(len(self.parameters))
+        self.fmu = models.of(robot, "backlash", drive).fmu
         self.time = np.arange(0.0, seconds + 1e-9, 0.004)
         (told,) = self.wanted.wrench.before
         rows = np.searchsorted(self.wanted.path.time, self.time).clip(max=len(told) - 1)
         self.wrench = WrenchHistory.of_means(self.time, told[rows])
         self.path = InterpolatedPath(self.wanted.path).at(self.time)
         self.desired = self.path.position[0]
-        self.command = self.commanded(np.zeros(len(self.parameters)))
+        self.command = self.commanded(self.none)
 
     def commanded(self, x: np.ndarray) -> JointPath:
         """The command for the robot with log factors x."""
         robot = robot_with(self.robot, self.parameters, x)
-        inverter = Inverter(MovingRobot(robot, "backlash"), self.models.of(robot, "backlash").fmu)
+        fmu = self.models.of(robot, "backlash", self.drive).fmu
+        inverter = Inverter(MovingRobot(robot, "backlash"), fmu, drive=self.drive)
         return inverter.invert(self.wanted, Controller(), 1e-6, unwatched).joints
 
     def moved(self, x: np.ndarray, command: JointPath | None = None) -> np.ndarray:

@@ -81,13 +81,28 @@ static inline unsigned draw_reference(void)
     return draw(2) ? draw(200) : odd[draw(6)];
 }
 
-/* A value for a string variable. */
+/* A value for any string variable. */
 static inline const char *draw_text(void)
 {
     static const char *const texts[] = {"linear", "backlash", "spline", "quasistatic", "dynamic", "",
-                                        "%n%s", "undeflected", "no_such_file.csv",
+                                        "%n%s", "undeflected", "no_such_file.csv", "equilibrium",
+                                        "equilibrium_from_below", "equilibrium_from_above", "servo",
+                                        "torque", "ideal", "Torque", "servo ",
                                         "\xff\xc3", "Gr\xc3\xb6\xc3\x9f" "e.csv"};
-    return texts[draw(11)];
+    return texts[draw(19)];
+}
+
+/* Mostly a value for a variable with choices that it takes. */
+static inline const char *draw_text_for(const char *name)
+{
+    static const char *const drives[] = {"servo", "servo", "torque", "ideal"};
+    static const char *const starts[] = {"equilibrium", "equilibrium_from_below",
+                                         "equilibrium_from_above", "undeflected"};
+    if (draw(8) == 0)
+        return draw_text();
+    if (strcmp(name, "drive") == 0)
+        return drives[draw(4)];
+    return strcmp(name, "initial_state") == 0 ? starts[draw(4)] : draw_text();
 }
 
 /* A category of messages, mostly one that there is. */

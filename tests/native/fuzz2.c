@@ -26,9 +26,8 @@ static size_t snapshot(fmi2Component c, char **bytes)
     return size;
 }
 
-static fmi2Status set_spring(fmi2Component c)
+static fmi2Status give(fmi2Component c, request r)
 {
-    request r = draw_spring();
     fmi2Status status = ffmi2SetReal(c, r.references, r.count, r.values);
     drop(r);
     return status;
@@ -56,7 +55,7 @@ static fmi2Status get(fmi2Component c)
 
 static fmi2Status differentiate(fmi2Component c)
 {
-    request unknowns = draw_request("output"), knowns = draw_request("input");
+    request unknowns = draw_request("output"), knowns = draw(4) ? draw_request("input") : draw_of_drives();
     fmi2Status status = ffmi2GetDirectionalDerivative(c, unknowns.references, unknowns.count,
                                                       knowns.references, knowns.count,
                                                       draw(40) == 0 ? NULL : knowns.values,
@@ -91,8 +90,9 @@ static fmi2Status set_strings(fmi2Component c)
     const char *texts[3];
     size_t count = draw(4);
     for (size_t i = 0; i < count; i++) {
-        references[i] = draw_variable(NULL, draw(10) > 0)->reference;
-        texts[i] = draw(20) == 0 ? NULL : draw_text();
+        const variable *v = draw_variable(NULL, draw(10) > 0);
+        references[i] = v->reference;
+        texts[i] = draw(20) == 0 ? NULL : draw_text_for(v->name);
     }
     return ffmi2SetString(c, references, count, texts);
 }
@@ -211,7 +211,7 @@ static fmi2Status call_once(session *s)
     case 18: case 19: return unpack(s);
     case 20: return ffmi2FreeFMUstate(s->c, &s->state);
     case 21: return differentiate(s->c);
-    case 22: return set_spring(s->c);
+    case 22: return give(s->c, draw_spring());
     case 23: return turn_log(s->c);
     case 24: case 25: return misuse(s);
     case 26: return ffmi2GetRealStatus(s->c, draw(4), &value);
@@ -228,6 +228,7 @@ static fmi2Status call_once(session *s)
         }
         return fmi2OK;
     case 31: case 32: return set_derivatives(s->c);
+    case 33: case 34: return give(s->c, draw_of_drives());
     default: return step(s);
     }
 }

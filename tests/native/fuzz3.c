@@ -72,9 +72,8 @@ static fmi3Status set(fmi3Instance c, const char *causality)
     return status;
 }
 
-static fmi3Status set_spring(fmi3Instance c)
+static fmi3Status give(fmi3Instance c, request r)
 {
-    request r = draw_spring();
     fmi3Status status = fmi3SetFloat64(c, r.references, r.count, r.values, r.size);
     drop(r);
     return status;
@@ -82,7 +81,7 @@ static fmi3Status set_spring(fmi3Instance c)
 
 static fmi3Status differentiate(fmi3Instance c)
 {
-    request unknowns = draw_sized_request("output"), knowns = draw_sized_request("input");
+    request unknowns = draw_sized_request("output"), knowns = draw(4) ? draw_sized_request("input") : draw_of_drives();
     fmi3Status status = fmi3GetDirectionalDerivative(c, unknowns.references, unknowns.count,
                                                      knowns.references, knowns.count,
                                                      draw(40) == 0 ? NULL : knowns.values,
@@ -98,8 +97,9 @@ static fmi3Status set_strings(fmi3Instance c)
     const char *texts[3];
     size_t count = draw(4);
     for (size_t i = 0; i < count; i++) {
-        references[i] = draw_variable(NULL, draw(10) > 0)->reference;
-        texts[i] = draw(20) == 0 ? NULL : draw_text();
+        const variable *v = draw_variable(NULL, draw(10) > 0);
+        references[i] = v->reference;
+        texts[i] = draw(20) == 0 ? NULL : draw_text_for(v->name);
     }
     return fmi3SetString(c, references, count, texts, draw(10) == 0 ? draw(4) : count);
 }
@@ -220,7 +220,7 @@ static fmi3Status call_once(session *s)
     case 17: case 18: return unpack(s);
     case 19: return fmi3FreeFMUState(s->c, &s->state);
     case 20: return differentiate(s->c);
-    case 21: return set_spring(s->c);
+    case 21: return give(s->c, draw_spring());
     case 22: return turn_log(s->c);
     case 23: case 24: return misuse(s);
     case 25: return draw(10) == 0 ? fmi3Terminate(s->c) : fmi3OK;
@@ -235,6 +235,7 @@ static fmi3Status call_once(session *s)
             s->time = 0.0;
         }
         return fmi3OK;
+    case 40: case 41: return give(s->c, draw_of_drives());
     default: return step(s);
     }
 }

@@ -20,7 +20,7 @@ static size_t draw_line(const char *text, size_t size)
 static char *damaged(const char *text, size_t size)
 {
     static const char *const words[] = {"1e999", "nan", "-1", "0", "end", "joint", "tilt", "spring",
-                                        "reals", "string", "setting", "wrench", "", "x[1]"};
+                                        "reals", "string", "setting", "wrench", "", "x[1]", "stop", "motor"};
     size_t line = draw_line(text, size), end = line + strcspn(text + line, "\n");
     size_t from = line, to = line; /* replaced by `with` */
     const char *with = "";
@@ -40,7 +40,7 @@ static char *damaged(const char *text, size_t size)
     case 3: /* another word */
         from += strcspn(text + line, " \n");
         to = from + (text[from] == ' ' ? 1 + strcspn(text + from + 1, " \n") : 0);
-        with = words[draw(14)];
+        with = words[draw(16)];
         break;
     case 4: /* the end */
         from = draw((unsigned)size);
@@ -48,7 +48,7 @@ static char *damaged(const char *text, size_t size)
         break;
     default:
         to = from + 1;
-        with = words[draw(14)];
+        with = words[draw(16)];
     }
     result = malloc(size - (to - from) + strlen(with) + 1);
     CHECK(result != NULL);

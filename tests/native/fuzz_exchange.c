@@ -61,9 +61,8 @@ static status_of_call set(instance c, const char *causality)
     return status;
 }
 
-static status_of_call set_spring(instance c)
+static status_of_call give(instance c, request r)
 {
-    request r = draw_spring();
     status_of_call status = SET(c, r);
     drop(r);
     return status;
@@ -71,9 +70,9 @@ static status_of_call set_spring(instance c)
 
 static status_of_call set_text(instance c)
 {
-    unsigned reference = draw_variable(NULL, true)->reference;
-    const char *text = draw_text();
-    return SET_STRING(c, &reference, &text);
+    const variable *v = draw_variable(NULL, true);
+    const char *text = draw_text_for(v->name);
+    return SET_STRING(c, &v->reference, &text);
 }
 
 static status_of_call differentiate(instance c)
@@ -161,7 +160,7 @@ static status_of_call call_once(session *s)
             CHECK(s->c != NULL);
         }
         return GOOD;
-    case 26: case 27: return set_spring(s->c);
+    case 26: case 27: return give(s->c, draw(3) ? draw_spring() : draw_of_drives());
     case 28: return misuse(s);
     case 29: return set_derivative(s->c);
     case 30:

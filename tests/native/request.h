@@ -50,6 +50,37 @@ static inline request draw_request(const char *causality)
     return r;
 }
 
+static inline bool is_of_drives(const char *name)
+{
+    size_t length = strlen(name);
+    const char *const ends[] = {".friction", ".hysteresis"};
+    for (int k = 0; k < 2; k++)
+        if (length > strlen(ends[k]) && strcmp(name + length - strlen(ends[k]), ends[k]) == 0)
+            return name[0] == 'j'; /* a joint's, where a contact has friction too */
+    return strncmp(name, "torque_cmd", 10) == 0;
+}
+
+/* A torque of a motor, or a torque at which friction or hysteresis slip, of some 100 N m; none without any. */
+static inline request draw_of_drives(void)
+{
+    const variable *found[sizeof variables / sizeof *variables];
+    unsigned count = 0;
+    request r;
+    for (unsigned k = 0; k < variable_count; k++)
+        if (is_of_drives(variables[k].name))
+            found[count++] = &variables[k];
+    r = new_request(count > 0 ? 1 : 0);
+    if (count > 0) {
+        const variable *v = found[draw(count)];
+        r.references[0] = v->reference;
+        r.size = v->size;
+    }
+    make_room(&r);
+    for (size_t i = 0; i < r.size; i++)
+        r.values[i] = draw(8) == 0 ? draw_value() : 50.0 * (draw_input() + (draw(2) ? 1.0 : 0.0));
+    return r;
+}
+
 /* The same where the number of elements is told too; now and then it is another. */
 static inline request draw_sized_request(const char *causality)
 {

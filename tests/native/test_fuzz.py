@@ -2,7 +2,7 @@
 
 `make fuzz` makes a million calls of each kind and a hundred thousand files; ELASTIC_ROBOT_FUZZ is the
 number of calls, ELASTIC_ROBOT_FUZZ_SEED makes others.  Most are made on a robot of two joints, whose
-steps are short work.
+steps are short work, without and with motors and hysteresis.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import pytest
 from native_fmu import SANITIZERS, build_master, compiler, run_master
 from native_pair import Pair
 from places import TESTS
-from random_robots import make_robot
+from random_robots import driven, make_robot
 from trajectory_files import COLUMNS, DATA, INTEGERS, READ, npz
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -66,10 +66,12 @@ def of2(pair) -> tuple[str, str]:
     return pair.guid2, (pair.folder2 / "resources").as_uri()
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory) -> dict[str, Path]:
-    """A random robot of two joints, by version of FMI."""
+@pytest.fixture(scope="module", params=["plain", "driven"])
+def small(request, tmp_path_factory) -> dict[str, Path]:
+    """A random robot of two joints, by version of FMI; with motors, friction and hysteresis in both."""
     folder, robot = tmp_path_factory.mktemp("small"), make_robot(4, 2)
+    if request.param == "driven":
+        robot = driven(robot, np.random.default_rng(4))
     return {
         fmi: build_fmu(robot, folder / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
         for fmi in STANDARDS

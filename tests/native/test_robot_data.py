@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from native_core import Core, CoreError, read_data, with_settings
 from native_fmu import SANITIZERS, compiler
 from places import TESTS
+from random_robots import driven, make_robot
 
 from coupling.fmu_export.compiler import SOURCES, core_sources
 from coupling.fmu_export.grouping import arrays
@@ -141,14 +143,73 @@ def test_broken_data_are_refused_with_their_line(example, tmp_path, name):
     read_data(file)
 
 
-def test_random_damage_is_read_or_refused_with_a_sentence(example, tmp_path):
-    """Lines and words changed, doubled or lost, under address and behaviour sanitizers."""
-    program, file = tmp_path / "fuzz_data", tmp_path / "robot.txt"
-    file.write_text(data_of(example))
+OF_DRIVES = {
+    "no spring": ("\nspring", "\nstop 1 1\nspring", "element of hysteresis behind its spring"),
+    "two motors": (
+        "\nmotor",
+        "\nmotor 1 1 1 1 1 1 1 1 1 1 1\nmotor",
+        "at most one motor for each joint",
+    ),
+    "few numbers": (
+        "\nmotor",
+        "\nmotor 1 2\nmotor",
+        "expected a finite number, got ''",
+    ),
+    "no inertia": (
+        "\nmotor",
+        "\nmotor 0 1 1 1 1 1 1 1 1 1 1\nm",
+        "inertia, slip angle and Stribeck",
+    ),
+    "no slip angle": (
+        "\nmotor",
+        "\nmotor 1 1 0 1 1 1 1 1 1 1 1\nm",
+        "inertia, slip angle and Stribeck",
+    ),
+    "many elements": ("\nstop", 4 * "\nstop 1 1" + "\nstop", "at most six elements of hysteresis"),
+    "no angle": ("\nstop", "\nstop 1 0\nstop", "a torque and an angle above zero"),
+    "a stop word": ("\nstop", "\nstop 1 nan\nstop", "expected a finite number, got 'nan'"),
+    "fewer torques": (
+        "reals torque_cmd N.m torque_cmd[1]\n",
+        "",
+        "variables of the block torque_cmd, got 1",
+    ),
+    "friction": (
+        "reals friction N.m joint[1].friction\n",
+        "",
+        "variables of the block friction, got 1",
+    ),
+    "drive": ("string drive ideal", "string drive fast", "choices with the start value among them"),
+}
+
+
+@pytest.mark.parametrize("name", OF_DRIVES)
+def test_broken_data_of_drives_are_refused_with_their_line(tmp_path, name):
+    old, new, message = OF_DRIVES[name]
+    text = data_of(driven(make_robot(4, 2), np.random.default_rng(4)))
+    assert old in text
+    file = tmp_path / "robot.txt"
+    file.write_text(text.replace(old, new, 1))
+    with pytest.raises(CoreError, match=message):
+        read_data(file)
+
+
+@pytest.fixture(scope="module")
+def damage(tmp_path_factory) -> Path:
+    """tests/native/fuzz_data.c under address and behaviour sanitizers."""
+    program = tmp_path_factory.mktemp("damage") / "fuzz_data"
     flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'fmi'}"]
     sources = [TESTS / "native" / "fuzz_data.c", *core_sources()]
     subprocess.run([compiler(), *flags, "-o", program, *sources, "-lm"], check=True)
-    done = subprocess.run([program, file, "20000"], capture_output=True, text=True, timeout=120)
+    return program
+
+
+@pytest.mark.parametrize("kind", ["plain", "driven"])
+def test_random_damage_is_read_or_refused_with_a_sentence(example, damage, tmp_path, kind):
+    """Lines and words changed, doubled or lost."""
+    file = tmp_path / "robot.txt"
+    robot = example if kind == "plain" else driven(make_robot(4, 2), np.random.default_rng(4))
+    file.write_text(data_of(robot))
+    done = subprocess.run([damage, file, "20000"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     times, refused = (int(word) for word in done.stdout.split() if word.isdigit())
     assert times == 20000

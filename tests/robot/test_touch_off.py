@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from line_case import line_case
 from places import CASES
-from random_robots import make_robot, with_hysteresis
+from random_robots import make_robot, with_gear_parts, with_hysteresis
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
@@ -69,11 +69,12 @@ def test_a_frame_touched_off_with_a_rigid_robot_is_unchanged(seed):
     assert found.rotation.magnitude() < 1e-8
 
 
+@pytest.mark.parametrize("parts", [with_hysteresis, with_gear_parts])
 @pytest.mark.parametrize("seed", range(4))
-def test_gears_with_hysteresis_come_to_every_point_from_no_load(seed):
-    """The robot that starts there is at the same place; without its elements it sags more."""
+def test_gears_come_to_every_point_from_no_load_with_all_they_have(seed, parts):
+    """The robot that starts there is at the same place; without its parts it is at another."""
     plain = make_robot(seed, 6)
-    own, points, rotation = resting(with_hysteresis(plain, seed), seed, TURNED)
+    own, points, rotation = resting(parts(plain, seed), seed, TURNED)
     found = own.tool_at(points, rotation)
     near = own.home
     for point, real in zip(points, found, strict=True):

@@ -21,6 +21,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.learn.source import read_source
 from coupling.path.deviation import measure
 from coupling.report.page import run_summary
+from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.expected import remarks
@@ -137,6 +138,8 @@ def test_a_case_asks_for_the_command_of_a_robot_with_servos(finished, tmp_path):
     text = "\n".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)
     assert "torque curve backlash, motors under their servos)" in text
     assert "taken as ideal" not in text
+    without_inertia = stored.figures.model_copy(update={"mode": "quasistatic"})
+    assert "servos" not in sentence(without_inertia, "wall")
     again = load_case(folder / "case.toml")
     assert again.robots[0].drive == "servo"
 

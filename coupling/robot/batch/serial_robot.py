@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.robot.batch.vectors import Columns, applied, combined, cross, dot, seen_from, turned
+from elastic_robot.balancers import BalancerCurve
 from elastic_robot.description import Robot
 
 
@@ -16,6 +17,7 @@ class BatchPosture:
     """A robot in n states, base axes.
 
     Attributes:
+        angle: Joint angles [rad], (joints, n).
         axis: Directions of the joints' axes, (joints, 3, n).
         origin: Their centres [m], (joints, 3, n).
         body: Columns of the rotations of the bodies behind the joints.
@@ -24,6 +26,7 @@ class BatchPosture:
         lever: Velocity of the TCP by the rate of each joint [m/rad], (joints, 3, n).
     """
 
+    angle: np.ndarray
     axis: np.ndarray
     origin: np.ndarray
     body: list[Columns]
@@ -69,6 +72,11 @@ class SerialRobot:
         self._bodies = [(k, joint.body) for k, joint in enumerate(robot.joints)]
         if robot.payload is not None:
             self._bodies.append((len(robot.joints) - 1, robot.payload))
+        self._balancers = [
+            (k, BalancerCurve.through(joint.balancer))
+            for k, joint in enumerate(robot.joints)
+            if joint.balancer is not None
+        ]
         self._tool = Rotation.from_euler("xyz", robot.tcp_rpy).as_matrix()
         self._tcp = np.array(robot.tcp_position)
         arms = [np.linalg.norm(origin) for origin in self._origins]
@@ -95,7 +103,7 @@ class SerialRobot:
         tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
         axis_of, origin_of = np.stack(axes), np.stack(origins)
         lever = np.stack([cross(z, tip - o) for z, o in zip(axes, origins, strict=True)])
-        return BatchPosture(axis_of, origin_of, bodies, tip, tool, lever)
+        return BatchPosture(q, axis_of, origin_of, bodies, tip, tool, lever)
 
     def bias(self, posture: BatchPosture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the accelerations of the TCP and of the tool's angle without joint accelerations.
@@ -112,7 +120,7 @@ class SerialRobot:
     def load(
         self, posture: BatchPosture, rate: np.ndarray, acceleration: np.ndarray, gravity: np.ndarray
     ) -> np.ndarray:
-        """Return M q'' + h, what moves the robot [N m], (joints, n): Newton and Euler's equations.
+        """Return M q'' + h less the balancers' torques [N m], (joints, n): Newton and Euler's equations.
 
         Args:
             posture: The robot.
@@ -137,6 +145,8 @@ class SerialRobot:
                 force = force + push
                 moment = moment + applied(columns, twist) + cross(posture.origin[k] + arm, push)
             load[k] = dot(posture.axis[k], moment - cross(posture.origin[k], force))
+        for k, curve in self._balancers:
+            load[k] -= curve.torque(posture.angle[k])
         return load
 
     def _motion(

@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.outputs import HELD, REST, STATES, TUNABLE
-from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, DEVIATION, ELONGATION, RATE
+from elastic_robot.fmi.outputs import HELD, REST, ROTORS, STATES, TUNABLE
+from elastic_robot.fmi.sizes import (
+    ACCELERATION,
+    ANGLE,
+    DEVIATION,
+    ELONGATION,
+    GROWTH,
+    PRESLIDING,
+    RATE,
+    TORQUE,
+)
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 from elastic_robot.hysteresis import REVERSAL_TIME
 
+# What there is of motors that move by themselves; zero in Python, whose drives follow their commands.
+OF_MOTORS = {*ROTORS, *(STATES[key].derivative for key in ROTORS), "motor_slip", "torque_room"}
 
-def exchange(chain: Chain) -> dict[str, Block]:
-    """Return, by block, derivatives of the states and event indicators."""
+
+def exchange(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
+    """Return, by block, derivatives of the states and event indicators.
+
+    Args:
+        chain: The robot's chain.
+        motors: Joints with a motor, counted from 1.
+    """
     names, elements = chain.elastic_names, chain.elements
     elongated = [f"element {number} of {names[gear]}" for gear, number in elements.places]
-    moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", TIME, *STATES)
+    moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES)
+    of_motor = ("deflection", "deflection_rate", "elongation", *ROTORS)
+    servo = ("q_cmd", "qd_cmd", TIME)
     bend = "of the torque curve of"
+    rotors = [f"the motor of joint[{i}]" for i in motors]
 
     def derivatives(
         state: str,
@@ -25,10 +48,14 @@ def exchange(chain: Chain) -> dict[str, Block]:
         own: Names = (),
         tuned: Names = (),
     ) -> Block:
-        text, of = {
-            "deflection": ("Rate", names),
-            "deflection_rate": ("Acceleration", names),
-            "elongation": ("Rate of elongation", elongated),
+        text, numbers, of = {
+            "deflection": ("Rate", itertools.count(1), names),
+            "deflection_rate": ("Acceleration", itertools.count(1), names),
+            "elongation": ("Rate of elongation", itertools.count(1), elongated),
+            "rotor_angle": ("Rate", motors, rotors),
+            "rotor_rate": ("Acceleration", motors, rotors),
+            "servo_integral": ("Growth of the integral", motors, rotors),
+            "presliding": ("Rate of elongation of the friction", motors, rotors),
         }[state]
         return Block(
             "local",
@@ -40,7 +67,7 @@ def exchange(chain: Chain) -> dict[str, Block]:
                     f"{text} of {name} as the equation of motion has it",
                     nominal=nominal,
                 )
-                for k, name in enumerate(of, start=1)
+                for k, name in zip(numbers, of, strict=False)
             ),
             starts_from=starts_from,
             arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(of)),),
@@ -64,6 +91,37 @@ def exchange(chain: Chain) -> dict[str, Block]:
         ),
         STATES["elongation"].derivative: derivatives(
             "elongation", "rad/s", RATE, (), ("deflection_rate",)
+        ),
+        STATES["rotor_angle"].derivative: derivatives(
+            "rotor_angle",
+            "rad/s",
+            RATE,
+            ("qd_cmd", "strings", TIME),
+            ("rotor_rate",),
+            ("rotor_rate",),
+        ),
+        STATES["rotor_rate"].derivative: derivatives(
+            "rotor_rate",
+            "rad/s2",
+            ACCELERATION,
+            (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction"),
+            (*servo, "torque_cmd", *of_motor),
+            tuned=TUNABLE,
+        ),
+        STATES["servo_integral"].derivative: derivatives(
+            "servo_integral",
+            "N.m/s",
+            GROWTH,
+            ("q_cmd", "qd_cmd", "strings", TIME),
+            (*servo, "rotor_angle", "rotor_rate", "servo_integral"),
+        ),
+        STATES["presliding"].derivative: derivatives(
+            "presliding",
+            "rad/s",
+            RATE,
+            ("qd_cmd", "strings", TIME),
+            ("rotor_rate",),
+            ("rotor_rate",),
         ),
         "bend": Block(
             "local",
@@ -98,6 +156,37 @@ def exchange(chain: Chain) -> dict[str, Block]:
             exchanged=("deflection_rate", "elongation"),
             is_event_indicator=True,
         ),
+        "motor_slip": Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"joint[{i}].motor.slip",
+                    "rad",
+                    f"Way of the friction of the motor of joint[{i}] to its slip angle; its rate times"
+                    f" {REVERSAL_TIME:g} s while it slips",
+                    nominal=PRESLIDING,
+                )
+                for i in motors
+            ),
+            exchanged=("rotor_rate", "presliding"),
+            is_event_indicator=True,
+        ),
+        "torque_room": Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"joint[{i}].motor.torque_room",
+                    "N.m",
+                    f"Way of the servo of joint[{i}] to the motor's torque limit; 1 where there is none",
+                    nominal=TORQUE,
+                )
+                for i in motors
+            ),
+            exchanged=(*servo, "rotor_angle", "rotor_rate", "servo_integral"),
+            is_event_indicator=True,
+        ),
         "contact_gap": Block(
             "local",
             "continuous",
@@ -109,7 +198,15 @@ def exchange(chain: Chain) -> dict[str, Block]:
                     nominal=DEVIATION,
                 ),
             ),
-            exchanged=("q_cmd", "anchor", "contact", "contact_normal", TIME, "deflection"),
+            exchanged=(
+                "q_cmd",
+                "anchor",
+                "contact",
+                "contact_normal",
+                TIME,
+                "deflection",
+                "rotor_angle",
+            ),
             is_event_indicator=True,
         ),
     }

@@ -14,6 +14,7 @@ import numpy as np
 from elastic_robot.commands import CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
+from elastic_robot.fmi.exchange import OF_MOTORS
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
 from elastic_robot.fmi.interface import SLIPPED
 from elastic_robot.fmi.lifecycle import Phase
@@ -123,7 +124,7 @@ class Instance:
             return []
         reals = self._values.reals
         places = reals.places(references)
-        for key in places.outputs - self._computed:
+        for key in places.outputs - self._computed - OF_MOTORS:
             value = getattr(self.initialised(), key)()
             reals.block(key)[:] = value[_UPPER] if key == "compliance" else value.ravel()
             self._computed.add(key)

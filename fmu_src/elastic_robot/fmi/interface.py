@@ -49,11 +49,12 @@ def blocks(robot: Robot) -> dict[str, Block]:
     chain = build_chain(robot)
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
+    motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
     table = {
         **inputs(robot.joints),
-        **outputs(chain),
+        **outputs(chain, motors),
         **parameters,
-        **exchange(chain),
+        **exchange(chain, motors),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}

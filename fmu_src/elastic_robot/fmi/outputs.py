@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, ELONGATION, FORCE, RATE, TORQUE
+from elastic_robot.fmi.sizes import (
+    ANGLE,
+    COMPLIANCE,
+    DEVIATION,
+    ELONGATION,
+    FORCE,
+    PRESLIDING,
+    RATE,
+    TORQUE,
+)
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
 
 
@@ -22,12 +32,19 @@ class StateBlock:
     nominal: float
 
 
-# The states of model exchange in their order: x [rad], x' [rad/s] and s [rad].
+# The states of model exchange in their order: x [rad], x' [rad/s] and s [rad]; of motors their angles
+# [rad] and rates [rad/s], z [N m] and the elongation of their friction [rad].
 STATES = {
     "deflection": StateBlock("deflection_derivative", ANGLE),
     "deflection_rate": StateBlock("rate_derivative", RATE),
     "elongation": StateBlock("elongation_derivative", ELONGATION),
+    "rotor_angle": StateBlock("rotor_angle_derivative", ANGLE),
+    "rotor_rate": StateBlock("rotor_rate_derivative", RATE),
+    "servo_integral": StateBlock("servo_integral_derivative", TORQUE),
+    "presliding": StateBlock("presliding_derivative", PRESLIDING),
 }
+# Those of motors that move by themselves, where the robot has any.
+ROTORS = ("rotor_angle", "rotor_rate", "servo_integral", "presliding")
 # Those that say where the robot is and how it moves.
 MOTION = ("deflection", "deflection_rate")
 # What the state at a step's end follows, what loads and posture follow, and the initial equilibrium.
@@ -42,8 +59,10 @@ STEP = (
     "wrench_rate",
     "contact",
     "contact_normal",
+    "torque_cmd",
 )
-TUNABLE = ("gravity", "stiffness", "damping", "backlash", "hysteresis")
+COMMANDS = ("q_cmd", "qd_cmd", "qdd_cmd")
+TUNABLE = ("gravity", "stiffness", "damping", "backlash", "hysteresis", "friction")
 HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness", "contact", "contact_normal")
 REST = (
     "wrench",
@@ -60,6 +79,9 @@ REST = (
     TIME,
 )
 
+# What motors that move by themselves move as their commands do otherwise.
+MOVED = {"rotor_angle": "q_cmd", "rotor_rate": "qd_cmd"}
+
 # What the contact feels in model exchange.
 CONTACT = (
     "q_cmd",
@@ -73,8 +95,13 @@ CONTACT = (
 )
 
 
-def outputs(chain: Chain) -> dict[str, Block]:
-    """Return the outputs by block."""
+def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
+    """Return the outputs by block.
+
+    Args:
+        chain: The robot's chain.
+        motors: Joints with a motor, counted from 1.
+    """
 
     def block(
         variables: list[Variable],
@@ -92,9 +119,30 @@ def outputs(chain: Chain) -> dict[str, Block]:
             follows,
             starts_from,
             arrays,
-            exchanged,
+            (*exchanged, *(key for key, at in MOVED.items() if at in exchanged)),
             own,
             tuned=tuned,
+        )
+
+    def rotor(name: str, unit: str, text: str, nominal: float, *starts_from: str) -> Block:
+        return block(
+            [
+                Variable(
+                    f"{name}[{i}]",
+                    unit,
+                    f"{text} of the motor of joint[{i}] where it moves by itself",
+                    nominal=nominal,
+                )
+                for i in motors
+            ],
+            Array(
+                name,
+                f"{text}s of the motors, in the order of the joints that have one",
+                len(motors),
+            ),
+            starts_from=starts_from,
+            exchanged=(name,),
+            own=(name,),
         )
 
     def pose(
@@ -132,7 +180,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def torques(name: str, text: str) -> Block:
+    def torques(name: str, text: str, starts_from: Names = REST) -> Block:
         joints = chain.elastic_joint[chain.torsions] + 1
         return block(
             [
@@ -142,10 +190,11 @@ def outputs(chain: Chain) -> dict[str, Block]:
             Array(
                 name, f"Torques of {text}, in the order of the joints that have one", len(joints)
             ),
-            exchanged=tuple(STATES),
+            starts_from=starts_from,
+            exchanged=(*HELD, "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES),
         )
 
-    def motors(name: str, unit: str, text: str, command: str) -> Block:
+    def drives(name: str, unit: str, text: str, command: str) -> Block:
         count = chain.joint_count
         return block(
             [
@@ -153,11 +202,11 @@ def outputs(chain: Chain) -> dict[str, Block]:
                 for i in range(1, count + 1)
             ],
             Array(name, f"{text}s of the drives at their gears' output", count),
-            follows=("q_cmd", "qd_cmd", "qdd_cmd"),
+            follows=STEP if motors else COMMANDS,
             starts_from=(command, "strings", TIME),
             exchanged=(command, TIME),
-            own=(command,),
-            tuned=(),
+            own=() if motors else (command,),
+            tuned=TUNABLE if motors else (),
         )
 
     apart = "TCP minus rigid TCP"
@@ -181,10 +230,10 @@ def outputs(chain: Chain) -> dict[str, Block]:
         "rigid": pose(
             "rigid",
             "the TCP with undeflected joints",
-            follows=("q_cmd", "qd_cmd", "qdd_cmd"),
+            follows=STEP if motors else COMMANDS,
             starts_from=("q_cmd", "strings", TIME),
             exchanged=("q_cmd", TIME),
-            tuned=(),
+            tuned=TUNABLE if motors else (),
         ),
         "deviation": block(
             [
@@ -274,7 +323,17 @@ def outputs(chain: Chain) -> dict[str, Block]:
             exchanged=CONTACT,
         ),
         "gear_torque": torques("gear_torque", "the gear on its link"),
-        "motor_torque": torques("motor_torque", "the motor at its gear's output"),
-        "motor_angle": motors("motor_angle", "rad", "Angle", "q_cmd"),
-        "motor_rate": motors("motor_rate", "rad/s", "Rate", "qd_cmd"),
+        "motor_torque": torques(
+            "motor_torque",
+            "the motor at its gear's output",
+            (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction") if motors else REST,
+        ),
+        "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
+        "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
+        "rotor_angle": rotor("rotor_angle", "rad", "Angle", ANGLE, "q_cmd", "strings", TIME),
+        "rotor_rate": rotor("rotor_rate", "rad/s", "Rate", RATE, "qd_cmd", "strings", TIME),
+        "servo_integral": rotor(
+            "servo_integral", "N.m", "Integral of the servo", TORQUE, *REST, "qd_cmd", "qdd_cmd"
+        ),
+        "presliding": rotor("presliding", "rad", "Elongation of the friction", PRESLIDING),
     }

@@ -44,12 +44,11 @@ void er_motor_rate_along(const er_model *model, const er_change *change, double 
 /* What a gear's error is taken at: the motion of its drive. */
 static er_transmission transmission_of(const er_model *model, int joint)
 {
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS];
-    if (model->robot.errors == 0)
-        return (er_transmission){{0.0, 0.0, 0.0, 0.0}, 0.0, 0.0};
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
     er_model_motor_angle(model, q);
     er_model_motor_rate(model, qd);
-    return er_transmission_at(&model->robot, joint, q[joint], qd[joint], model->memory.held.qdd[joint]);
+    er_model_accelerations(model, qdd);
+    return er_transmission_at(&model->robot, joint, q[joint], qd[joint], qdd[joint]);
 }
 
 /* Turns the motion of all drives, or a change of it, into what the gears make of it. */
@@ -77,7 +76,7 @@ static driven drive(const er_model *model)
     driven own;
     er_model_motor_angle(model, own.q);
     er_model_motor_rate(model, own.qd);
-    memcpy(own.qdd, model->memory.held.qdd, sizeof own.qdd);
+    er_model_accelerations(model, own.qdd);
     if (model->robot.errors > 0)
         transmit(model, own.q, own.qd, own.qdd);
     return own;
@@ -88,7 +87,7 @@ static driven drive_along(const er_model *model, const er_change *change)
     driven own;
     er_motor_angle_along(model, change, own.q);
     er_motor_rate_along(model, change, own.qd);
-    memcpy(own.qdd, change->held.qdd, sizeof own.qdd);
+    er_accelerations_along(model, change, own.qdd);
     if (model->robot.errors > 0)
         transmit_along(model, own.q, own.qd, own.qdd);
     return own;
@@ -101,11 +100,20 @@ void er_model_driven(const er_model *model, double *angles)
         angles[i] += er_gear_error_at(&model->robot, i, angles[i]).value;
 }
 
+/* Whether the rigid robot follows its commands: with torques in their place it goes with the motors. */
+static bool is_commanded(const er_model *model)
+{
+    return model->memory.options.drive != ER_TORQUE;
+}
+
 void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
-    if (rigid) {
+    if (rigid && is_commanded(model)) {
         er_angles(&model->robot, model->memory.held.q, NULL, theta);
+    } else if (rigid) {
+        er_model_motor_angle(model, q);
+        er_angles(&model->robot, q, NULL, theta);
     } else {
         er_model_driven(model, q);
         er_angles(&model->robot, q, model->memory.state.x, theta);
@@ -115,18 +123,18 @@ void er_model_angles(const er_model *model, bool rigid, double *theta)
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     double qd[ER_MAX_JOINTS];
-    if (rigid) {
+    if (rigid && is_commanded(model)) {
         er_angles(&model->robot, model->memory.held.qd, NULL, rate);
-    } else if (model->robot.errors > 0) {
+    } else if (rigid || model->robot.errors == 0) {
+        er_model_motor_rate(model, qd);
+        er_angles(&model->robot, qd, rigid ? NULL : model->memory.state.v, rate);
+    } else {
         driven own = drive(model);
         er_angles(&model->robot, own.qd, model->memory.state.v, rate);
-    } else {
-        er_model_motor_rate(model, qd);
-        er_angles(&model->robot, qd, model->memory.state.v, rate);
     }
 }
 
-void er_model_accelerations(const er_model *model, double *acceleration)
+void er_model_chain_accelerations(const er_model *model, double *acceleration)
 {
     driven own = drive(model);
     er_angles(&model->robot, own.qdd, NULL, acceleration);
@@ -135,8 +143,11 @@ void er_model_accelerations(const er_model *model, double *acceleration)
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
 {
     driven own;
-    if (rigid) {
+    if (rigid && is_commanded(model)) {
         er_angles(&model->robot, change->held.q, NULL, theta);
+    } else if (rigid) {
+        er_motor_angle_along(model, change, own.q);
+        er_angles(&model->robot, own.q, NULL, theta);
     } else {
         own = drive_along(model, change);
         er_angles(&model->robot, own.q, change->x, theta);
@@ -146,15 +157,18 @@ void er_angles_along(const er_model *model, const er_change *change, bool rigid,
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
 {
     driven own;
-    if (rigid) {
+    if (rigid && is_commanded(model)) {
         er_angles(&model->robot, change->held.qd, NULL, rate);
+    } else if (rigid) {
+        er_motor_rate_along(model, change, own.qd);
+        er_angles(&model->robot, own.qd, NULL, rate);
     } else {
         own = drive_along(model, change);
         er_angles(&model->robot, own.qd, change->v, rate);
     }
 }
 
-void er_accelerations_along(const er_model *model, const er_change *change, double *acceleration)
+void er_chain_accelerations_along(const er_model *model, const er_change *change, double *acceleration)
 {
     driven own = drive_along(model, change);
     er_angles(&model->robot, own.qdd, NULL, acceleration);
@@ -176,14 +190,44 @@ static double side_of(double rate)
                                          : 0.0;
 }
 
-/* w of a motor's servo now [rad/s]. */
-static double wanted_of(const er_model *model, int d)
+double er_model_wanted(const er_model *model, int d)
 {
     const er_held *held = &model->memory.held;
     const er_motors *motors = &model->memory.state.motors;
     const er_motor *motor = &model->robot.motor[d];
     return er_servo_wanted(motor, motors->angle[d] - held->q[motor->joint], motors->rate[d] - held->qd[motor->joint],
                            held->qd[motor->joint]);
+}
+
+double er_wanted_along(const er_model *model, const er_change *change, int d)
+{
+    const er_motor *motor = &model->robot.motor[d];
+    const er_held *moved = &change->held;
+    return er_servo_wanted(motor, change->motors.angle[d] - moved->q[motor->joint],
+                           change->motors.rate[d] - moved->qd[motor->joint], moved->qd[motor->joint]);
+}
+
+/* The error of the gear of entry k of x where its drive is. */
+static er_gear_error error_of(const er_model *model, int k)
+{
+    double angles[ER_MAX_JOINTS];
+    int joint = model->robot.elastic_joint[k];
+    er_model_motor_angle(model, angles);
+    return er_gear_error_at(&model->robot, joint, angles[joint]);
+}
+
+double er_model_felt_torque(const er_model *model, int k)
+{
+    return (1.0 + error_of(model, k).slope) * er_model_gear_torque(model, k);
+}
+
+double er_felt_torque_along(const er_model *model, const er_change *change, int k)
+{
+    er_gear_error error = error_of(model, k);
+    double angles[ER_MAX_JOINTS];
+    er_motor_angle_along(model, change, angles);
+    return (1.0 + error.slope) * er_gear_torque_along(model, change, k) +
+           error.bend * er_model_gear_torque(model, k) * angles[model->robot.elastic_joint[k]];
 }
 
 double er_model_motor_torque(const er_model *model, int k)
@@ -194,27 +238,16 @@ double er_model_motor_torque(const er_model *model, int k)
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
     double rate, slope, torque;
     if (d < 0 || memory->options.quasistatic)
-        return (1.0 + transmission_of(model, model->robot.elastic_joint[k]).error.slope) * er_model_gear_torque(model, k);
+        return er_model_felt_torque(model, k);
     if (memory->options.drive == ER_TORQUE)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
-        return er_servo_torque(motor, wanted_of(model, d), memory->state.motors.integral[d]);
+        return er_servo_torque(motor, er_model_wanted(model, d), memory->state.motors.integral[d]);
     rate = held->qd[motor->joint];
     torque = er_model_gear_torque(model, k);
-    return (1.0 + transmission_of(model, motor->joint).error.slope) * torque +
+    return er_model_felt_torque(model, k) +
            (motor->inertia * held->qdd[motor->joint] +
             er_motor_friction(motor, memory->parameters.friction[d], torque, side_of(rate), rate, &slope));
-}
-
-/* Change of what the drive of entry k of x feels of its gear [N m]. */
-static double of_gear_along(const er_model *model, const er_change *change, int k)
-{
-    int joint = model->robot.elastic_joint[k];
-    er_gear_error error = transmission_of(model, joint).error;
-    double angles[ER_MAX_JOINTS];
-    er_motor_angle_along(model, change, angles);
-    return (1.0 + error.slope) * er_gear_torque_along(model, change, k) +
-           error.bend * er_model_gear_torque(model, k) * angles[joint];
 }
 
 double er_motor_torque_along(const er_model *model, const er_change *change, int k)
@@ -226,14 +259,13 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
     double rate, slope, torque, side;
     if (d < 0 || memory->options.quasistatic)
-        return of_gear_along(model, change, k);
+        return er_felt_torque_along(model, change, k);
     if (memory->options.drive == ER_TORQUE)
         return moved->torque[d];
     joint = motor->joint;
     if (memory->options.drive == ER_SERVO) {
-        double wanted = er_servo_wanted(motor, change->motors.angle[d] - moved->q[joint],
-                                        change->motors.rate[d] - moved->qd[joint], moved->qd[joint]);
-        if (er_servo_saturates(motor, wanted_of(model, d), motors->integral[d]))
+        double wanted = er_wanted_along(model, change, d);
+        if (er_servo_saturates(motor, er_model_wanted(model, d), motors->integral[d]))
             return 0.0;
         return motor->rate_gain * wanted + change->motors.integral[d];
     }
@@ -241,7 +273,7 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     side = side_of(rate);
     torque = er_model_gear_torque(model, k);
     er_motor_friction(motor, memory->parameters.friction[d], torque, side, rate, &slope);
-    return of_gear_along(model, change, k) +
+    return er_felt_torque_along(model, change, k) +
            side * copysign(motor->load_friction, torque) * er_gear_torque_along(model, change, k) +
            motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
            side * er_stribeck_left(motor, rate) * change->parameters.friction[d];

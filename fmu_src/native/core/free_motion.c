@@ -39,7 +39,7 @@ bool er_free_motion_find(er_model *model)
         }
     er_model_rates(model, false, values);
     fill(robot->angles, values, motion->rate);
-    er_model_accelerations(model, values);
+    er_model_chain_accelerations(model, values);
     fill(robot->angles, values, motion->acceleration);
     er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
     er_load_wrench(&at_rest, placement.tool_position, free->wrench);
@@ -70,7 +70,7 @@ static void prepare_tangent(er_model *model)
     er_free_motion *free = &model->free;
     const er_memory *memory = &model->memory;
     double values[ER_MAX_ANGLES];
-    er_model_accelerations(model, values);
+    er_model_chain_accelerations(model, values);
     for (int k = 0; k < model->robot.elastics; k++)
         values[model->robot.elastic_angle[k]] += free->acceleration[k];
     fill(model->robot.angles, values, free->motion.acceleration);
@@ -119,7 +119,7 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     fill(robot->angles, values, direction.angle);
     er_rates_along(model, change, false, values);
     fill(robot->angles, values, direction.rate);
-    er_accelerations_along(model, change, values);
+    er_chain_accelerations_along(model, change, values);
     fill(robot->angles, values, direction.acceleration);
     model->kernel.shift(robot, &free->links, &direction, shift);
     for (int c = 0; c < 3; c++)

@@ -156,7 +156,7 @@ void er_model_driven(const er_model *model, double *angles);
  * accelerations of the drives alone. */
 void er_model_angles(const er_model *model, bool rigid, double *theta);
 void er_model_rates(const er_model *model, bool rigid, double *rate);
-void er_model_accelerations(const er_model *model, double *acceleration);
+void er_model_chain_accelerations(const er_model *model, double *acceleration);
 
 /* Angles and rates of all drives at the gears' output [rad, rad/s], of the motors that move by themselves theirs; and
  * the torque of the motor of the gear of entry k of x there [N m]. */
@@ -164,8 +164,16 @@ void er_model_motor_angle(const er_model *model, double *angles);
 void er_model_motor_rate(const er_model *model, double *rates);
 double er_model_motor_torque(const er_model *model, int k);
 
-/* Torque of the gear of entry k of x on its link [N m]. */
+/* What a motor's servo wants beside its rate, w [rad/s]; its acceleration [rad/s^2], and z' [N m/s]; the accelerations
+ * of all drives, of the motors that move by themselves theirs. */
+double er_model_wanted(const er_model *model, int d);
+double er_model_motor_acceleration(const er_model *model, int d);
+double er_model_integral_growth(const er_model *model, int d);
+void er_model_accelerations(const er_model *model, double *drives);
+
+/* Torque of the gear of entry k of x on its link [N m], and what its drive feels of it. */
 double er_model_gear_torque(const er_model *model, int k);
+double er_model_felt_torque(const er_model *model, int k);
 
 /* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
 void er_model_deviation(const er_model *model, double deviation[6]);

@@ -157,7 +157,8 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
         for (int l = 0; l < ER_STAGES; l++) {
             double wanted;
             commanded then = command_of(s, r, d, column, state->time + h * er_gauss_node[l]);
-            motors->integral[d] += h * er_gauss_end_rate[l] * find_growth(r, d, l, own, then, &wanted);
+            double growth = find_growth(r, d, l, own, then, &wanted);
+            motors->integral[d] += s->drive == ER_SERVO ? h * er_gauss_end_rate[l] * growth : 0.0;
         }
         motors->angle[d] = p[d] + at.q;
         motors->rate[d] = pv[d] + at.qd;

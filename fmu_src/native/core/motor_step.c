@@ -78,7 +78,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.integral[d] = state->motors.integral[d];
         for (int j = 0; j < ER_STAGES; j++) {
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
-            if (!er_servo_waits(motor, work->wanted[d][j], work->integral[d][j]))
+            if (r->system->drive == ER_SERVO && !er_servo_waits(motor, work->wanted[d][j], work->integral[d][j]))
                 step->motors.integral[d] += h * er_gauss_end_rate[j] * motor->integral_gain * work->wanted[d][j];
         }
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];

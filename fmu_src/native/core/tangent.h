@@ -41,7 +41,7 @@ typedef struct er_change {
  * the commands. */
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta);
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate);
-void er_accelerations_along(const er_model *model, const er_change *change, double *acceleration);
+void er_chain_accelerations_along(const er_model *model, const er_change *change, double *acceleration);
 
 /* Change of the motors' initial state. */
 void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);
@@ -50,6 +50,10 @@ void er_start_motors_along(const er_model *model, const er_change *change, er_mo
 void er_motor_angle_along(const er_model *model, const er_change *change, double *angles);
 void er_motor_rate_along(const er_model *model, const er_change *change, double *rates);
 double er_motor_torque_along(const er_model *model, const er_change *change, int k);
+double er_wanted_along(const er_model *model, const er_change *change, int d);
+double er_motor_acceleration_along(const er_model *model, const er_change *change, int d);
+double er_integral_growth_along(const er_model *model, const er_change *change, int d);
+void er_accelerations_along(const er_model *model, const er_change *change, double *drives);
 
 
 /* Placements of the elastic or the rigid robot and how they move. */
@@ -70,6 +74,7 @@ void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
 void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
 void er_velocity_along(const er_model *model, const er_change *change, double velocity[6]);
 double er_gear_torque_along(const er_model *model, const er_change *change, int k);
+double er_felt_torque_along(const er_model *model, const er_change *change, int k);
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
 

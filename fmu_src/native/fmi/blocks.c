@@ -32,6 +32,25 @@
         return true;                                                                                \
     }
 
+/* The same of a motor, for every one. */
+#define OF_MOTORS(name, value, along)                                                               \
+    static bool find_##name(er_instance *instance, double *values)                                  \
+    {                                                                                               \
+        const er_model *model = instance->model;                                                    \
+        const er_state *state = &model->memory.state;                                               \
+        (void)state;                                                                                \
+        for (int d = 0; d < model->robot.motors; d++)                                               \
+            values[d] = value;                                                                      \
+        return true;                                                                                \
+    }                                                                                               \
+    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    {                                                                                               \
+        const er_model *model = instance->model;                                                    \
+        for (int d = 0; d < model->robot.motors; d++)                                               \
+            derivatives[d] = along;                                                                 \
+        return true;                                                                                \
+    }
+
 OF_MODEL(tcp)
 OF_MODEL(velocity)
 OF_MODEL(rigid)
@@ -137,15 +156,71 @@ static bool elongation_rate_along(er_instance *instance, const er_change *change
     return true;
 }
 
+/* Elongation of a motor's friction, and its rate where the motor has one. */
+static int of_friction(const er_model *model, int d)
+{
+    return model->robot.elements + d;
+}
+
+static double follow(const er_model *model, int d, double rate)
+{
+    return model->memory.state.stops.slipping[of_friction(model, d)] == 0 ? rate : 0.0;
+}
+
+OF_MOTORS(rotor_angle, state->motors.angle[d], change->motors.angle[d])
+OF_MOTORS(rotor_rate, state->motors.rate[d], change->motors.rate[d])
+OF_MOTORS(servo_integral, state->motors.integral[d], change->motors.integral[d])
+OF_MOTORS(presliding, state->stops.elongation[of_friction(model, d)], change->elongation[of_friction(model, d)])
+OF_MOTORS(rotor_acceleration, er_model_motor_acceleration(model, d), er_motor_acceleration_along(model, change, d))
+OF_MOTORS(integral_growth, er_model_integral_growth(model, d), er_integral_growth_along(model, change, d))
+OF_MOTORS(presliding_rate, follow(model, d, state->motors.rate[d]), follow(model, d, change->motors.rate[d]))
+
 static bool find_slips(er_instance *instance, double *values)
 {
-    er_exchange_slips(instance, values);
+    double ways[ER_MAX_ELEMENTS];
+    er_exchange_slips(instance, ways);
+    memcpy(values, ways, (size_t)instance->model->robot.elements * sizeof *values);
     return true;
 }
 
 static bool slips_along(er_instance *instance, const er_change *change, double *derivatives)
 {
-    er_exchange_slips_along(instance, change, derivatives);
+    double ways[ER_MAX_ELEMENTS];
+    er_exchange_slips_along(instance, change, ways);
+    memcpy(derivatives, ways, (size_t)instance->model->robot.elements * sizeof *derivatives);
+    return true;
+}
+
+/* The same of motors' friction; 1 where they do not move by themselves. */
+static bool find_motor_slips(er_instance *instance, double *values)
+{
+    double ways[ER_MAX_ELEMENTS];
+    const er_model *model = instance->model;
+    er_exchange_slips(instance, ways);
+    for (int d = 0; d < model->robot.motors; d++)
+        values[d] = er_model_motors(model) > 0 ? ways[of_friction(model, d)] : 1.0;
+    return true;
+}
+
+static bool motor_slips_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    double ways[ER_MAX_ELEMENTS];
+    const er_model *model = instance->model;
+    er_exchange_slips_along(instance, change, ways);
+    for (int d = 0; d < model->robot.motors; d++)
+        derivatives[d] = er_model_motors(model) > 0 ? ways[of_friction(model, d)] : 0.0;
+    return true;
+}
+
+static bool find_limits(er_instance *instance, double *values)
+{
+    er_exchange_limits(instance, values);
+    return true;
+}
+
+static bool limits_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    er_exchange_limits_along(instance, change, derivatives);
     return true;
 }
 
@@ -263,6 +338,15 @@ const er_block er_blocks[] = {
      .differentiate = motor_angle_along},
     {"motor_rate", ER_OUTPUT, .joint = 1, .find = find_motor_rate, .differentiate = motor_rate_along},
 
+    {"rotor_angle", ER_OUTPUT, .motor = 1, STATE(motors.angle, motors.angle), .find = find_rotor_angle,
+     .differentiate = rotor_angle_along},
+    {"rotor_rate", ER_OUTPUT, .motor = 1, STATE(motors.rate, motors.rate), .find = find_rotor_rate,
+     .differentiate = rotor_rate_along},
+    {"servo_integral", ER_OUTPUT, .motor = 1, STATE(motors.integral, motors.integral), .find = find_servo_integral,
+     .differentiate = servo_integral_along},
+    {"presliding", ER_OUTPUT, .motor = 1, .behind_elements = true, STATE(stops.elongation, elongation),
+     .find = find_presliding, .differentiate = presliding_along},
+
     {"gravity", ER_TUNABLE, .fixed = 3, AT(parameters.gravity, parameters.gravity),
      .cause = ER_BY_GRAVITY},
     {"stiffness", ER_TUNABLE, .elastic = 1, .range = ER_POSITIVE,
@@ -283,9 +367,19 @@ const er_block er_blocks[] = {
      .differentiate = acceleration_along, .from_value = true},
     {"elongation_derivative", ER_LOCAL, .element = 1, .find = find_elongation_rate,
      .differentiate = elongation_rate_along},
+    {"rotor_angle_derivative", ER_LOCAL, .motor = 1, .find = find_rotor_rate, .differentiate = rotor_rate_along},
+    {"rotor_rate_derivative", ER_LOCAL, .motor = 1, .find = find_rotor_acceleration,
+     .differentiate = rotor_acceleration_along},
+    {"servo_integral_derivative", ER_LOCAL, .motor = 1, .find = find_integral_growth,
+     .differentiate = integral_growth_along},
+    {"presliding_derivative", ER_LOCAL, .motor = 1, .find = find_presliding_rate,
+     .differentiate = presliding_rate_along},
     {"bend", ER_LOCAL, .torsion = 2, .find = find_bends, .differentiate = bends_along,
      .is_indicator = true},
     {"slip", ER_LOCAL, .element = 1, .find = find_slips, .differentiate = slips_along, .is_indicator = true},
+    {"motor_slip", ER_LOCAL, .motor = 1, .find = find_motor_slips, .differentiate = motor_slips_along,
+     .is_indicator = true},
+    {"torque_room", ER_LOCAL, .motor = 1, .find = find_limits, .differentiate = limits_along, .is_indicator = true},
     {"contact_gap", ER_LOCAL, .fixed = 1, .find = find_contact_gap, .differentiate = contact_gap_along,
      .is_indicator = true},
 };

@@ -77,6 +77,18 @@ void er_exchange_bends_along(const er_instance *instance, const er_change *along
     }
 }
 
+/* Elements of gears, and of motors that move by themselves. */
+static int count_elements(const er_model *model)
+{
+    return model->robot.elements + er_model_motors(model);
+}
+
+/* Rate of the coordinate of an element [rad/s]. */
+static double rate_of(const er_robot *robot, const double *v, const double *motors, int j)
+{
+    return j < robot->elements ? v[robot->element[j].coordinate] : motors[j - robot->elements];
+}
+
 /* How far behind their slip angle, or a reversal, elements change [rad]; not before the master integrates. */
 static double slip_slack(const er_instance *instance, int j)
 {
@@ -93,12 +105,12 @@ void er_exchange_slips(const er_instance *instance, double *ways)
 {
     const er_state *state = &instance->model->memory.state;
     const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < robot->elements; j++) {
-        const er_element *element = &robot->element[j];
+    for (int j = 0; j < count_elements(instance->model); j++) {
         int direction = state->stops.slipping[j];
+        double rate = rate_of(robot, state->v, state->motors.rate, j);
         ways[j] = slip_slack(instance, j) + (direction == 0
-                                                 ? element->angle - fabs(state->stops.elongation[j])
-                                                 : direction * state->v[element->coordinate] * ER_REVERSAL_TIME);
+                                                 ? robot->element[j].angle - fabs(state->stops.elongation[j])
+                                                 : direction * rate * ER_REVERSAL_TIME);
     }
 }
 
@@ -106,10 +118,43 @@ void er_exchange_slips_along(const er_instance *instance, const er_change *chang
 {
     const er_stops *stops = &instance->model->memory.state.stops;
     const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < robot->elements; j++)
-        ways[j] = stops->slipping[j] == 0
-                      ? -copysign(1.0, stops->elongation[j]) * change->elongation[j]
-                      : stops->slipping[j] * change->v[robot->element[j].coordinate] * ER_REVERSAL_TIME;
+    for (int j = 0; j < count_elements(instance->model); j++) {
+        double rate = rate_of(robot, change->v, change->motors.rate, j);
+        ways[j] = stops->slipping[j] == 0 ? -copysign(1.0, stops->elongation[j]) * change->elongation[j]
+                                          : stops->slipping[j] * rate * ER_REVERSAL_TIME;
+    }
+}
+
+/* Way of a motor's servo to its torque limit [N m]; infinite without. */
+static double servo_room(const er_model *model, int d, double *torque)
+{
+    const er_motor *motor = &model->robot.motor[d];
+    *torque = motor->rate_gain * er_model_wanted(model, d) + model->memory.state.motors.integral[d];
+    return motor->torque_limit - fabs(*torque);
+}
+
+void er_exchange_limits(const er_instance *instance, double *ways)
+{
+    const er_model *model = instance->model;
+    for (int d = 0; d < model->robot.motors; d++) {
+        double torque, way = INFINITY;
+        if (model->memory.options.drive == ER_SERVO)
+            way = servo_room(model, d, &torque);
+        ways[d] = isfinite(way) ? way : 1.0;
+    }
+}
+
+void er_exchange_limits_along(const er_instance *instance, const er_change *change, double *ways)
+{
+    const er_model *model = instance->model;
+    for (int d = 0; d < model->robot.motors; d++) {
+        double torque;
+        ways[d] = 0.0;
+        if (model->memory.options.drive == ER_SERVO && isfinite(servo_room(model, d, &torque)))
+            ways[d] = -copysign(1.0, torque) *
+                      (model->robot.motor[d].rate_gain * er_wanted_along(model, change, d) +
+                       change->motors.integral[d]);
+    }
 }
 
 /* Lets elements slip or stick that are beyond where they do. */
@@ -120,7 +165,7 @@ static bool settle_elements(er_instance *instance)
     double ways[ER_MAX_ELEMENTS];
     bool changed = false;
     er_exchange_slips(instance, ways);
-    for (int j = 0; j < robot->elements; j++) {
+    for (int j = 0; j < count_elements(instance->model); j++) {
         if (ways[j] > 0.0)
             continue;
         if (stops->slipping[j] != 0) {
@@ -159,7 +204,7 @@ bool er_exchange_settle(er_instance *instance, bool *changed)
 bool er_exchange_completed(er_instance *instance, bool *has_event)
 {
     double slips[ER_MAX_ELEMENTS];
-    double ways[2 * ER_MAX_JOINTS]; /* whether the contact is touched is no choice that an event makes */
+    double ways[2 * ER_MAX_JOINTS]; /* whether contact or limit are touched is no choice that an event makes */
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
     er_exchange_bends(instance, ways);
@@ -167,7 +212,7 @@ bool er_exchange_completed(er_instance *instance, bool *has_event)
     for (int i = 0; i < 2 * instance->interface.torsions; i++)
         *has_event |= ways[i] <= 0.0;
     er_exchange_slips(instance, slips);
-    for (int j = 0; j < instance->model->robot.elements; j++)
+    for (int j = 0; j < count_elements(instance->model); j++)
         *has_event |= slips[j] <= 0.0;
     return true;
 }

@@ -216,9 +216,6 @@ static void watch_trajectory(er_instance *instance)
 
 bool er_instance_start(er_instance *instance)
 {
-    if (instance->exchange.on && instance->model->memory.options.drive != ER_IDEAL)
-        return er_fail(&instance->failure, "drive: expected ideal in model exchange, got %s",
-                       instance->model->memory.options.drive == ER_SERVO ? "servo" : "torque");
     if (!er_instance_initialise(instance))
         return false;
     watch_trajectory(instance);

@@ -88,6 +88,7 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
 /* What the robot makes of the blocks must be what the model has. */
 static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
 {
+    in->elements = robot->elements;
     for (int k = 0; k < robot->elastics; k++) {
         if (robot->elastic_tilt[k] == 0)
             in->torsion[in->torsions++] = k;

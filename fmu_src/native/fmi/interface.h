@@ -16,7 +16,7 @@ struct er_change;
 /* As many blocks of reals, reals and blocks of states as there may be. */
 enum { ER_MAX_BLOCKS = 64, /* as a mask has bits */
        ER_MAX_REALS = 1024,
-       ER_MAX_STATES = 4 };
+       ER_MAX_STATES = 8 };
 
 #define ER_BIT(place) (UINT64_C(1) << (place))
 
@@ -37,6 +37,7 @@ typedef struct {
     er_kind kind;
     /* Variables: so many, and so many for each of the robot's; `hysteretic` are torsions with elements. */
     int fixed, joint, elastic, torsion, hysteretic, element, motor;
+    bool behind_elements; /* in their place those of the gears' elements come first */
     er_range range;
     /* Of inputs and parameters: their place in er_inputs, in bytes; of states that in er_state. */
     size_t place;
@@ -97,6 +98,7 @@ typedef struct {
     int reals;
     int first[ER_MAX_BLOCKS];        /* value reference of each block's first variable */
     int size[ER_MAX_BLOCKS];         /* its number of variables */
+    int elements;                    /* of gears' hysteresis */
     int torsions;                    /* entries of x with a backlash */
     int torsion[ER_MAX_JOINTS];      /* these entries */
     int hysteretics;                 /* entries of x with elements of hysteresis */
@@ -120,9 +122,10 @@ static inline const er_block *er_block_of(const er_interface *interface, unsigne
 static inline int er_entry(const er_interface *interface, unsigned reference)
 {
     int block = interface->block[reference], k = (int)reference - interface->first[block];
-    return er_blocks[block].torsion > 0      ? interface->torsion[k]
-           : er_blocks[block].hysteretic > 0 ? interface->hysteretic[k]
-                                             : k;
+    return er_blocks[block].torsion > 0       ? interface->torsion[k]
+           : er_blocks[block].hysteretic > 0  ? interface->hysteretic[k]
+           : er_blocks[block].behind_elements ? interface->elements + k
+                                              : k;
 }
 
 /* Whether it is an output or local, computed when it is read. */

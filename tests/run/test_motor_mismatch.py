@@ -1,0 +1,158 @@
+"""Friction and gains that are not those of the file: rows of a run, plant, study."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from line_case import moving_line
+from motor_file import with_motors
+
+from coupling.case.file import Case, load_case
+from coupling.errors import CaseError
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.deviation import measure
+from coupling.report.page import run_summary
+from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.execute import run_compensation
+from coupling.run.folder import write_run
+from coupling.run.plant import in_words
+from coupling.run.stored_run import StoredRobot, read_run
+from coupling.study.bench import RobotPool
+from coupling.study.conduct import _work
+from coupling.study.parameters import StudyParameters
+from elastic_robot.description import Drive, Robot
+
+MOTORS = {
+    "friction +30 %": (1.3, 1.0),
+    "friction -30 %": (0.7, 1.0),
+    "servo gain +20 %": (1.0, 1.2),
+    "servo gain -20 %": (1.0, 0.8),
+}
+
+
+def case_of(folder: Path, keys: str = "", more: str = "") -> Case:
+    with_motors(folder, friction=150.0)
+    file = folder / "line.toml"
+    text = moving_line(('"icme2008"', f'"servo.toml"\n{keys}'))
+    file.write_text(f"{text}\n{more}\n")
+    return load_case(file)
+
+
+def changed_by_hand(robot: Robot, friction: float, gain: float) -> Robot:
+    """Every drive's F, b, Kv, Kp and Ki, joint by joint."""
+    joints = []
+    for joint in robot.joints:
+        d = joint.drive
+        if d is not None:
+            d = replace(d, friction=friction * d.friction, viscous=friction * d.viscous)
+            d = replace(d, position_gain=gain * d.position_gain, rate_gain=gain * d.rate_gain)
+            d = replace(d, integral_gain=gain * d.integral_gain)
+        joints.append(replace(joint, drive=d))
+    return replace(robot, joints=tuple(joints))
+
+
+def left(robot: Robot, stored: StoredRobot, folder: Path) -> float:
+    """Largest deviation of the files of a run on the FMU of a robot with servos [m]."""
+    file = build_fmu(robot, folder / "own.fmu", BuildOptions("native"))
+    with RobotFmu(file, "backlash", drive="servo") as fmu:
+        path = fmu.simulate(stored.joints, stored.wrench, "dynamic")
+    return measure(path, stored.desired).maximum
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> tuple[Case, StoredRobot, Path]:
+    folder = tmp_path_factory.mktemp("mismatch")
+    case = case_of(folder)
+    run = run_compensation(case)
+    assert run.correction.converged
+    (folder / "out").mkdir()
+    write_run(folder / "out", case, run)
+    return case, read_run(folder / "out").first, folder / "out"
+
+
+def test_factors_of_motors_are_those_of_their_description():
+    """One number or one a joint; rotors, feed-forward and what is no motor stay as they are."""
+    robot = load_robot(find_robot("icme2008"))
+    assert ModelMismatch(friction=(1.3,), servo_gain=(0.8,)).description(robot) == robot
+    drive = Drive(10.0, 20.0, 500.0, 100.0, 0.9, friction=5.0, viscous=3.0, torque_limit=900.0)
+    moved = replace(robot, joints=tuple(replace(j, drive=drive) for j in robot.joints[:5]))
+    every = ModelMismatch(friction=(1.3,), servo_gain=(0.8,))
+    assert every.description(moved) == changed_by_hand(moved, 1.3, 0.8)
+    assert every.parameters(moved, "backlash") == {}
+    one = ModelMismatch(friction=(1.0, 1.0, 2.0, 1.0, 1.0)).description(moved)
+    assert one.joints[2].drive == replace(drive, friction=10.0, viscous=6.0)
+    assert [j.drive for k, j in enumerate(one.joints) if k != 2] == [drive] * 4
+    for difference in (ModelMismatch(friction=(1.3,)), ModelMismatch(servo_gain=(0.8,))):
+        assert difference.shows(moved, "backlash", "servo")
+        assert not difference.shows(moved, "backlash", "ideal")
+        assert not difference.shows(robot, "backlash", "servo")
+    with pytest.raises(ValueError, match="servo_gain: expected finite factors > 0"):
+        ModelMismatch(servo_gain=(0.0,))
+
+
+def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_path):
+    case, stored, folder = finished
+    rows = {row.name: row.deviation_m.maximum for row in stored.figures.robustness}
+    assert [name for name in rows if name in MOTORS] == list(MOTORS)
+    for name, factors in MOTORS.items():
+        other = changed_by_hand(case.robots[0].description, *factors)
+        assert rows[name] == pytest.approx(left(other, stored, tmp_path), abs=1e-12)
+        assert rows[name] > 3.0 * stored.figures.deviation_after_m.maximum
+    text = " ".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)
+    assert "in all motors would leave" in text
+    assert stored.figures.outlook.deviation == max(rows.values())
+
+
+def test_ideal_drives_have_no_rows_of_motors(tmp_path):
+    run = run_compensation(case_of(tmp_path, 'drive = "ideal"'))
+    assert not {row.name for row in run.robustness} & set(MOTORS)
+
+
+def test_a_plant_has_other_motors(finished, tmp_path):
+    """As built by hand; a factor that ideal drives do not know is refused."""
+    factors = "friction_factor = 0.8\nservo_gain_factor = [0.9, 1.0, 1.0, 1.0, 1.0, 1.0]"
+    case = case_of(tmp_path, "", f"[plant]\n{factors}")
+    own = replace(case.robots[0].description)
+    hand = changed_by_hand(own, 0.8, 1.0)
+    first = changed_by_hand(own, 0.8, 0.9).joints[0]
+    (robot,) = case.plant.robots
+    assert robot.description == replace(hand, joints=(first, *hand.joints[1:]))
+    assert in_words(case.plant, case.robots) == (
+        "friction x 0.8",
+        "servo gain x 0.9, 1, 1, 1, 1, 1",
+    )
+    with pytest.raises(CaseError, match='plant: friction_factor: expected drive = "servo" beside'):
+        case_of(tmp_path, 'drive = "ideal"', "[plant]\nfriction_factor = 0.8")
+    with pytest.raises(CaseError, match=r"servo_gain_factor 1: expected a number greater than 0"):
+        case_of(tmp_path, "", "[plant]\nservo_gain_factor = 0.0")
+
+
+def test_a_study_samples_motors_where_they_move(finished, tmp_path):
+    """By default 0.7 to 1.3 of the friction, 0.8 to 1.2 of the gains; samples are robots by hand."""
+    case, stored, folder = finished
+    usual = StudyParameters.of(case, loaded=False)
+    spread = {entry.name: entry.range for entry in usual.entries}
+    assert spread["friction_factor"] == pytest.approx((0.7, 1.3))
+    assert spread["servo_gain_factor"] == pytest.approx((0.8, 1.2))
+    each = StudyParameters.of(
+        case_of(tmp_path, "", "[study]\nfriction_factor = [0.5, 1.5]\njoints = 'each'"), False
+    )
+    assert each.names == tuple(f"friction_factor[{i}]" for i in range(1, 6))
+    ideal = case_of(tmp_path, 'drive = "ideal"')
+    names = StudyParameters.of(ideal, loaded=False)
+    assert not any("friction" in name or "gain" in name for name in (*names.names, *names.silent))
+    given = case_of(tmp_path, 'drive = "ideal"', "[study]\nfriction_factor = [0.5, 1.5]")
+    assert StudyParameters.of(given, loaded=False).silent == ("friction_factor",)
+    work = _work(case, read_run(folder), folder, couple=False)
+    values = {"friction_factor": 0.75, "servo_gain_factor": 1.1}
+    with RobotPool(work) as pool:
+        same = pool.sample(0, [1.0] * len(work.parameters.names))
+        other = pool.sample(1, [values.get(name, 1.0) for name in work.parameters.names])
+    after = stored.figures.deviation_after_m.maximum
+    assert same.deviation.maximum == pytest.approx(after, abs=1e-12)
+    robot = changed_by_hand(case.robots[0].description, 0.75, 1.1)
+    assert other.deviation.maximum == pytest.approx(left(robot, stored, tmp_path), abs=1e-12)
