@@ -14,7 +14,7 @@ import numpy as np
 from coupling.fit.verdict import quantile
 
 # Length of a block over the correlation time, and how many there are at least and at most.
-_TIMES, _FEWEST, _MOST = 4.0, 12, 60
+_TIMES, _FEWEST, _MOST = 8.0, 12, 60
 # Eigenvalues of scaled normal matrices below this part of the largest are not seen.
 _UNSEEN = 1e-11
 

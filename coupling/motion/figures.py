@@ -10,8 +10,8 @@ from coupling.results.motion_result import (
     MotionParameterResult,
     MotionResult,
     RecordingResult,
-    ShareResult,
     TermResult,
+    WindUpShareResult,
 )
 
 
@@ -86,7 +86,7 @@ def _recording(one: Judged) -> RecordingResult:
         measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
         left_wind_up=_columns(one.left_wind_up[:, linked]),
         shares=tuple(
-            ShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))
+            WindUpShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))
             for name, own in _shares(one).items()
         ),
         measured_torque=_columns(recording.torque),

@@ -21,6 +21,8 @@ _INSIDE = 1e-6
 _TOLD, _NARROW = 2.0 / 3.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
+# What is left of a channel counts as this at least [rad, N m]: below is rounding.
+_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -74,9 +76,15 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
     least = _LEAST_PART * np.sqrt(np.mean(measured**2, axis=0))
     return replace(
         problem,
-        wind_up_deviation=np.sqrt(np.mean(np.vstack(wind_up) ** 2, axis=0)),
-        torque_deviation=np.maximum(np.sqrt(np.mean(np.vstack(torque) ** 2, axis=0)), least),
+        wind_up_deviation=np.maximum(_rms(wind_up), _EXACT),
+        torque_deviation=np.maximum(_rms(torque), np.maximum(least, _EXACT)),
     )
+
+
+def _rms(parts: list[np.ndarray]) -> np.ndarray:
+    """Return the rms of columns over all parts, nan where one has none."""
+    size: np.ndarray = np.sqrt(np.mean(np.vstack(parts) ** 2, axis=0))
+    return size
 
 
 def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:

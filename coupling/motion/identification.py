@@ -91,7 +91,15 @@ class MotionIdentification:
     @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
-        return "" if self.chosen.any() else "nothing is identified"
+        if not self.chosen.any():
+            return "nothing is identified"
+        left = np.median([one.torque for one in self.judged if not one.held_out])
+        if left > 1.0:
+            return (
+                f"of the motors' torques {100.0 * left:.0f} % are left: are angles in rad, and torques"
+                " and angles those at the gears' outputs, counted as in the robot file?"
+            )
+        return ""
 
     @property
     def identified_robot(self) -> Robot:
@@ -116,9 +124,10 @@ def identify_motion(
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
     Raises:
-        IdentifyError: If the recordings do not have the same encoders, or nothing is to be fitted.
+        IdentifyError: If a joint is rigid, encoders differ, or nothing is to be fitted.
         SimulationError: If the start cannot be simulated along them.
     """
+    _require_elastic(robot)
     with_link = recordings[0].with_link
     for recording in (*recordings, *held_out):
         if recording.with_link != with_link:
@@ -166,8 +175,16 @@ def identify_motion(
     return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
 
 
+def _require_elastic(robot: Robot) -> None:
+    rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
+    if rigid:
+        raise IdentifyError(
+            f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
+        )
+
+
 def _drowned(fit: MotionFit) -> np.ndarray:
-    """Return which numbers of gears do less than what is left of their joint's wind-up, (P,) of bool.
+    """Return which numbers of gears do less than half of what is left of wind-ups, (P,) of bool.
 
     What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
     """
@@ -176,7 +193,7 @@ def _drowned(fit: MotionFit) -> np.ndarray:
         predicted = problem.predicted(moved, fit.x)
         gear.append(predicted.shares["gear"])
         left.append(problem.left(moved, predicted)[0])
-    small = np.std(np.vstack(gear), axis=0) < _rms(np.vstack(left))
+    small = np.std(np.vstack(gear), axis=0) < 0.5 * _rms(np.vstack(left))
     own = [isinstance(p, MotionParameter) and p.of_gear for p in problem.parameters]
     return np.array(own) & small[[p.joint for p in problem.parameters]]
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import IdentifyError, SimulationError
+from coupling.errors import SimulationError
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.native_fmu import ROBOT_ENTRY
 from coupling.fmu_export.robot_text import robot_text
-from coupling.motion.smoothing import MotorMotion
+from coupling.motion.smoothing import SmoothedMotion
 from coupling.path.histories import JointPath
 from coupling.robot.robot_fmu import save_trajectory
 from elastic_robot.chain import build_chain
@@ -43,19 +43,13 @@ class MovedRobot:
     """An FMU whose robot has other numbers in every simulation; a context manager that cleans up.
 
     Args:
-        robot: The robot; others must have the same joints with the same parts.
+        robot: The robot, none of whose joints is rigid; others must have the same joints and parts.
 
     Raises:
-        IdentifyError: If a joint is rigid.
         SimulationError: If the FMU cannot run here.
     """
 
     def __init__(self, robot: Robot) -> None:
-        rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
-        if rigid:
-            raise IdentifyError(
-                f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
-            )
         self._torsions = build_chain(robot).torsions
         self._count = len(build_chain(robot).elastic_names)
         self._folder = ScratchFolder()
@@ -84,7 +78,7 @@ class MovedRobot:
             self._worker.close()
         self._folder.close()
 
-    def moved(self, robot: Robot, time: np.ndarray, motion: MotorMotion) -> GearMotion:
+    def moved(self, robot: Robot, time: np.ndarray, motion: SmoothedMotion) -> GearMotion:
         """Return what the gears of a robot do while its drives move.
 
         Args:

@@ -19,7 +19,7 @@ from coupling.motion.moved_robot import GearMotion, MovedRobot
 from coupling.motion.parameters import MotionParameter, with_numbers
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import SensorParameter, column, delayed, own_columns, presliding
-from coupling.motion.smoothing import MotorMotion
+from coupling.motion.smoothing import SmoothedMotion
 from elastic_robot.description import Drive, Robot
 from elastic_robot.kinematic_errors import KinematicErrors
 
@@ -45,13 +45,13 @@ class MovedRecording:
     """
 
     recording: Recording
-    motion: MotorMotion
+    motion: SmoothedMotion
     lines: tuple[tuple[float, ...], ...]
 
     @classmethod
     def of(cls, recording: Recording, bandwidth: float) -> MovedRecording:
         """Return a recording whose motors are smoothed to a bandwidth [Hz]."""
-        motion = MotorMotion.of(recording.motor, recording.step, bandwidth)
+        motion = SmoothedMotion.of(recording.motor, recording.step, bandwidth)
         return cls(recording, motion, ((),) * recording.motor.shape[1])
 
     @cached_property
@@ -235,7 +235,7 @@ def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarr
 
 
 def _motor_torque(
-    motion: MotorMotion, robot: Robot, gears: GearMotion, passed: np.ndarray, part: np.ndarray
+    motion: SmoothedMotion, robot: Robot, gears: GearMotion, passed: np.ndarray, part: np.ndarray
 ) -> np.ndarray:
     """Return torques of motors [N m], (n, j), that turn rotors, gears and friction."""
     torque = passed.copy()

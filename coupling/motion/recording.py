@@ -92,4 +92,7 @@ def read_recording(path: Path, joints: int) -> Recording:
     for k, name in enumerate(link):
         if name in table.header:
             links[:, k] = table.of([name])[:, 0]
-    return Recording(path.name, time, table.of(motor), table.of(torque), links)
+    moved = table.of(motor)
+    if not np.ptp(moved, axis=0).any():
+        raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
+    return Recording(path.name, time, moved, table.of(torque), links)

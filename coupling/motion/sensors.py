@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from coupling.motion.recording import Recording
-from coupling.motion.smoothing import MotorMotion
+from coupling.motion.smoothing import SmoothedMotion
 
 # Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
 SHORT_TRAVEL = np.pi / 3.0
@@ -97,7 +97,7 @@ def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     return later
 
 
-def column(parameter: SensorParameter, motion: MotorMotion, part: np.ndarray) -> np.ndarray:
+def column(parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray) -> np.ndarray:
     """Return the wind-up by a sensor's number of 1 [rad], (n,): of a lag, to first order.
 
     Args:

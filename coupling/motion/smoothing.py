@@ -36,7 +36,7 @@ def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class MotorMotion:
+class SmoothedMotion:
     """Smoothed motion of the motors, n rows of j.
 
     Attributes:
@@ -51,7 +51,7 @@ class MotorMotion:
     noise: np.ndarray
 
     @classmethod
-    def of(cls, motor: np.ndarray, step: float, bandwidth: float) -> MotorMotion:
+    def of(cls, motor: np.ndarray, step: float, bandwidth: float) -> SmoothedMotion:
         """Return the motion of measured angles [rad], (n, j), below a bandwidth [Hz]."""
         q = smooth(motor, step, bandwidth)
         qd = np.gradient(q, step, axis=0, edge_order=2)

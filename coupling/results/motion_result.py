@@ -23,7 +23,7 @@ class MotionParameterResult(ResultPart):
     identified: bool
 
 
-class ShareResult(ResultPart):
+class WindUpShareResult(ResultPart):
     """Share of a cause in motor less link over time, by joint with an encoder."""
 
     name: str
@@ -43,7 +43,7 @@ class RecordingResult(ResultPart):
     time: tuple[float, ...]
     measured_wind_up: tuple[tuple[float, ...], ...]
     left_wind_up: tuple[tuple[float, ...], ...]
-    shares: tuple[ShareResult, ...]
+    shares: tuple[WindUpShareResult, ...]
     measured_torque: tuple[tuple[float, ...], ...]
     left_torque: tuple[tuple[float, ...], ...]
 

@@ -17,7 +17,7 @@ from coupling.motion.parameters import motion_parameters, with_numbers
 from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import presliding, sensor_parameters
-from coupling.motion.smoothing import MotorMotion
+from coupling.motion.smoothing import SmoothedMotion
 from elastic_robot.description import Body, Drive, Joint, Robot
 
 STEP, ROWS, BANDWIDTH = 0.004, 1500, 20.0  # [s], [Hz]
@@ -68,7 +68,7 @@ def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recordi
     frequency, phase = rng.uniform(0.15, 0.6, (3, 2)), rng.uniform(0.0, 2 * np.pi, (3, 2))
     waves = np.sin(2 * np.pi * frequency * time[:, None, None] + phase)
     motor = 0.25 * window * waves.sum(axis=1) + rng.uniform(-0.5, 0.5, 2)
-    motion = MotorMotion.of(motor, STEP, 1e9)
+    motion = SmoothedMotion.of(motor, STEP, 1e9)
     gears = fmu.moved(robot, time, motion)
     torque = gears.torque.copy()
     for i, joint in enumerate(robot.joints):

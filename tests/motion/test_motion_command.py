@@ -115,6 +115,20 @@ def test_what_cannot_be_done_is_said_in_a_sentence(command, folder, options, say
     assert "Traceback" not in done.stderr
 
 
+def test_angles_in_degrees_are_refused_with_what_to_look_for(command, folder):
+    rows = np.loadtxt(folder / "one.csv", delimiter=",", skiprows=1)
+    rows[:, [1, 2, 5, 6]] = np.degrees(rows[:, [1, 2, 5, 6]])
+    head = (folder / "one.csv").read_text().splitlines()[0]
+    table = folder / "degrees.csv"
+    np.savetxt(table, rows, "%.12g", ",", header=head, comments="")
+    target = folder / "degrees.toml"
+    done = command("identify", table, "--robot", folder / "start.toml", "-o", target)
+    assert done.returncode == 1, done.stderr
+    assert "NOT WRITTEN" in done.stdout
+    assert "are angles in rad" in " ".join(done.stdout.split())
+    assert not target.exists()
+
+
 def test_a_table_of_deflections_has_nothing_to_hold_out(command, folder):
     table = folder / "static.csv"
     table.write_text("q1,q2,fx,fy,fz,dx,dy,dz\n0,0,1,0,0,0,0,0\n")

@@ -9,7 +9,7 @@ from coupling.errors import IdentifyError
 from coupling.motion.lines import encoder_lines
 from coupling.motion.recording import is_recording, read_recording
 from coupling.motion.sensors import delayed, presliding
-from coupling.motion.smoothing import MotorMotion, smooth
+from coupling.motion.smoothing import SmoothedMotion, smooth
 
 STEP = 0.004
 
@@ -63,6 +63,14 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
         read_recording(_file(tmp_path, change=change, **given), joints)
 
 
+def test_motors_at_rest_are_no_motion(tmp_path):
+    file = tmp_path / "still.csv"
+    lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
+    file.write_text("\n".join(["time,motor[1],motor_torque[1]", *lines]) + "\n")
+    with pytest.raises(IdentifyError, match="expected motors that move"):
+        read_recording(file, 1)
+
+
 def test_a_few_rows_are_no_motion(tmp_path):
     with pytest.raises(IdentifyError, match="at least 100 rows, got 50"):
         read_recording(_file(tmp_path, rows=50), 1)
@@ -76,8 +84,8 @@ def test_smoothing_neither_shifts_nor_shrinks_a_slow_motion_and_takes_the_noise(
     noise = 1e-6 * rng.standard_normal((3000, 1))
     angle = 0.1 * np.sin(omega * time)[:, None]
     exact = -(omega**2) * angle
-    clean = MotorMotion.of(angle, STEP, 20.0).qdd
-    noisy = MotorMotion.of(angle + noise, STEP, 20.0).qdd
+    clean = SmoothedMotion.of(angle, STEP, 20.0).qdd
+    noisy = SmoothedMotion.of(angle + noise, STEP, 20.0).qdd
     inside = slice(200, -200)
     assert np.abs(clean - exact)[inside].max() < 1e-3 * np.abs(exact).max()
     assert np.abs(noisy - clean)[inside].max() < 0.05
