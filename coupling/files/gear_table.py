@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
-from elastic_robot.description import KinematicError, StopElement
+from elastic_robot.gear_parts import KinematicError, StopElement
 
 ARCMIN = pi / 10800.0  # [rad]
 # What the C core holds of a gear (ER_MAX_STOPS and ER_MAX_ERRORS in robot_data.h).

@@ -23,7 +23,8 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
-from elastic_robot.description import Joint, Robot, StopElement
+from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import StopElement
 
 # Longest step between the samples that the inverse is given [s]: those of a case are its process's, and
 # a run folder has them in the controller's cycle.

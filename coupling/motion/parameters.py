@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastic_robot.description import Body, Drive, Joint, Robot, StopElement
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.gear_parts import Drive, StopElement
 
 # A backlash below this [rad] is none; crossing it takes no time that counts.
 _NO_BACKLASH = 1e-8

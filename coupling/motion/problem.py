@@ -4,7 +4,7 @@
     torque    tau = T(t) + J q'' + f(s/a, q')
 
 phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of
-`elastic_robot.description.Drive`.
+`elastic_robot.gear_parts.Drive`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from coupling.motion.parameters import MotionParameter, with_numbers
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import SensorParameter, column, delayed, own_columns, presliding
 from coupling.motion.smoothing import SmoothedMotion
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
 
 Parameter = MotionParameter | SensorParameter

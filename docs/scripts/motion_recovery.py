@@ -18,7 +18,8 @@ from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import presliding, sensor_parameters
 from coupling.motion.smoothing import SmoothedMotion
-from elastic_robot.description import Body, Drive, Joint, Robot
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.gear_parts import Drive
 
 STEP, ROWS, BANDWIDTH = 0.004, 1500, 20.0  # [s], [Hz]
 MOTOR_LINE, LINK_LINE = 1e-7, 1e-6  # resolution of the encoders [rad]

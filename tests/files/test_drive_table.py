@@ -18,8 +18,9 @@ from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
 from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import Drive
 
 ELASTIC = "stiffness = 1e6"
 USUAL = {

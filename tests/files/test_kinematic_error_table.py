@@ -12,8 +12,9 @@ from two_joint_file import HEAD, JOINT, two_joints
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, kinematic_errors_in_words, load_robot
 from coupling.fmu_export.index_html import index_html
-from elastic_robot.description import Joint, KinematicError, Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import KinematicError
 
 ELASTIC = "stiffness = 1e6"
 DRIVE = """[joint.drive]

@@ -33,8 +33,9 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.motor_demands import motor_demands
-from elastic_robot.description import Body, Drive, Joint, KinematicError, Robot
+from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.gear_parts import Drive, KinematicError
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES

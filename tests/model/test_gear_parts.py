@@ -22,7 +22,8 @@ from random_robots import make_robot, robots, with_gear_parts
 from scipy.integrate import quad
 
 from elastic_robot.balancers import BalancerCurve
-from elastic_robot.description import Body, Drive, Joint, KinematicError, Robot
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.gear_parts import Drive, KinematicError
 from elastic_robot.residual import residual as model_residual
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load

@@ -16,7 +16,7 @@ from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.recording import Recording
 from coupling.motion.sensors import sensor_parameters
 from docs.scripts.motion_recovery import BANDWIDTH, Known, arm, coverage, recorded
-from elastic_robot.description import KinematicError
+from elastic_robot.gear_parts import KinematicError
 
 
 @pytest.fixture(scope="module")
