@@ -113,15 +113,28 @@ class NormalBlocks:
         return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
 
     @property
-    def half(self) -> float:
-        """Half of a 95 % interval over the standard deviation."""
-        return quantile(len(self.matrices) - 1)
+    def half(self) -> np.ndarray:
+        """Half of 95 % intervals over the standard deviations, (P,).
+
+        Student's, with the number of blocks that carry the information on a parameter, which may be few.
+        """
+        inverse = _inverse(self.matrices.sum(axis=0))
+        carried = np.einsum("ij,gjk,ki->gi", inverse, self.matrices, inverse)
+        whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
+        count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)
+        return np.array([quantile(own - 1.0) for own in count.tolist()])
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse of normal equations, zero along what they do not see."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale[scale == 0.0] = np.inf
+    both = np.outer(scale, scale)
+    inverse: np.ndarray = np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
+    return inverse
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return the solution of normal equations, none along what they do not see."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    scale[scale == 0.0] = np.inf
-    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=_UNSEEN, hermitian=True)
-    found: np.ndarray = inverse @ (vector / scale) / scale
+    found: np.ndarray = _inverse(matrix) @ vector
     return found

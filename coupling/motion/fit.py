@@ -16,9 +16,9 @@ from coupling.motion.sensors import SensorParameter
 _PASSES = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
-# What encoders add is known in all positions only if it is known to this part of itself; an interval
-# below this part of the usual size does no harm, and tells that there is none.
-_TOLD, _NARROW = 2.0 / 3.0, 0.3
+# What encoders add is told by an interval below this part of itself; one below this part of the usual
+# size does no harm, and tells that there is none.
+_TOLD, _NARROW = 1.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
 # What is left of a channel counts as this at least [rad, N m]: below is rounding.

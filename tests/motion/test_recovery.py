@@ -84,7 +84,7 @@ def test_blocks_left_out_know_correlated_residuals():
         residual = np.repeat(rng.standard_normal(80), 25)
         blocks = NormalBlocks.of(-np.ones((2000, 1)), residual, [2000], 1)
         means.append(blocks.step[0])
-        widths.append(blocks.half * blocks.deviation[0])
+        widths.append(blocks.half[0] * blocks.deviation[0])
     inside = np.mean(np.abs(means) <= widths)
     assert 0.9 <= inside <= 0.99
     assert np.mean(widths) > 3.0 * 1.96 / np.sqrt(2000)
