@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour and a half, one is make milling.
-PAGES = figures inverse robin study identify learn next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands contact masters-table stable-steps wrist performance real-time inverse-time trust
+PAGES = figures inverse robin study identify motion learn next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands contact masters-table stable-steps wrist performance real-time inverse-time trust
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance

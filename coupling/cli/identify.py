@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from coupling.cli.console import console
+from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
 from coupling.files.whole_file import make_folder_of, write_whole
 
@@ -20,12 +21,15 @@ if TYPE_CHECKING:
     from elastic_robot.description import Robot
 
 _REFUSED = 1
-_PLAN = "Plan"
+_PLAN, _MOTION = "Plan", "Motion"
 
 
 def identify(
     measurements: Annotated[
-        Path | None, typer.Argument(help="Measured deflections, a CSV file; optional with --plan.")
+        list[Path] | None,
+        typer.Argument(
+            help="Measured deflections, a CSV file, optional with --plan; or recordings of a motion."
+        ),
     ] = None,
     robot: Annotated[
         str, typer.Option(help="Start: robot.toml or a shipped robot's name.")
@@ -48,6 +52,20 @@ def identify(
         list[str] | None,
         typer.Option(help="Tilt or backlash to add, as listed, or 'supported'; may be repeated."),
     ] = None,
+    hold_out: Annotated[
+        list[Path] | None,
+        typer.Option(help="Recording to predict; may be repeated.", rich_help_panel=_MOTION),
+    ] = None,
+    leave_out: Annotated[
+        bool,
+        typer.Option("--leave-out", help="Leave out every term in turn.", rich_help_panel=_MOTION),
+    ] = False,
+    bandwidth: Annotated[
+        float,
+        typer.Option(
+            "--bandwidth-Hz", min=0.1, help="Of the motors' motion.", rich_help_panel=_MOTION
+        ),
+    ] = 20.0,
     plan: Annotated[
         bool, typer.Option("--plan", help="Choose what to measure next.", rich_help_panel=_PLAN)
     ] = False,
@@ -65,7 +83,7 @@ def identify(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
-    """Identify stiffness, tilts, backlash and hysteresis from static deflections; or plan them."""
+    """Identify a robot from measured static deflections or recordings of its motion; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identify.figures import figures
     from coupling.identify.identification import IdentifyOptions
@@ -76,40 +94,51 @@ def identify(
     from coupling.identify.noise import noise_of
     from coupling.identify.plan import PlanRequest
     from coupling.identify.robot_file import identified_text
+    from coupling.motion.recording import is_recording
     from coupling.report.identify_page import identify_page, identify_summary
     from coupling.report.terminal import tell
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
     _require(loss, LOSSES, "--loss")
+    files = measurements or []
+    if files and not plan and is_recording(files[0]):
+        asked = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
+        identify_from_motion(asked, robot)
+        return
+    if hold_out:
+        raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
+    if len(files) > 1:
+        raise IdentifyError(f"measurements: expected one file of deflections, got {len(files)}")
+    table = files[0] if files else None
     start = find_robot(robot)
     described = load_robot(start)
     deviations = (sd_m, sd_rad, sd_n, sd_nm)
     if plan:
         wish = PlanRequest(count, force, down, lowest_m, seed=seed)
         wish = _with_noise(wish, sd_m, sd_n)
-        _plan(described, torque_curve, wish, measurements, deviations, output)
+        _plan(described, torque_curve, wish, table, deviations, output)
         return
-    if measurements is None:
+    if table is None:
         raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
-    target = output or Path("results", f"{measurements.stem}_identified.toml")
+    target = output or Path("results", f"{table.stem}_identified.toml")
     if target.suffix != ".toml":
         raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
-    measured = read_measurements(measurements, len(described.joints))
+    measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     own = identified if measured.loop is None else identify_loops
     found = own(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
     tell(console, identify_summary(told))
-    title = f"{measurements.name}: {described.name}"
+    title = f"{table.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
     _write(data, told.text() + "\n")
     _write(report, identify_page(title, told))
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)
-    source = f"{measurements.name}, {measured.count} measurements"
+    source = f"{table.name}, {measured.count} measurements"
     _write(target, identified_text(found, start, target, source))
     console.print(f"Robot file: {target}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -53,12 +54,17 @@ class BalancerTable(Schema):
     def in_words(self) -> str:
         """Return what it is."""
         if self.torque_table is not None:
-            torques = [torque for _, torque in self.torque_table]
-            return f"{len(torques)} points, {min(torques):.4g} to {max(torques):.4g} N m"
+            return points_in_words(self.torque_table)
         spring = self.gas_spring
         assert spring is not None
         way, force = "pulls" if spring.pulls else "pushes", spring.pressure_Pa * spring.area_m2
         return f"a gas spring that {way} with {force:.4g} N at {spring.length_m:.4g} m"
+
+
+def points_in_words(points: Sequence[Sequence[float]]) -> str:
+    """Return what the points of a balancer come to, (angle [rad], torque [N m]) each."""
+    torques = [torque for _, torque in points]
+    return f"{len(torques)} points, {min(torques):.4g} to {max(torques):.4g} N m"
 
 
 @dataclass(frozen=True)

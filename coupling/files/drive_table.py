@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
-from elastic_robot.description import Drive
+from elastic_robot.gear_parts import Drive
 
 _NotNegative = Annotated[float, Field(ge=0.0)]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema
-from elastic_robot.description import KinematicError, StopElement
+from elastic_robot.gear_parts import KinematicError, StopElement
 
 ARCMIN = pi / 10800.0  # [rad]
 # What the C core holds of a gear (ER_MAX_STOPS and ER_MAX_ERRORS in robot_data.h).
@@ -201,6 +202,11 @@ def sheet_elements(width: float, stiffness: float) -> tuple[StopElement, ...]:
     """
     each = 0.5 * stiffness * width / len(_SLIP_ANGLES)
     return tuple(StopElement(each, part * width) for part in _SLIP_ANGLES)
+
+
+def errors_in_words(errors: Sequence[KinematicError]) -> str:
+    """Return the sines of a gear's kinematic error."""
+    return ", ".join(f"{e.amplitude:.4g} rad {e.order:.6g} times a turn" for e in errors)
 
 
 def _elements(tables: list[StopElementTable]) -> list[StopElement]:

@@ -16,8 +16,9 @@ from coupling.files.gear_table import SHEET_KEYS
 from coupling.files.robot_schema import JointTable, UrdfJoint
 from coupling.files.sources import SOURCES, lost_places, numbers
 from coupling.files.toml_file import document
-from elastic_robot.description import Robot, StopElement
+from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import StopElement
 
 # Parameters that are sums: of a gear's elements, and what of a motor's friction is there at rest.
 _SLIPPING = (".hysteresis", ".friction")
@@ -86,6 +87,52 @@ class RobotEdit:
                 self._tilt_remarks[joint, tilt] = text
         elif key in table:
             table[key].comment(text)
+
+    def set_number(self, place: str, value: object, source: str, remark: str) -> None:
+        """Set a number of a joint's tables or of the payload, as [sources] names its place.
+
+        Args:
+            place: For instance `joint[2].drive.friction.coulomb_Nm`; a joint's number along the chain.
+            value: The number or array; None leaves what there is.
+            source: What [sources] says of it.
+            remark: Comment beside it, where it stands on a line of its own.
+        """
+        table: MutableMapping[str, Any] = self._content
+        head, _, rest = place.partition(".")
+        if head != "payload":
+            at, table = self._joints[place_of(place)[0]]
+            head = f"joint[{at}]"
+        elif "urdf" in self._content:
+            raise RobotFileError(
+                f"{self._file}: payload: expected a file without URDF, whose frames are the robot's,"
+                " to write it, got one with a URDF"
+            )
+        else:
+            table = table["payload"]
+        *inside, key = rest.split(".")
+        for name in inside:
+            if name not in table:
+                if value is None:
+                    return
+                table[name] = tomlkit.inline_table()
+            table = table[name]
+        if value is not None:
+            table[key] = value
+            self._set_source(f"{head}.{rest}", source)
+        inline = isinstance(table, InlineTable)
+        if remark and key in table and not inline and hasattr(table[key], "comment"):
+            table[key].comment(" ".join(remark.split()))
+
+    def scale_balancer(self, joint: int, factor: float, source: str) -> None:
+        """Multiply the torque of a joint's balancer: its points, or the pressure of its gas."""
+        place = f"joint[{joint}].balancer"
+        table = self._joints[joint][1]["balancer"]
+        if "gas_spring" in table:
+            pressure = factor * float(table["gas_spring"]["pressure_Pa"])
+            self.set_number(f"{place}.gas_spring.pressure_Pa", pressure, source, "")
+        else:
+            points = [[angle, factor * torque] for angle, torque in table["torque_table"]]
+            self.set_number(f"{place}.torque_table", points, source, "")
 
     def add_tilt(self, joint: int, tilt: dict[str, Any], sources: dict[str, str]) -> None:
         """Add a tilt behind those of a joint, with what [sources] says of its keys."""

@@ -18,6 +18,7 @@ import pinocchio as pin
 from coupling.errors import one_of
 from coupling.files.balancer_table import BalancerGeometry, gas_spring_points
 from coupling.files.drive_table import drive_in_words
+from coupling.files.gear_table import errors_in_words
 from coupling.files.robot_schema import (
     BodyTable,
     JointElasticity,
@@ -102,12 +103,11 @@ def kinematic_errors_in_words(path: Path) -> list[str]:
     Raises:
         RobotFileError: If the file cannot be read, or a gear cannot be as it says.
     """
-    lines = []
-    for number, errors in _of_joints(path, JointElasticity.kinematic_errors):
-        if errors:
-            each = ", ".join(f"{e.amplitude:.4g} rad {e.order:.6g} times a turn" for e in errors)
-            lines.append(f"joint[{number}].gear: kinematic error {each}")
-    return lines
+    return [
+        f"joint[{number}].gear: kinematic error {errors_in_words(errors)}"
+        for number, errors in _of_joints(path, JointElasticity.kinematic_errors)
+        if errors
+    ]
 
 
 def balancers_in_words(path: Path) -> list[str]:

@@ -10,7 +10,8 @@ from coupling.files.balancer_table import BalancerTable
 from coupling.files.drive_table import DriveTable
 from coupling.files.gear_table import GearTable
 from coupling.files.toml_file import Positive, Schema, Vector3
-from elastic_robot.description import Body, Drive, KinematicError, StopElement
+from elastic_robot.description import Body
+from elastic_robot.gear_parts import Drive, KinematicError, StopElement
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 

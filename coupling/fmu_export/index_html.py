@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+from coupling.files.balancer_table import points_in_words
 from coupling.files.drive_table import drive_in_words
+from coupling.files.gear_table import errors_in_words
 from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.variables import Block, Variable
@@ -51,6 +53,7 @@ def index_html(
             "<h2>Joints</h2>",
             _joints(robot.joints),
             _motors(robot.joints),
+            _gear_parts(robot.joints),
             "<h2>Bodies</h2>",
             _bodies(robot),
             "<h2>Variables</h2>",
@@ -159,6 +162,17 @@ def _motors(joints: Sequence[Joint]) -> str:
     ]
     caption = "At the gear's output: moved where drive is not ideal."
     return _table(caption, ["", "motor"], rows) if rows else ""
+
+
+def _gear_parts(joints: Sequence[Joint]) -> str:
+    """Return the table of kinematic errors and balancers; nothing where there are none."""
+    rows = []
+    for number, joint in enumerate(joints, start=1):
+        if joint.kinematic_error or joint.balancer:
+            balancer = points_in_words(joint.balancer) if joint.balancer else ""
+            rows.append([f"joint[{number}]", errors_in_words(joint.kinematic_error), balancer])
+    caption = "Sines of the gears, over the joint's angle; torque on the link about its axis."
+    return _table(caption, ["", "kinematic error", "balancer"], rows) if rows else ""
 
 
 def _bodies(robot: Robot) -> str:

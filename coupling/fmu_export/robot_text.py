@@ -11,8 +11,9 @@ from scipy.interpolate import CubicSpline
 
 from coupling.files.balancer_table import MOST_POINTS
 from coupling.files.gear_table import MOST_ELEMENTS, MOST_ERRORS
-from elastic_robot.description import Body, Drive, Joint, Robot
+from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import Drive
 from elastic_robot.settings import SETTINGS
 
 VERSION = 3

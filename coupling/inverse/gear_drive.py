@@ -252,9 +252,8 @@ class GearDrive:
         drive = self._drive(coefficients)
         link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
         miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
-        wind_ups: np.ndarray = (link + miss).reshape(shape) - self.task.errors.output_angle(
-            drive[..., None]
-        )[..., 0]
+        outputs = self.task.errors.output_angle(drive[..., None])[..., 0]
+        wind_ups: np.ndarray = (link + miss).reshape(shape) - outputs
         return wind_ups
 
     def _drive(self, coefficients: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """What a servo must be told for its motor to move as wanted: torque, then command.
 
-A drive (`elastic_robot.description.Drive`) whose motor is to follow q(t) while its gear carries T,
+A drive (`elastic_robot.gear_parts.Drive`) whose motor is to follow q(t) while its gear carries T,
 
     tau = J q'' - (1 + eps'(q)) T + f(q, q', T),                                                 (1)
     Kp w + z = tau,   z' = Ki w,                                                                 (2)
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from coupling.inverse.gear_elements import GearElements
-from elastic_robot.description import Drive
+from elastic_robot.gear_parts import Drive
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from coupling.inverse.gear_elements import GearElements
-from elastic_robot.description import Drive
+from elastic_robot.gear_parts import Drive
 
 
 def moved_by_friction(

@@ -23,13 +23,16 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
-from elastic_robot.description import Joint, Robot, StopElement
+from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import StopElement
 
 # Longest step between the samples that the inverse is given [s]: those of a case are its process's, and
 # a run folder has them in the controller's cycle.
 _SAMPLES = 0.02
 # How long behind the end of what was measured the links' motion is solved for [s].
 _BEHIND = 1.0
+# Stiffness that gears have where it does not count [N m/rad]: no balancer rises by more.
+_ANY = 1e30
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def _build(robot: Robot) -> Robot:
             limits=None,
             max_rate=None,
             max_acceleration=None,
-            stiffness=None if joint.stiffness is None else 1.0,
+            stiffness=None if joint.stiffness is None else _ANY,
             damping=0.0,
             backlash=0.0,
             tilt=tuple(replace(tilt, stiffness=1.0, damping=0.0) for tilt in joint.tilt),

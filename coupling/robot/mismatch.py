@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.fit.parameters import robot_parameters
-from elastic_robot.description import Body, Drive, Robot, Vector
+from elastic_robot.description import Body, Robot, Vector
 from elastic_robot.fmi.interface import IDEAL
+from elastic_robot.gear_parts import Drive
 
 _NOTHING = (0.0, 0.0, 0.0)
 # Parameters that may differ by a factor, in the order in which they are told; those of gears and tilts

@@ -23,8 +23,8 @@ from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
 from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import wanted_of
-from elastic_robot.description import Drive
 from elastic_robot.fmi.interface import IDEAL
+from elastic_robot.gear_parts import Drive
 
 # Factors of the friction of a warm and of a cold robot, as runs vary it.
 WARM, COLD = 0.7, 1.3

@@ -15,7 +15,8 @@ from coupling.results.run_result import DriveMotion, MotorLoad
 from coupling.robot.robot import LimitWarning
 from coupling.run.models import Models
 from coupling.run.robustness import SimulatedModel
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 
 # Longest distance of the times at which motors are looked at [s]: where a gear comes to a flank, a
 # torque is at its largest for a few milliseconds.

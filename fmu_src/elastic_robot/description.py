@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from elastic_robot.gear_parts import Drive, KinematicError, StopElement, require_number
+
 Vector = tuple[float, ...]
 Table = tuple[tuple[float, float], ...]
 
@@ -22,13 +24,6 @@ _UNIT_LENGTH_TOLERANCE = 1e-9
 _INERTIA_TOLERANCE = 1e-6
 # Largest kinematic error of a gear [rad], and its largest slope: real ones stay below 0.001 and 0.1.
 _LARGEST_ERROR, _STEEPEST_ERROR = 0.1, 0.5
-
-
-def _require_number(key: str, value: float, *, minimum: float, open_end: bool, unit: str) -> None:
-    good = np.isfinite(value) and (value > minimum if open_end else value >= minimum)
-    if not good:
-        bound = f"{'>' if open_end else '>='} {minimum:g}"
-        raise ValueError(f"{key}: expected a finite number {bound} [{unit}], got {value!r}")
 
 
 def _require_vector(key: str, value: Vector, length: int, unit: str) -> None:
@@ -68,7 +63,7 @@ class Body:
     inertia: Vector
 
     def __post_init__(self) -> None:
-        _require_number("mass", self.mass, minimum=0.0, open_end=False, unit="kg")
+        require_number("mass", self.mass, minimum=0.0, open_end=False, unit="kg")
         _require_vector("com", self.com, 3, "m")
         if len(self.inertia) not in (3, 6) or not np.all(np.isfinite(self.inertia)):
             raise ValueError(
@@ -137,146 +132,8 @@ class Tilt:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
-        _require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
-        _require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
-
-
-@dataclass(frozen=True)
-class StopElement:
-    """Element of a gear's hysteresis: a spring in series with dry friction.
-
-    Its torque follows the gear's wind-up e as h = f clip(s / a, +-1): the elongation s takes every
-    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator,
-    Maxwell-slip element; Brokate and Sprekels 1996, docs/references.md).
-
-    Attributes:
-        slip_torque: Torque f at which it slips [N m], > 0.
-        slip_angle: Elongation a at which it slips [rad], > 0.
-
-    Raises:
-        ValueError: If a value is out of its range.
-
-    Example:
-        >>> StopElement(slip_torque=50.0, slip_angle=1e-4).stiffness
-        500000.0
-    """
-
-    slip_torque: float
-    slip_angle: float
-
-    def __post_init__(self) -> None:
-        _require_number("slip_torque", self.slip_torque, minimum=0.0, open_end=True, unit="N m")
-        _require_number("slip_angle", self.slip_angle, minimum=0.0, open_end=True, unit="rad")
-
-    @property
-    def stiffness(self) -> float:
-        """Stiffness while it does not slip [N m/rad]."""
-        return self.slip_torque / self.slip_angle
-
-
-@dataclass(frozen=True)
-class KinematicError:
-    """One sine of a gear's kinematic error: its output is at q + amplitude sin(order q + phase).
-
-    q is the motor's angle over the gear ratio; a gear whose parts are not round, or not in the middle,
-    has the orders of their turns.
-
-    Attributes:
-        amplitude: Its amplitude [rad], > 0.
-        order: Periods in a turn of the gear's output, > 0.
-        phase: Its phase at q = 0 [rad].
-
-    Raises:
-        ValueError: If a value is out of its range.
-    """
-
-    amplitude: float
-    order: float
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        _require_number("amplitude", self.amplitude, minimum=0.0, open_end=True, unit="rad")
-        _require_number("order", self.order, minimum=0.0, open_end=True, unit="1")
-        _require_number("phase", self.phase, minimum=-np.inf, open_end=True, unit="rad")
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Motor, servo and friction of a joint, seen at the gear's output.
-
-    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link, the friction f
-    with the elongation s of a stop element, and tau of a servo, a rate loop in a position loop:
-
-        f = (F (1 - c (1 - exp(-(q' / v)^2))) + mu |T|) s / a + b q',
-        tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
-
-    mu |T| is what the gear loses of its torque: a gear of efficiency eta has mu = 1 / eta - 1. Rotors
-    are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
-
-    Attributes:
-        inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
-        friction: Friction that must be overcome at rest, F [N m], >= 0.
-        slip_angle: Angle over which it builds up (presliding), a [rad], > 0.
-        viscous: Viscous friction b [N m s/rad], >= 0.
-        load_friction: Friction over the gear's torque, mu, >= 0 and < 1.
-        stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
-        stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
-        position_gain: Gain Kv of the position loop [1/s], > 0.
-        rate_gain: Gain Kp of the rate loop [N m s/rad], > 0.
-        integral_gain: Its integral gain Ki [N m/rad], >= 0.
-        feed_forward: Part kff of the commanded rate that is fed forward.
-        torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
-
-    Raises:
-        ValueError: If a value is out of its range.
-    """
-
-    inertia: float
-    position_gain: float
-    rate_gain: float
-    integral_gain: float = 0.0
-    feed_forward: float = 1.0
-    friction: float = 0.0
-    slip_angle: float = 2e-5
-    viscous: float = 0.0
-    load_friction: float = 0.0
-    stribeck: float = 0.0
-    stribeck_rate: float = 0.05
-    torque_limit: float | None = None
-
-    def __post_init__(self) -> None:
-        for key, unit in (
-            ("inertia", "kg m^2"),
-            ("position_gain", "1/s"),
-            ("rate_gain", "N m s/rad"),
-            ("slip_angle", "rad"),
-            ("stribeck_rate", "rad/s"),
-        ):
-            _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
-        for key, unit in (
-            ("integral_gain", "N m/rad"),
-            ("friction", "N m"),
-            ("viscous", "N m s/rad"),
-            ("load_friction", "1"),
-            ("stribeck", "1"),
-            ("feed_forward", "1"),
-        ):
-            _require_number(key, getattr(self, key), minimum=0.0, open_end=False, unit=unit)
-        if self.stribeck > 1.0:
-            raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
-        if self.load_friction >= 1.0:
-            raise ValueError(f"load_friction: expected less than 1, got {self.load_friction!r}")
-        if self.torque_limit is not None:
-            limit = self.torque_limit
-            _require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
-
-    def friction_torque(
-        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
-    ) -> np.ndarray:
-        """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
-        lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
-        of_load = self.load_friction * np.abs(carried)
-        return np.asarray((friction * (1.0 - lost) + of_load) * part + self.viscous * rate)
+        require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
+        require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
 
 
 @dataclass(frozen=True)
@@ -328,10 +185,10 @@ class Joint:
     def __post_init__(self) -> None:
         _require_vector("origin", self.origin, 3, "m")
         object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
-        _require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
-        _require_number("backlash", self.backlash, minimum=0.0, open_end=False, unit="rad")
+        require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
+        require_number("backlash", self.backlash, minimum=0.0, open_end=False, unit="rad")
         if self.stiffness is not None:
-            _require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
+            require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
         elif self.damping > 0.0 or self.backlash > 0.0:
             key = "damping" if self.damping > 0.0 else "backlash"
             raise ValueError(
@@ -379,7 +236,7 @@ class Joint:
             self._require_table(np.array(self.torque_table))
         for key, unit in (("max_rate", "rad/s"), ("max_acceleration", "rad/s^2")):
             if getattr(self, key) is not None:
-                _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+                require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
 
     def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
         if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():

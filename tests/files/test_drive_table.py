@@ -18,8 +18,9 @@ from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
 from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import Drive
 
 ELASTIC = "stiffness = 1e6"
 USUAL = {
@@ -379,7 +380,7 @@ def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
 ):
     """At a constant rate the torque is Coulomb's and viscous friction, however the rotor got there."""
     page = (DOCS / "robot_file.md").read_text()
-    part = page[page.index("## Motor, servo and friction") : page.index("## Rated loads")]
+    part = page[page.index("## Motor, servo and friction") : page.index("## Kinematic error")]
     (text,) = re.findall(r"```toml\n(.*?)```", part, re.DOTALL)
     (snippet,) = re.findall(r"```python\n(.*?)```", part, re.DOTALL)
     monkeypatch.chdir(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,10 @@ from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import drives_in_words, kinematic_errors_in_words, load_robot
-from elastic_robot.description import Joint, KinematicError, Robot
+from coupling.fmu_export.index_html import index_html
+from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.gear_parts import KinematicError
 
 ELASTIC = "stiffness = 1e6"
 DRIVE = """[joint.drive]
@@ -147,3 +150,15 @@ def test_robots_tells_what_the_numbers_come_to(tmp_path, command):
     told = " ".join(command("robots", file).stdout.split())
     assert errors in told
     assert "joint[2].gear.kinematic_error[1].per_turn_of_motor = 2" in told
+
+
+def test_the_page_in_an_fmu_tells_of_errors_and_balancers_where_there_are_any(tmp_path):
+    balancer = "[joint.balancer]\ntorque_table = [[-1.0, 50.0], [0.0, 20.0], [0.5, -30.5]]\n"
+    robot = load_robot(two_joints(tmp_path, ELASTIC, ERRORS + DRIVE + balancer))
+    errors = "5e-05 rad 400 times a turn, 0.0001 rad 1 times a turn"
+    row = f"<td>joint[2]</td><td>{errors}</td><td>3 points, -30.5 to 50 N m</td>"
+    assert row in index_html(robot, [], "2.0", "1", "")
+    bare = (replace(joint, kinematic_error=(), balancer=None) for joint in robot.joints)
+    page = index_html(replace(robot, joints=tuple(bare)), [], "2.0", "1", "")
+    assert "balancer" not in page
+    assert "kinematic" not in page

@@ -10,7 +10,8 @@ import pytest
 from pendulum import held, pendulum
 from places import REFERENCE
 
-from elastic_robot.description import Robot, StopElement
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import StopElement
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 

@@ -14,7 +14,8 @@ from xml.etree.ElementTree import Element, SubElement
 import mujoco
 import numpy as np
 
-from elastic_robot.description import Drive, Joint, Robot
+from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import Drive
 from examples.mujoco_robot.multibody import compiled, joint_name, mjcf, numbers, tcp_pose, tilt_name
 
 # Armature of a rigid joint [kg m^2]: what stands still stays there.

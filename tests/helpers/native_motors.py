@@ -7,7 +7,8 @@ from driven_robot import DrivenRobot
 from native_fmu import NativeFmu
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from elastic_robot.description import Body, Drive, Joint, Robot
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.gear_parts import Drive
 
 
 def one_joint(drive: Drive, gravity: float = 0.0, stiffness: float = 1e6) -> Robot:

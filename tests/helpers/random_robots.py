@@ -7,15 +7,8 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from elastic_robot.description import (
-    Body,
-    Drive,
-    Joint,
-    KinematicError,
-    Robot,
-    StopElement,
-    Tilt,
-)
+from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.gear_parts import Drive, KinematicError, StopElement
 
 
 def _unit(rng: np.random.Generator) -> tuple[float, ...]:

@@ -13,7 +13,8 @@ import pinocchio as pin
 
 from coupling.path.histories import JointPath, ToolPath
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot, StopElement
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import StopElement
 from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES

@@ -16,8 +16,8 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report.tables import gear_loads as gear_tables
 from coupling.results.run_result import GearResult
 from coupling.robot.inverse_kinematics import InverseKinematics
-from elastic_robot.description import StopElement
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.gear_parts import StopElement
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 

@@ -33,8 +33,9 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.motor_demands import motor_demands
-from elastic_robot.description import Body, Drive, Joint, KinematicError, Robot
+from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.gear_parts import Drive, KinematicError
 from elastic_robot.kinematic_errors import KinematicErrors
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -64,8 +65,8 @@ def test_motors_are_found_whatever_the_sines_are(parts, seed, reach):
     errors = errors_of(*((share * part / order, order, phase) for part, order, phase in parts))
     drives = np.random.default_rng(seed).normal(size=(3, 50, 1)) * reach
     outputs = errors.at_output(drives)
-    # An angle is rounded, which an order of 1e6 feels.
-    rounding = 1e-15 * (1.0 + np.abs(drives[0]).max())
+    # Angles are rounded, which an order of 1e6 feels.
+    rounding = 1e-15 * (1.0 + np.abs(drives[0]).max() + errors.amplitude.sum())
     np.testing.assert_allclose(errors.motor_angle(outputs[0]), drives[0], rtol=0, atol=8 * rounding)
     found = errors.at_output(errors.at_motor(outputs))
     steepest = 1.0 + np.sum(errors.amplitude * errors.order**2)

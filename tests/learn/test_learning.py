@@ -219,6 +219,16 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
     require_alike([source, replace(source, robot=softer)])
     with pytest.raises(LearnError, match="another one"):
         require_alike([source, replace(source, robot=longer)])
+    lifted = tuple((a, 3e3 * a) for a in (-1.0, 0.0, 1.0))
+
+    def balanced(robot):
+        joints = (replace(robot.joints[0], balancer=lifted), *robot.joints[1:])
+        return replace(robot, joints=joints)
+
+    source = replace(source, robot=balanced(example))
+    require_alike([source, replace(source, robot=balanced(softer))])
+    with pytest.raises(LearnError, match="another one"):
+        require_alike([source, replace(source, robot=example)])
     rigid = tuple(
         replace(j, stiffness=None, damping=0.0, backlash=0.0, tilt=()) for j in example.joints
     )

@@ -15,7 +15,8 @@ from coupling.learn.parameters import factors_between, learnable, prior_of, robo
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.spread import spread_of_fit
 from coupling.run.models import Models
-from elastic_robot.description import Drive, Joint, Robot, StopElement
+from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import Drive, StopElement
 
 INERTIA = (400.0, 400.0, 300.0, 40.0, 40.0)
 FRICTION = (300.0, 300.0, 200.0, 60.0, 50.0)

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from pendulum import dynamics_of, held, pendulum
 from random_robots import make_robot, robots, with_hysteresis
 
-from elastic_robot.description import Robot, StopElement
+from elastic_robot.description import Robot
 from elastic_robot.errors import EquilibriumError, ParameterError
+from elastic_robot.gear_parts import StopElement
 from elastic_robot.hysteresis import Elements, Hysteresis, Past
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot

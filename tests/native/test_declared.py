@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import fmpy
+import numpy as np
 import pytest
+from random_robots import driven
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 
@@ -20,6 +22,15 @@ def test_every_declared_dependency_is_answered_with_the_slope_of_the_values(
     options = BuildOptions("native", fmi=fmi, dependencies="step")
     file = build_fmu(example, tmp_path / "R.fmu", options)
     run_host("declared", file, use)
+
+
+@pytest.mark.parametrize("use", ["cs", "me"])
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_so_it_is_with_motors_under_their_servos(example, tmp_path, run_host, fmi, use):
+    """The same of a robot whose motors, friction and hysteresis move: start, states, parameters."""
+    options = BuildOptions("native", fmi=fmi, dependencies="step")
+    robot = driven(example, np.random.default_rng(5))
+    run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, "servo")
 
 
 @pytest.mark.parametrize("arrays", [False, True])

@@ -11,7 +11,8 @@ from native_fmu import NativeFmu
 from native_motors import built, one_joint, start_of
 from random_robots import driven, make_robot
 
-from elastic_robot.description import Drive, Joint, KinematicError, Robot
+from elastic_robot.description import Joint, Robot
+from elastic_robot.gear_parts import Drive, KinematicError
 
 FORCES = ("force.x", "force.y", "force.z")
 DEGREE = np.pi / 180.0

@@ -10,7 +10,8 @@ from native_motors import built
 from random_robots import make_robot, with_gear_parts
 
 from elastic_robot.commands import Command, CommandedMotion, LastStep
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand

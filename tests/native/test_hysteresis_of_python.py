@@ -11,7 +11,7 @@ from pendulum import held
 from random_robots import hardly_loaded, make_robot, with_hysteresis
 from touching import entries
 
-from elastic_robot.description import StopElement
+from elastic_robot.gear_parts import StopElement
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load

@@ -18,7 +18,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
-from elastic_robot.description import Drive
+from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematics import base_from_tool
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.

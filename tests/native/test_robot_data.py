@@ -17,9 +17,10 @@ from coupling.fmu_export.compiler import SOURCES, core_sources
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot.description import KinematicError, Robot
+from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.fmi.interface import blocks
+from elastic_robot.gear_parts import KinematicError
 
 
 def test_robots_that_the_core_cannot_hold_are_refused(example):

@@ -33,7 +33,7 @@ from coupling.run.gear_loads import wanted_of
 from coupling.run.motor_demands import COLD, WARM
 from coupling.run.motor_loads import motor_load
 from coupling.run.stored_run import read_run
-from elastic_robot.description import Drive
+from elastic_robot.gear_parts import Drive
 
 FRICTION = 20.0
 

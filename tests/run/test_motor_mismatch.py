@@ -24,7 +24,8 @@ from coupling.run.stored_run import StoredRobot, read_run
 from coupling.study.bench import RobotPool
 from coupling.study.conduct import _work
 from coupling.study.parameters import StudyParameters
-from elastic_robot.description import Drive, Robot
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 
 MOTORS = {
     "friction +30 %": (1.3, 1.0),

@@ -36,7 +36,8 @@ from coupling.run.folder import write_run
 from coupling.run.gear_loads import diagnose_robots
 from coupling.run.robustness import VARIATIONS, SimulatedModel, replayed
 from coupling.run.stored_run import read_run
-from elastic_robot.description import Robot, StopElement
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import StopElement
 
 # No gear of the example robot has elements, or a motor.
 NAMES = [

@@ -119,7 +119,9 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             follows,
             starts_from,
             arrays,
-            (*exchanged, *(key for key, at in MOVED.items() if at in exchanged)),
+            tuple(
+                dict.fromkeys((*exchanged, *(key for key, at in MOVED.items() if at in exchanged)))
+            ),
             own,
             tuned=tuned,
         )
@@ -180,7 +182,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def torques(name: str, text: str) -> Block:
+    def torques(name: str, text: str, commanded: Names = ()) -> Block:
         joints = chain.elastic_joint[chain.torsions] + 1
         return block(
             [
@@ -190,7 +192,8 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             Array(
                 name, f"Torques of {text}, in the order of the joints that have one", len(joints)
             ),
-            exchanged=(*HELD, "qd_cmd", "qdd_cmd", "torque_cmd", TIME, *STATES),
+            starts_from=tuple(dict.fromkeys((*REST, *commanded, "friction"))),
+            exchanged=(*commanded, *STATES),
         )
 
     def drives(name: str, unit: str, text: str, command: str) -> Block:
@@ -322,7 +325,11 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             exchanged=CONTACT,
         ),
         "gear_torque": torques("gear_torque", "the gear on its link"),
-        "motor_torque": torques("motor_torque", "the motor at its gear's output"),
+        "motor_torque": torques(
+            "motor_torque",
+            "the motor at its gear's output",
+            (*COMMANDS, "torque_cmd", TIME) if motors else (),
+        ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
         "rotor_angle": rotor("rotor_angle", "rad", "Angle", ANGLE, "q_cmd", "strings", TIME),

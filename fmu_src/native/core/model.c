@@ -175,13 +175,15 @@ static bool rest_at(er_model *model, const er_held *held, er_failure *failure)
     return true;
 }
 
-/* Motors begin with the motion of their commands, and servos with the torque for it. */
+/* Motors that move by themselves begin with the motion of their commands, and servos with the torque for it. */
 static void start_motors(er_model *model, const er_command *command)
 {
     er_memory *memory = &model->memory;
     er_motors *motors = &memory->state.motors;
     memcpy(memory->held.torque, command->torque, sizeof memory->held.torque);
-    for (int d = 0; d < model->robot.motors; d++) {
+    for (int d = 0; d < model->robot.motors; d++)
+        motors->angle[d] = motors->rate[d] = motors->integral[d] = 0.0;
+    for (int d = 0; d < er_model_motors(model); d++) {
         const er_motor *motor = &model->robot.motor[d];
         const er_gear_error error = er_gear_error_at(&model->robot, motor->joint, memory->held.q[motor->joint]);
         double rate = memory->held.qd[motor->joint], slope;

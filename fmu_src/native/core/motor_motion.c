@@ -44,23 +44,45 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
            motor->inertia;
 }
 
-static bool waits(const er_model *model, int d)
+/* The integral comes to wait over this part of the torque limit behind it.  An integral that the limit stops and the
+ * falling torque lets go at once would have its solver find one event after the other. */
+#define WAITING 1e-4
+
+/* The part of its growth that an integral has, and the slope of that by the torque that is asked for. */
+static double growing(const er_model *model, int d, double *slope)
 {
-    return er_servo_waits(&model->robot.motor[d], er_model_wanted(model, d), model->memory.state.motors.integral[d]);
+    const er_motor *motor = &model->robot.motor[d];
+    double wanted = er_model_wanted(model, d), integral = model->memory.state.motors.integral[d];
+    double torque = motor->rate_gain * wanted + integral, width = WAITING * motor->torque_limit;
+    double left = 1.0 - (fabs(torque) - motor->torque_limit) / width;
+    *slope = 0.0;
+    if (!er_servo_waits(motor, wanted, integral))
+        return 1.0;
+    if (left <= 0.0)
+        return 0.0;
+    *slope = -copysign(1.0, torque) / width;
+    return left;
 }
 
 double er_model_integral_growth(const er_model *model, int d)
 {
-    if (model->memory.options.drive != ER_SERVO || waits(model, d))
+    double slope;
+    if (model->memory.options.drive != ER_SERVO)
         return 0.0;
-    return model->robot.motor[d].integral_gain * er_model_wanted(model, d);
+    return model->robot.motor[d].integral_gain * er_model_wanted(model, d) * growing(model, d, &slope);
 }
 
 double er_integral_growth_along(const er_model *model, const er_change *change, int d)
 {
-    if (model->memory.options.drive != ER_SERVO || waits(model, d))
+    const er_motor *motor = &model->robot.motor[d];
+    double slope, part, wanted;
+    if (model->memory.options.drive != ER_SERVO)
         return 0.0;
-    return model->robot.motor[d].integral_gain * er_wanted_along(model, change, d);
+    part = growing(model, d, &slope);
+    wanted = er_wanted_along(model, change, d);
+    return motor->integral_gain *
+           (part * wanted + er_model_wanted(model, d) * slope *
+                                (motor->rate_gain * wanted + change->motors.integral[d]));
 }
 
 void er_model_accelerations(const er_model *model, double *drives)

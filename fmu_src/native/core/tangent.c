@@ -168,6 +168,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     double of_gravity[MOST], wrench[6], wrench_change[6], driven[ER_MAX_JOINTS];
     int m = robot->elastics, pivot[MOST];
     er_moved p;
+    for (int d = 0; d < er_model_motors(model); d++) /* at rest they are where their commands are */
+        change.motors.angle[d] = acting->held.q[robot->motor[d].joint];
     er_move_along(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
     er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,

@@ -174,6 +174,18 @@ static void add_drives_by_time(const er_instance *instance, double seed, er_held
     }
 }
 
+/* Adds how motors start along a change of drives and equilibrium. */
+static void add_start_of_motors(const er_model *model, const er_change *along, double seed, er_change *change)
+{
+    er_motor_change start = {{0.0}, {0.0}, {0.0}};
+    er_start_motors_along(model, along, &start);
+    for (int d = 0; d < er_model_motors(model); d++) {
+        change->motors.angle[d] += seed * start.angle[d];
+        change->motors.rate[d] += seed * start.rate[d];
+        change->motors.integral[d] += seed * start.integral[d];
+    }
+}
+
 /* What the time alone changes: the drives of a trajectory, and with them a robot at rest. */
 static bool add_time(er_instance *instance, double seed, er_change *change)
 {
@@ -189,6 +201,9 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
     if (!er_equilibrium_along(instance->model, &by_time, x))
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: the stiffness is"
                        " singular", instance->progress.time);
+    memcpy(by_time.x, x, sizeof by_time.x);
+    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x, by_time.elongation);
+    add_start_of_motors(instance->model, &by_time, seed, change);
     for (int k = 0; k < instance->model->robot.elastics; k++) {
         x[k] *= seed;
         change->x[k] += x[k];

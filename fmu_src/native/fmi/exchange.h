@@ -1,10 +1,11 @@
 /* Model exchange: the robot as a differential equation that the master integrates.
  *
  * The states are x, x' and the elongations of elements of hysteresis, and of motors angles, rates, integrals of their
- * servos and elongations of their friction; their derivatives are a function of time, states, inputs and parameters, and of which elements slip.  What an event changes is that, and which bends of
- * the torque curves are watched: the event indicators say how far each gear is from leaving the piece of its
- * curve on which it was at the last event, and each element from slipping or sticking.  Drives
- * follow their trajectory by time, or the inputs as they are at the moment.
+ * servos and elongations of their friction; their derivatives are a function of time, states, inputs and parameters,
+ * and of which elements slip.  What an event changes is that, and which bends of the torque curves are watched: the
+ * event indicators say how far each gear is from leaving the piece of its curve on which it was at the last event, and
+ * each element from slipping or sticking.  Drives follow their trajectory by time, or the inputs as they are at the
+ * moment.
  */
 #ifndef ER_EXCHANGE_H
 #define ER_EXCHANGE_H
@@ -31,8 +32,9 @@ void er_exchange_bends(const er_instance *instance, double *ways);
 /* How they change with x and backlash. */
 void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
 
-/* Ways of the elements, behind those of gears those of motors that move by themselves, to their slip angles [rad], of those that slip to the reversal of their coordinates, which is
- * their rate times ER_REVERSAL_TIME; and how they change. */
+/* Ways of the elements, behind those of gears those of motors that move by themselves, to their slip angles [rad], of
+ * those that slip to the reversal of their coordinates, which is their rate times ER_REVERSAL_TIME; and how they
+ * change. */
 void er_exchange_slips(const er_instance *instance, double *ways);
 void er_exchange_slips_along(const er_instance *instance, const er_change *change, double *ways);
 

@@ -1,4 +1,4 @@
-"""What modelDescription.xml declares to follow something, asked for: declared.py FMU USE.
+"""What modelDescription.xml declares to follow something, asked for: declared.py FMU USE [DRIVE].
 
 FMI 2, 2.2.8, FMI 3, 2.4.8: knowns of an initial unknown are "inputs", "variables with initial = exact"
 and the "independent variable"; of outputs and state derivatives inputs, "continuous states", in FMI 3
@@ -32,12 +32,14 @@ SIZES = {  # of a change that shows a slope
     "qdd_cmd": 1e-2,
     "qd_cmd": 1e-5,
     "deflection_rate": 1e-5,
+    "hysteresis": 1e-3,
     TIME: 1e-5,
 }
 # Of values, which a slope has over the size of its change.
 ROUNDING = {"der(deflection_rate": 1e-8, "compliance": 1e-20, "contact": 1e-10}
 # Some units in the last place of 1e4 N m, and of wind-ups of 1 mrad times 1e7 N m/rad.
-ROUNDING |= {"gear_torque": 1e-10, "motor_torque": 1e-10}
+ROUNDING |= {"gear_torque": 1e-10, "motor_torque": 1e-10, "servo_integral": 1e-10}
+ROUNDING |= {"der(rotor_rate": 1e-9, "der(servo_integral": 1e-8}
 ACTING = {
     "force.x": 300.0,
     "force.y": -200.0,
@@ -231,7 +233,7 @@ def stepped(d, strings):
 if __name__ == "__main__":
     d = Declared(sys.argv[1], sys.argv[2])
     for curve in ("linear", "spline", "backlash"):
-        commanded = {"torque_curve": curve}
+        commanded = {"torque_curve": curve, **dict(zip(["drive"], sys.argv[3:], strict=False))}
         along = {**commanded, "trajectory": motion()}
         for strings in (commanded, along):
             print(curve, "initial", initial(d, strings), flush=True)

@@ -1,0 +1,70 @@
+"""The command line: elastic-robot identify, of a robot in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from coupling.cli.console import console
+from coupling.errors import IdentifyError
+from coupling.files.whole_file import make_folder_of, write_whole
+
+_REFUSED = 1
+
+
+@dataclass(frozen=True)
+class MotionRequest:
+    """What is asked of recordings.
+
+    Attributes:
+        files: Recordings to fit.
+        hold_out: Recordings to predict.
+        bandwidth: Of the motors' smoothed motion [Hz].
+        leave_out: Whether each term is left out in turn.
+        output: Robot file, or None.
+    """
+
+    files: Sequence[Path]
+    hold_out: Sequence[Path]
+    bandwidth: float
+    leave_out: bool
+    output: Path | None
+
+
+def identify_from_motion(asked: MotionRequest, robot: str) -> None:
+    """Identify a robot, a file or a shipped robot's name, from recordings of its motion."""
+    from coupling.files.robot_file import find_robot, load_robot
+    from coupling.motion.figures import motion_figures
+    from coupling.motion.identification import identify_motion
+    from coupling.motion.recording import read_recording
+    from coupling.motion.robot_file import moved_text
+    from coupling.report.motion_page import motion_page, motion_summary
+    from coupling.report.terminal import tell
+
+    if asked.leave_out and not asked.hold_out:
+        raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
+    start = find_robot(robot)
+    described = load_robot(start)
+    target = asked.output or Path("results", f"{asked.files[0].stem}_identified.toml")
+    if target.suffix != ".toml":
+        raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    count = len(described.joints)
+    recordings = [read_recording(file, count) for file in asked.files]
+    held_out = [read_recording(file, count) for file in asked.hold_out]
+    found = identify_motion(described, recordings, held_out, asked.bandwidth, asked.leave_out)
+    told = motion_figures(found)
+    tell(console, motion_summary(told))
+    names = ", ".join(recording.name for recording in recordings)
+    make_folder_of(target, IdentifyError)
+    report = target.with_suffix(".html")
+    write_whole(target.with_suffix(".json"), told.text() + "\n", IdentifyError)
+    write_whole(report, motion_page(f"{names}: {described.name}", told), IdentifyError)
+    console.print(f"Report: {report}")
+    if found.refusal:
+        raise typer.Exit(_REFUSED)
+    text = moved_text(found, told, start, target, f"motion of {names}")
+    write_whole(target, text, IdentifyError)
+    console.print(f"Robot file: {target}")

@@ -1,0 +1,169 @@
+"""The report of an identification from motion: figures, parameters, what is left over time."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+
+from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
+from coupling.report.document import document
+from coupling.report.section import Note, Section, Table
+from coupling.report.style import curve, style
+from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
+
+_UM = 1e6
+
+
+def motion_page(title: str, found: MotionResult) -> str:
+    """Return the page of an identification from motion as one self-contained HTML text.
+
+    Args:
+        title: What was identified from what.
+        found: Its figures, the content of identified.json.
+    """
+    sections = motion_summary(found)
+    for one in found.recordings:
+        words = "predicted" if one.held_out else "fitted"
+        if found.joints:
+            figures = [wind_up_figure(found, one, k) for k in range(len(found.joints))]
+            name = f"wind-up-{one.name}"
+            title_ = f"{one.name}, {words}: motor less link"
+            sections.append(Section(title_, [_WIND_UP], name, figures))
+            shares = [share_figure(found, one, k) for k in range(len(found.joints))]
+            sections.append(Section("By cause, without the lag", [], f"causes-{one.name}", shares))
+        torques = [torque_figure(one, k) for k in range(len(one.measured_torque))]
+        sections.append(
+            Section(f"{one.name}, {words}: motor torque", [], f"torque-{one.name}", torques)
+        )
+    return document(title, sections)
+
+
+def motion_summary(found: MotionResult) -> list[Section]:
+    """Return what was identified from motion."""
+    good = not found.refusal
+    words = f"NOT WRITTEN: {found.refusal}." if found.refusal else "Identified."
+    if not found.converged:
+        words += " The fit has not settled: its values may still move."
+    noise = max(found.noise_torque_Nm)
+    remark = (
+        f"Motors' motion below {found.bandwidth_Hz:g} Hz; the noise of their encoders leaves at most"
+        f" {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks of time."
+    )
+    sections = [
+        Section("", [words], good=good),
+        Section("", [_sizes(found), remark]),
+        Section("Parameters", [_parameters(found), *found.remarks]),
+    ]
+    if found.lines:
+        lines = [
+            f"Encoder of link {own.joint}: {', '.join(f'{n:g}' for n in own.periods)} periods a turn."
+            for own in found.lines
+        ]
+        sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
+    if found.terms:
+        sections.append(Section("Without each term", [_terms(found), _TERMS]))
+    return sections
+
+
+def _sizes(found: MotionResult) -> Table:
+    rows = []
+    for one in found.recordings:
+        words = "predicted" if one.held_out else "fitted"
+        for text, factor, values in (
+            ("motor less link [urad]", _UM, one.wind_up_rad),
+            ("- an offset alone", _UM, one.wind_up_without_lines_rad),
+            ("motor torque [% of its rms]", 100.0, one.torque_relative),
+            (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
+        ):
+            if any(value is not None for value in values):
+                rows.append((one.name, words, text, *(_size(v, factor) for v in values)))
+    joints = [f"joint {i + 1}" for i in range(len(found.recordings[0].wind_up_rad))]
+    return Table(("recording", "", "rms left of", *joints), rows)
+
+
+def _size(value: float | None, factor: float) -> str:
+    return "" if value is None else f"{factor * value:.3g}"
+
+
+def _parameters(found: MotionResult) -> Table:
+    return Table(
+        ("parameter", "start", "fit", "95 % from", "to", "unit"),
+        [_row(p) for p in found.parameters],
+    )
+
+
+def _row(own: MotionParameterResult) -> tuple[str, ...]:
+    if not own.identified:
+        return own.name, f"{own.start:.4g}", "not told: kept", "", "", own.unit
+    values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
+    return own.name, f"{own.start:.4g}", *values, own.unit
+
+
+def _terms(found: MotionResult) -> Table:
+    rows = [
+        (
+            own.term,
+            *(_size(value, _UM) for value in own.wind_up_rad),
+            *(_size(value, 100.0) for value in own.torque_relative),
+        )
+        for own in found.terms
+    ]
+    columns = ("left out", "with [urad]", "without", "with [%]", "without")
+    return Table(columns, rows, groups=(("", 1), ("motor less link", 2), ("motor torque", 2)))
+
+
+def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+    """Draw motor less link of an encoder over time: measured, predicted, what is left."""
+    time = np.array(one.time)
+    measured = _UM * np.array(one.measured_wind_up[k])
+    left = _UM * np.array(one.left_wind_up[k])
+    return _over_time(time, measured, left, f"joint {found.joints[k]} [urad]")
+
+
+def share_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
+    """Draw an encoder's motor less link without its lag over time, and what makes it."""
+    figure, time = go.Figure(), np.array(one.time)
+    shares = {own.name: _UM * np.array(own.wind_up[k]) for own in one.shares}
+    measured = _UM * np.array(one.measured_wind_up[k]) - shares.pop("lag", 0.0)
+    for (words, values), color in zip(
+        {"measured": measured, **shares}.items(),
+        (DESIRED, AFTER, BEFORE, GREEN, PLANT),
+        strict=False,
+    ):
+        line = {"color": color, "width": 1.2}
+        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title=f"joint {found.joints[k]} [urad]")
+    return style(figure, 300)
+
+
+def torque_figure(one: RecordingResult, k: int) -> go.Figure:
+    """Draw the torque of a motor over time: measured, predicted, what is left."""
+    time = np.array(one.time)
+    measured, left = np.array(one.measured_torque[k]), np.array(one.left_torque[k])
+    return _over_time(time, measured, left, f"joint {k + 1} [N m]")
+
+
+def _over_time(time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
+    figure = go.Figure()
+    for words, values, color, width in (
+        ("measured", measured, DESIRED, 1.0),
+        ("predicted", measured - left, AFTER, 1.5),
+        ("left", left, BEFORE, 1.0),
+    ):
+        line = {"color": color, "width": width}
+        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title=label)
+    return style(figure, 300)
+
+
+_WIND_UP = Note(
+    "Predicted with lag, eccentricity and loop of the encoders, and the recording's own offset and"
+    " phases."
+)
+_LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
+_TERMS = Note(
+    "What is left of the recording held out last at the term's joint, if the others answer to first"
+    " order; stiffness and payload as in the start, all else none."
+)

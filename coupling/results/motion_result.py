@@ -1,0 +1,82 @@
+"""identified.json of a motion, what recordings tell of a robot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from coupling.results.result_file import From, ResultFile, ResultPart
+
+# What has no link encoder has no figure.
+Figures = tuple[float | None, ...]
+
+
+class MotionParameterResult(ResultPart):
+    """A number of the robot or its encoders; None is infinite or not fitted."""
+
+    name: str
+    term: str
+    unit: str
+    start: float
+    value: float | None
+    low: float | None
+    high: float | None
+    identified: bool
+
+
+class WindUpShareResult(ResultPart):
+    """Share of a cause in motor less link over time, by joint with an encoder."""
+
+    name: str
+    wind_up: tuple[tuple[float, ...], ...]
+
+
+class RecordingResult(ResultPart):
+    """A recording, and what is left of it, by joint."""
+
+    name: str
+    held_out: bool
+    rows: int
+    wind_up_rad: Annotated[Figures, From("wind_up")]
+    wind_up_without_lines_rad: Annotated[Figures, From("without_lines")]
+    torque_relative: Annotated[Figures, From("torque")]
+    slow_torque_relative: Annotated[Figures, From("slow_torque")]
+    time: tuple[float, ...]
+    measured_wind_up: tuple[tuple[float, ...], ...]
+    left_wind_up: tuple[tuple[float, ...], ...]
+    shares: tuple[WindUpShareResult, ...]
+    measured_torque: tuple[tuple[float, ...], ...]
+    left_torque: tuple[tuple[float, ...], ...]
+
+
+class TermResult(ResultPart):
+    """What is left of a joint of a recording that was held out, with and without a term."""
+
+    term: str
+    joint: int
+    wind_up_rad: tuple[float | None, float | None]
+    torque_relative: tuple[float, float]
+
+
+class LinesResult(ResultPart):
+    """Lines of an encoder."""
+
+    joint: int
+    periods: tuple[float, ...]
+
+
+class MotionResult(ResultFile):
+    """Figures of an identification from motion; docs/motion.md says what they are."""
+
+    what = "the figures of an identification from motion"
+
+    refusal: str
+    converged: bool
+    bandwidth_Hz: float
+    noise_torque_Nm: tuple[float, ...]
+    blocks: int
+    remarks: tuple[str, ...]
+    joints: tuple[int, ...]
+    parameters: tuple[MotionParameterResult, ...]
+    recordings: tuple[RecordingResult, ...]
+    lines: tuple[LinesResult, ...]
+    terms: tuple[TermResult, ...]

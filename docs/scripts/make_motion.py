@@ -1,0 +1,176 @@
+"""Write the tables and the picture of docs/motion.md: make motion.
+
+The KR 300's recordings, each predicted from the other, and both fitted; with names, only those parts:
+python docs/scripts/make_motion.py left terms.  The coverage takes some minutes.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.motion.figures import motion_figures
+from coupling.motion.identification import identify_motion
+from coupling.motion.recording import Recording, read_recording
+from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN
+from coupling.results.motion_result import MotionParameterResult, MotionResult
+from docs.scripts.motion_recovery import coverage
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.pictures import save, styled
+from examples.identify.kuka_kr300_motion import converted
+
+BANDWIDTH, REPETITIONS = 20.0, 200
+_UM = 1e6
+
+
+@cache
+def recording(name: str) -> Recording:
+    """Return a recording of the KR 300."""
+    with tempfile.TemporaryDirectory() as folder:
+        return read_recording(converted(name, Path(folder)), 6)
+
+
+@cache
+def found(fit: str, predict: str) -> MotionResult:
+    """Return what recordings, a letter each, say of the KR 300, and how they predict others."""
+    robot = load_robot(find_robot("kuka_kr300"))
+    fits, others = ([recording(name) for name in names] for names in (fit, predict))
+    return motion_figures(identify_motion(robot, fits, others, BANDWIDTH, bool(others)))
+
+
+def left() -> str:
+    """Return what is left of both recordings."""
+    rows = []
+    for fit, predict in (("A", "B"), ("B", "A"), ("AB", "")):
+        for one in found(fit, predict).recordings:
+            words = "predicted" if one.held_out else "fitted"
+            rows.append(
+                (
+                    " and ".join(fit),
+                    f"{one.name[5]}, {words}",
+                    *_row(one.wind_up_rad[:3], _UM),
+                    *_row(one.torque_relative, 100.0),
+                    " ".join(_row(one.slow_torque_relative, 100.0)),
+                )
+            )
+    joints = [f"{what} {i}" for what, n in (("link", 3), ("torque", 6)) for i in range(1, n + 1)]
+    return table(("fitted to", "recording", *joints, f"torques below {BANDWIDTH:g} Hz"), rows)
+
+
+def values() -> str:
+    """Return what A, B and both say of each number."""
+    results = [
+        {p.name: p for p in found(*names).parameters}
+        for names in (("A", "B"), ("B", "A"), ("AB", ""))
+    ]
+    rows = []
+    for name, own in results[2].items():
+        each = [one.get(name) for one in results]
+        if any(p is not None and p.identified for p in each):
+            rows.append((f"`{name}`", own.unit, f"{own.start:.4g}", *map(_interval, each)))
+    return table(("number", "unit", "start", "A", "B", "A and B"), rows)
+
+
+def terms() -> str:
+    """Return what each term is worth, both ways."""
+    there, back = ({t.term: t for t in found(*names).terms} for names in (("A", "B"), ("B", "A")))
+    rows = []
+    for term in dict.fromkeys((*there, *back)):
+        cells = [term]
+        for own in (there.get(term), back.get(term)):
+            if own is None:
+                cells += ["", ""]
+                continue
+            cells.append(_pair(own.wind_up_rad, _UM))
+            cells.append(_pair(own.torque_relative, 100.0))
+        rows.append(tuple(cells))
+    head = ("without", "B: link [urad]", "B: torque [%]", "A: link [urad]", "A: torque [%]")
+    return table(head, rows)
+
+
+def held() -> str:
+    """Return how often intervals hold what is known."""
+    rows = [(f"`{name}`", f"{100.0 * part:.1f} %") for name, part in coverage(REPETITIONS).items()]
+    return table(("number", "inside its interval"), rows)
+
+
+def picture() -> str:
+    """Draw B as A predicts it, and return the picture's line."""
+    told = found("A", "B")
+    (one,) = (own for own in told.recordings if own.held_out)
+    figure = make_subplots(rows=2, cols=3, vertical_spacing=0.12, horizontal_spacing=0.1)
+    time = np.array(one.time)
+    shares = {own.name: own for own in one.shares}
+    for k in range(3):
+        measured = _UM * np.array(one.measured_wind_up[k])
+        rest = _UM * np.array(one.left_wind_up[k])
+        lag = _UM * np.array(shares["lag"].wind_up[k])
+        upper = (("measured", measured, DESIRED), ("predicted", measured - rest, AFTER))
+        lower = (
+            ("measured less the lag", measured - lag, DESIRED),
+            ("wind-up of the gear", _UM * np.array(shares["gear"].wind_up[k]), GREEN),
+            ("left", rest, BEFORE),
+        )
+        for row, curves in ((1, upper), (2, lower)):
+            for words, values_, color in curves:
+                figure.add_trace(
+                    go.Scatter(
+                        x=time,
+                        y=values_,
+                        name=words,
+                        showlegend=k == 0,
+                        line={"color": color, "width": 1},
+                    ),
+                    row=row,
+                    col=k + 1,
+                )
+        figure.update_xaxes(title_text="time [s]", row=2, col=k + 1)
+        figure.update_yaxes(title_text=f"joint {k + 1} [urad]", row=1, col=k + 1)
+    save("motion", styled(figure, 1200, 620))
+    return "![Motor less link of recording B, predicted by a fit to A](figures/motion.png)"
+
+
+def _row(values_: tuple[float | None, ...], factor: float) -> list[str]:
+    return [f"{factor * value:.0f}" if value is not None else "" for value in values_]
+
+
+def _interval(own: MotionParameterResult | None) -> str:
+    if own is None:
+        return "not fitted"
+    if not own.identified or own.value is None:
+        return "not told"
+    low, high = ("∞" if v is None else f"{v:.3g}" for v in (own.low, own.high))
+    return f"{own.value:.3g} ({low} to {high})"
+
+
+def _pair(pair: tuple[float | None, float | None], factor: float) -> str:
+    first, second = pair
+    return (
+        "" if first is None or second is None else f"{factor * first:.0f} → {factor * second:.0f}"
+    )
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "left": left,
+    "values": values,
+    "terms": terms,
+    "picture": picture,
+    "held": held,
+}
+
+
+def main() -> None:
+    """Write the parts that are named, or all."""
+    replace_parts("motion", PARTS, sys.argv[1:])
+
+
+if __name__ == "__main__":
+    sys.exit(finish(main))

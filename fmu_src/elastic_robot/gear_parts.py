@@ -1,0 +1,160 @@
+"""Parts of a joint's gear and drive as data: hysteresis, kinematic error, motor with servo and friction.
+
+Nothing but NumPy is imported here, as in `elastic_robot.description`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def require_number(key: str, value: float, *, minimum: float, open_end: bool, unit: str) -> None:
+    """Refuse what is no finite number from, or above, a minimum.
+
+    Raises:
+        ValueError: With the key, what was expected and what was got.
+    """
+    good = np.isfinite(value) and (value > minimum if open_end else value >= minimum)
+    if not good:
+        bound = f"{'>' if open_end else '>='} {minimum:g}"
+        raise ValueError(f"{key}: expected a finite number {bound} [{unit}], got {value!r}")
+
+
+@dataclass(frozen=True)
+class StopElement:
+    """Element of a gear's hysteresis: a spring in series with dry friction.
+
+    Its torque follows the gear's wind-up e as h = f clip(s / a, +-1): the elongation s takes every
+    change of e until it reaches the slip angle a, where the element slips (Prandtl's stop operator,
+    Maxwell-slip element; Brokate and Sprekels 1996, docs/references.md).
+
+    Attributes:
+        slip_torque: Torque f at which it slips [N m], > 0.
+        slip_angle: Elongation a at which it slips [rad], > 0.
+
+    Raises:
+        ValueError: If a value is out of its range.
+
+    Example:
+        >>> StopElement(slip_torque=50.0, slip_angle=1e-4).stiffness
+        500000.0
+    """
+
+    slip_torque: float
+    slip_angle: float
+
+    def __post_init__(self) -> None:
+        require_number("slip_torque", self.slip_torque, minimum=0.0, open_end=True, unit="N m")
+        require_number("slip_angle", self.slip_angle, minimum=0.0, open_end=True, unit="rad")
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness while it does not slip [N m/rad]."""
+        return self.slip_torque / self.slip_angle
+
+
+@dataclass(frozen=True)
+class KinematicError:
+    """One sine of a gear's kinematic error: its output is at q + amplitude sin(order q + phase).
+
+    q is the motor's angle over the gear ratio; a gear whose parts are not round, or not in the middle,
+    has the orders of their turns.
+
+    Attributes:
+        amplitude: Its amplitude [rad], > 0.
+        order: Periods in a turn of the gear's output, > 0.
+        phase: Its phase at q = 0 [rad].
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    amplitude: float
+    order: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_number("amplitude", self.amplitude, minimum=0.0, open_end=True, unit="rad")
+        require_number("order", self.order, minimum=0.0, open_end=True, unit="1")
+        require_number("phase", self.phase, minimum=-np.inf, open_end=True, unit="rad")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Motor, servo and friction of a joint, seen at the gear's output.
+
+    The motor's angle q obeys J q'' = tau - T - f with the gear's torque T on its link, the friction f
+    with the elongation s of a stop element, and tau of a servo, a rate loop in a position loop:
+
+        f = (F (1 - c (1 - exp(-(q' / v)^2))) + mu |T|) s / a + b q',
+        tau = sat(Kp w + z),    z' = Ki w,    w = Kv (q_cmd - q) + kff q_cmd' - q'.
+
+    mu |T| is what the gear loses of its torque: a gear of efficiency eta has mu = 1 / eta - 1. Rotors
+    are taken to turn about their joints' axes alone (Spong 1987, docs/references.md).
+
+    Attributes:
+        inertia: Rotor's inertia times the gear ratio squared, J [kg m^2], > 0.
+        friction: Friction that must be overcome at rest, F [N m], >= 0.
+        slip_angle: Angle over which it builds up (presliding), a [rad], > 0.
+        viscous: Viscous friction b [N m s/rad], >= 0.
+        load_friction: Friction over the gear's torque, mu, >= 0 and < 1.
+        stribeck: Part c of the friction at rest that is lost at higher rates, 0 to 1 (Stribeck).
+        stribeck_rate: Rate v at which 63 % of that are lost [rad/s], > 0.
+        position_gain: Gain Kv of the position loop [1/s], > 0.
+        rate_gain: Gain Kp of the rate loop [N m s/rad], > 0.
+        integral_gain: Its integral gain Ki [N m/rad], >= 0.
+        feed_forward: Part kff of the commanded rate that is fed forward.
+        torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    inertia: float
+    position_gain: float
+    rate_gain: float
+    integral_gain: float = 0.0
+    feed_forward: float = 1.0
+    friction: float = 0.0
+    slip_angle: float = 2e-5
+    viscous: float = 0.0
+    load_friction: float = 0.0
+    stribeck: float = 0.0
+    stribeck_rate: float = 0.05
+    torque_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, unit in (
+            ("inertia", "kg m^2"),
+            ("position_gain", "1/s"),
+            ("rate_gain", "N m s/rad"),
+            ("slip_angle", "rad"),
+            ("stribeck_rate", "rad/s"),
+        ):
+            require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+        for key, unit in (
+            ("integral_gain", "N m/rad"),
+            ("friction", "N m"),
+            ("viscous", "N m s/rad"),
+            ("load_friction", "1"),
+            ("stribeck", "1"),
+            ("feed_forward", "1"),
+        ):
+            require_number(key, getattr(self, key), minimum=0.0, open_end=False, unit=unit)
+        if self.stribeck > 1.0:
+            raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
+        if self.load_friction >= 1.0:
+            raise ValueError(f"load_friction: expected less than 1, got {self.load_friction!r}")
+        if self.torque_limit is not None:
+            limit = self.torque_limit
+            require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
+
+    def friction_torque(
+        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+    ) -> np.ndarray:
+        """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
+        lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
+        of_load = self.load_friction * np.abs(carried)
+        return np.asarray((friction * (1.0 - lost) + of_load) * part + self.viscous * rate)
