@@ -15,6 +15,7 @@ from docs.scripts import trust_breakthrough as breakthrough
 from docs.scripts import trust_drives as drives
 from docs.scripts import trust_engines as engines
 from docs.scripts import trust_figures as figures
+from docs.scripts import trust_motion as motion
 from docs.scripts import trust_recordings as recordings
 from docs.scripts import trust_robots as robots
 from docs.scripts import trust_sheet as sheet
@@ -31,7 +32,9 @@ SUMMARY = """\
   predict further ones to {tilt.words}.
 - **A real robot in motion: rough at best.** With nothing fitted to it, a FANUC's surge as a drill breaks
   through is missed by {surge.words}; a recorded KUKA's motor torques, with the friction of another
-  recording, by {torque.words}.
+  recording, by {torque.words}. Identified from one motion, the
+  KUKA's torques in another are missed by {torque_fitted.words}, its motors less its links by
+  {link.words}; one lag without a robot misses these by {link_by_lag.words}.
 - **Forming forces: measure one.**
   On a measured sheet `sheet-fem` is off by {axial.beyond}, Aerens' law by {law.beyond}.
 - **A command is as right as its robot file.**
@@ -86,6 +89,7 @@ def computed() -> dict[str, Any]:
         "tilt": fanuc.tilt,
         "stiffer": robots.stiffer(),
         **recordings.values(),
+        **motion.values(),
         **breakthrough.values(),
         **drives.values(),
         **left,

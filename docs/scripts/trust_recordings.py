@@ -123,9 +123,10 @@ def values() -> dict[str, Any]:
         (f"{name}, {how}", *torques(name).words())
         for name, how in (("A", "friction read off it"), ("B", "predicted"))
     ]
-    slope = torques("B").slope
+    found = torques("B")
+    slope = found.slope
     return {
-        "torque": compared(),
+        "torque": compared("motor torque of a recorded motion", found.error / found.size),
         "torques": table(("recording", *(f"A{axis}" for axis in _AXES)), lines),
         "cutoff": CUTOFF,
         "slope_low": slope.min(),
@@ -133,12 +134,11 @@ def values() -> dict[str, Any]:
     }
 
 
-def compared() -> Comparison:
-    """Return the page's entry: rms over the axes of error over torque, recording B."""
-    shares = torques("B").error / torques("B").size
-    words = f"{100.0 * shares.min():.0f} to {100.0 * shares.max():.0f} % on six axes"
-    rms = float(_rms(shares))
-    return Comparison("motor torque of a recorded motion", Against.MEASUREMENT, rms, 1.0, words)
+def compared(what: str, shares: np.ndarray) -> Comparison:
+    """Return an entry of the page: rms over axes of error over what was measured, (3,) or (6,)."""
+    axes = {3: "three", 6: "six"}[len(shares)]
+    words = f"{100.0 * shares.min():.0f} to {100.0 * shares.max():.0f} % on {axes} axes"
+    return Comparison(what, Against.MEASUREMENT, float(_rms(shares)), 1.0, words)
 
 
 def _rms(values: np.ndarray) -> np.ndarray:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from line_case import line_case
+from places import DOCS
 from scipy.linalg import eigh
 
+from coupling.motion.recording import Recording
 from docs.scripts import trust_breakthrough as breakthrough
 from docs.scripts import trust_drives as drives
+from docs.scripts import trust_motion as motion
 from docs.scripts import trust_recordings as recordings
 
 # Modified Denavit-Hartenberg parameters of the FANUC R-2000iC, its tool in the flange; stiffness of the
@@ -101,6 +104,33 @@ def test_a_recorded_motion_needs_the_torque_that_was_measured(name):
     found = recordings.torques(name)
     np.testing.assert_allclose(found.slope, 1.0, atol=0.15)
     assert np.all(found.error < 0.36 * found.size)
+
+
+def test_a_lag_leaves_what_is_no_lag():
+    """Of a start from rest that is late, and a ripple: its rms; an axis without encoder has none."""
+    time = np.arange(4001) * 2.5e-3
+    motor = np.column_stack([np.cos(time * rate) for rate in (1.0, 2.0, 3.0)])
+    late = np.column_stack([np.cos((time - 3e-3) * rate) for rate in (1.0, 2.0)])
+    ripple = 1e-4 * np.sin(2.0 * np.pi * 20.0 * time)
+    link = np.column_stack([late[:, 0] + 0.5, late[:, 1] + ripple, np.full_like(time, np.nan)])
+    recording = Recording("", time, motor, np.zeros_like(motor), link)
+    assert motion.one_lag(recording) == pytest.approx(3e-3, rel=1e-3)
+    left = motion.left_by_lag(recording, 3e-3)
+    np.testing.assert_allclose(left, [0.0, 1e-4 / np.sqrt(2.0)], atol=1e-6)
+
+
+def test_the_page_of_motion_says_the_same_of_what_was_predicted():
+    """Where this fails after `make motion`: make trust."""
+    cells = {
+        page: next(line for line in (DOCS / page).read_text().splitlines() if line.startswith(row))
+        .removeprefix(row)
+        .split("|")[:3]
+        for page, row in (
+            ("motion.md", "| A | B, predicted |"),
+            ("trust.md", "| the same, lines of the encoders fitted in B |"),
+        )
+    }
+    assert cells["trust.md"] == cells["motion.md"]
 
 
 def test_what_is_known_of_the_drives_is_corrected_and_what_is_not_stays(tmp_path):
