@@ -78,7 +78,7 @@ def test_the_version_is_told():
     ("typed", "expected"),
     [
         ("elastic-robot compen", {"compensate"}),
-        ("elastic-robot init --robot k", {"kuka_kr210"}),
+        ("elastic-robot init --robot k", {"kuka_kr210", "kuka_kr300"}),
         ("elastic-robot init --proc", {"--process"}),
         ("elastic-robot check ca", set()),  # files are the shell's own
         ("elastic-robot compensate -o ca", set()),

@@ -19,7 +19,6 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkMotion
 from coupling.inverse.response import AlongMotion
-from coupling.learn.source import require_alike
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
 from coupling.place.placing import require_one_robot
@@ -172,16 +171,14 @@ def test_elements_hold_a_gear_in_its_backlash(robot, plain):
 
 
 def test_what_does_not_know_hysteresis_refuses_it_in_a_sentence(robot, plain):
-    source = SimpleNamespace(robot=robot, torque_curve="backlash")
     case = SimpleNamespace(name="case", robots=[SimpleNamespace(description=robot)])
     for what, call in {
         "identify": lambda: ElasticParameters.of(robot, "backlash"),
-        "learn": lambda: require_alike([source]),
         "place": lambda: require_one_robot(case),
     }.items():
         with pytest.raises(
             HysteresisError,
-            match=rf"joint 1 has hysteresis, which {what} does not know yet: take the \[joint\.gear\]",
+            match=rf"joint 1 has hysteresis, which {what} does not know .*take the \[joint\.gear\]",
         ):
             call()
     assert ElasticParameters.of(plain, "backlash").names

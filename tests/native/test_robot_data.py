@@ -148,7 +148,7 @@ OF_DRIVES = {
     "no spring": ("\nspring", "\nstop 1 1\nspring", "element of hysteresis behind its spring"),
     "two motors": (
         "\nmotor",
-        "\nmotor 1 1 1 1 1 1 1 1 1 1 1\nmotor",
+        "\nmotor 1 1 1 1 1 1 1 1 1 1 1 0\nmotor",
         "at most one motor for each joint",
     ),
     "few numbers": (
@@ -158,12 +158,12 @@ OF_DRIVES = {
     ),
     "no inertia": (
         "\nmotor",
-        "\nmotor 0 1 1 1 1 1 1 1 1 1 1\nm",
+        "\nmotor 0 1 1 1 1 1 1 1 1 1 1 0\nm",
         "inertia, slip angle and Stribeck",
     ),
     "no slip angle": (
         "\nmotor",
-        "\nmotor 1 1 0 1 1 1 1 1 1 1 1\nm",
+        "\nmotor 1 1 0 1 1 1 1 1 1 1 1 0\nm",
         "inertia, slip angle and Stribeck",
     ),
     "many elements": ("\nstop", 4 * "\nstop 1 1" + "\nstop", "at most six elements of hysteresis"),

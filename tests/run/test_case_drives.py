@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -18,7 +19,8 @@ from coupling.check.new_case import new_case, write_case
 from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.learn.source import read_source
+from coupling.learn.measurement import Measurement
+from coupling.learn.source import read_source, require_alike
 from coupling.path.deviation import measure
 from coupling.report.page import run_summary
 from coupling.report.verdict import sentence
@@ -170,12 +172,12 @@ def test_programs_are_judged_with_the_servos(finished, tmp_path):
         assert told.placed.drive == drive
 
 
-def test_what_does_not_know_servos_says_so(finished, tmp_path):
+def test_runs_with_and_without_servos_are_not_learned_together(finished):
     _, _, folder = finished
-    with pytest.raises(
-        LearnError, match=r'has drive = "servo", which learn and next do not know yet'
-    ):
-        read_source(folder, None)
+    own = read_source(folder, Measurement("seen.csv", np.arange(2.0), np.zeros((2, 3))))
+    assert own.drive == "servo"
+    with pytest.raises(LearnError, match=r"expected drive = 'servo' as in .*, got 'ideal'"):
+        require_alike([own, replace(own, drive="ideal")])
 
 
 def test_an_archive_for_other_masters_moves_the_motors(tmp_path):
