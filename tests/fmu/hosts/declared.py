@@ -217,7 +217,9 @@ def stepped(d, strings):
         assert i.restore(after) == OK
         return found
 
-    checked = d.check(d.outputs, knowns, i, slope, 1e-4)
+    # Where friction slips, steps of other lengths differ by more than their derivatives.
+    limit = 1e-4 if strings.get("drive", "ideal") == "ideal" else 1e-3
+    checked = d.check(d.outputs, knowns, i, slope, limit)
     names = [u.variable.name for u in d.outputs]
     for known in [*d.states, TIME]:
         status, found = i.derive(names, [known], [1.0])
