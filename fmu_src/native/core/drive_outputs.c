@@ -41,56 +41,32 @@ void er_motor_rate_along(const er_model *model, const er_change *change, double 
     join(model, change->held.qd, change->motors.rate, rates);
 }
 
-/* What a gear's error is taken at: the motion of its drive. */
-static er_transmission transmission_of(const er_model *model, int joint)
+/* The drives of the rigid robot: as they are commanded; with torques in place of commands it goes with the motors. */
+static void join_rigid(const er_model *model, const double *commands, const double *motors, double *drives)
 {
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
-    er_model_motor_angle(model, q);
-    er_model_motor_rate(model, qd);
-    er_model_accelerations(model, qdd);
-    return er_transmission_at(&model->robot, joint, q[joint], qd[joint], qdd[joint]);
+    if (model->memory.options.drive == ER_TORQUE)
+        join(model, commands, motors, drives);
+    else
+        memcpy(drives, commands, (size_t)model->robot.joints * sizeof *drives);
 }
 
-/* Turns the motion of all drives, or a change of it, into what the gears make of it. */
+/* Turns the motion of all drives into what the gears make of it. */
 static void transmit(const er_model *model, double *q, double *qd, double *qdd)
 {
     for (int i = 0; i < model->robot.joints; i++)
         er_transmit(&model->robot, i, &q[i], &qd[i], &qdd[i]);
 }
 
-static void transmit_along(const er_model *model, double *q, double *qd, double *qdd)
+/* The same of a change of it, where the drives have these rates and accelerations. */
+static void transmit_along(const er_model *model, const double *rate, const double *acceleration, double *q,
+                           double *qd, double *qdd)
 {
+    double angle[ER_MAX_JOINTS];
+    er_model_motor_angle(model, angle);
     for (int i = 0; i < model->robot.joints; i++) {
-        er_transmission at = transmission_of(model, i);
+        er_transmission at = er_transmission_at(&model->robot, i, angle[i], rate[i], acceleration[i]);
         er_transmit_along(&at, &q[i], &qd[i], &qdd[i]);
     }
-}
-
-/* The motion of all drives as the gears pass it on. */
-typedef struct {
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
-} driven;
-
-static driven drive(const er_model *model)
-{
-    driven own;
-    er_model_motor_angle(model, own.q);
-    er_model_motor_rate(model, own.qd);
-    er_model_accelerations(model, own.qdd);
-    if (model->robot.errors > 0)
-        transmit(model, own.q, own.qd, own.qdd);
-    return own;
-}
-
-static driven drive_along(const er_model *model, const er_change *change)
-{
-    driven own;
-    er_motor_angle_along(model, change, own.q);
-    er_motor_rate_along(model, change, own.qd);
-    er_accelerations_along(model, change, own.qdd);
-    if (model->robot.errors > 0)
-        transmit_along(model, own.q, own.qd, own.qdd);
-    return own;
 }
 
 void er_model_driven(const er_model *model, double *angles)
@@ -100,78 +76,88 @@ void er_model_driven(const er_model *model, double *angles)
         angles[i] += er_gear_error_at(&model->robot, i, angles[i]).value;
 }
 
-/* Whether the rigid robot follows its commands: with torques in their place it goes with the motors. */
-static bool is_commanded(const er_model *model)
-{
-    return model->memory.options.drive != ER_TORQUE;
-}
-
 void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
-    if (rigid && is_commanded(model)) {
-        er_angles(&model->robot, model->memory.held.q, NULL, theta);
-    } else if (rigid) {
-        er_model_motor_angle(model, q);
-        er_angles(&model->robot, q, NULL, theta);
-    } else {
+    if (rigid)
+        join_rigid(model, model->memory.held.q, model->memory.state.motors.angle, q);
+    else
         er_model_driven(model, q);
-        er_angles(&model->robot, q, model->memory.state.x, theta);
-    }
+    er_angles(&model->robot, q, rigid ? NULL : model->memory.state.x, theta);
 }
 
 void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
-    double qd[ER_MAX_JOINTS];
-    if (rigid && is_commanded(model)) {
-        er_angles(&model->robot, model->memory.held.qd, NULL, rate);
-    } else if (rigid || model->robot.errors == 0) {
-        er_model_motor_rate(model, qd);
-        er_angles(&model->robot, qd, rigid ? NULL : model->memory.state.v, rate);
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], none[ER_MAX_JOINTS] = {0.0};
+    if (rigid) {
+        join_rigid(model, model->memory.held.qd, model->memory.state.motors.rate, qd);
     } else {
-        driven own = drive(model);
-        er_angles(&model->robot, own.qd, model->memory.state.v, rate);
+        er_model_motor_rate(model, qd);
+        if (model->robot.errors > 0) {
+            er_model_motor_angle(model, q);
+            transmit(model, q, qd, none);
+        }
     }
+    er_angles(&model->robot, qd, rigid ? NULL : model->memory.state.v, rate);
 }
 
 void er_model_chain_accelerations(const er_model *model, double *acceleration)
 {
-    driven own = drive(model);
-    er_angles(&model->robot, own.qdd, NULL, acceleration);
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    er_model_accelerations(model, qdd);
+    if (model->robot.errors > 0) {
+        er_model_motor_angle(model, q);
+        er_model_motor_rate(model, qd);
+        transmit(model, q, qd, qdd);
+    }
+    er_angles(&model->robot, qdd, NULL, acceleration);
 }
 
 void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta)
 {
-    driven own;
-    if (rigid && is_commanded(model)) {
-        er_angles(&model->robot, change->held.q, NULL, theta);
-    } else if (rigid) {
-        er_motor_angle_along(model, change, own.q);
-        er_angles(&model->robot, own.q, NULL, theta);
+    double q[ER_MAX_JOINTS];
+    if (rigid) {
+        join_rigid(model, change->held.q, change->motors.angle, q);
     } else {
-        own = drive_along(model, change);
-        er_angles(&model->robot, own.q, change->x, theta);
+        er_motor_angle_along(model, change, q);
+        if (model->robot.errors > 0) {
+            double none[ER_MAX_JOINTS] = {0.0}, qd[ER_MAX_JOINTS] = {0.0}, qdd[ER_MAX_JOINTS] = {0.0};
+            transmit_along(model, none, none, q, qd, qdd);
+        }
     }
+    er_angles(&model->robot, q, rigid ? NULL : change->x, theta);
 }
 
 void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate)
 {
-    driven own;
-    if (rigid && is_commanded(model)) {
-        er_angles(&model->robot, change->held.qd, NULL, rate);
-    } else if (rigid) {
-        er_motor_rate_along(model, change, own.qd);
-        er_angles(&model->robot, own.qd, NULL, rate);
+    double qd[ER_MAX_JOINTS];
+    if (rigid) {
+        join_rigid(model, change->held.qd, change->motors.rate, qd);
     } else {
-        own = drive_along(model, change);
-        er_angles(&model->robot, own.qd, change->v, rate);
+        er_motor_rate_along(model, change, qd);
+        if (model->robot.errors > 0) {
+            double now[ER_MAX_JOINTS], none[ER_MAX_JOINTS] = {0.0}, q[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS] = {0.0};
+            er_model_motor_rate(model, now);
+            er_motor_angle_along(model, change, q);
+            transmit_along(model, now, none, q, qd, qdd);
+        }
     }
+    er_angles(&model->robot, qd, rigid ? NULL : change->v, rate);
 }
 
 void er_chain_accelerations_along(const er_model *model, const er_change *change, double *acceleration)
 {
-    driven own = drive_along(model, change);
-    er_angles(&model->robot, own.qdd, NULL, acceleration);
+    double qdd[ER_MAX_JOINTS];
+    er_accelerations_along(model, change, qdd);
+    if (model->robot.errors > 0) {
+        double rate[ER_MAX_JOINTS], bend[ER_MAX_JOINTS], q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS];
+        er_model_motor_rate(model, rate);
+        er_model_accelerations(model, bend);
+        er_motor_angle_along(model, change, q);
+        er_motor_rate_along(model, change, qd);
+        transmit_along(model, rate, bend, q, qd, qdd);
+    }
+    er_angles(&model->robot, qdd, NULL, acceleration);
 }
 
 /* The motor that moves the gear of entry k of x, or -1. */

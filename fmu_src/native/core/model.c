@@ -185,12 +185,11 @@ static void start_motors(er_model *model, const er_command *command)
         motors->angle[d] = motors->rate[d] = motors->integral[d] = 0.0;
     for (int d = 0; d < er_model_motors(model); d++) {
         const er_motor *motor = &model->robot.motor[d];
-        const er_gear_error error = er_gear_error_at(&model->robot, motor->joint, memory->held.q[motor->joint]);
         double rate = memory->held.qd[motor->joint], slope;
         motors->angle[d] = memory->held.q[motor->joint];
         motors->rate[d] = rate;
         motors->integral[d] = motor->inertia * memory->held.qdd[motor->joint] +
-                              (1.0 + error.slope) * er_model_gear_torque(model, motor->coordinate) +
+                              er_model_felt_torque(model, motor->coordinate) +
                               er_motor_friction(motor, memory->parameters.friction[d], 0.0, 0.0, rate, &slope) -
                               motor->rate_gain * er_servo_wanted(motor, 0.0, 0.0, rate);
     }
