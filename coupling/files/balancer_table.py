@@ -8,10 +8,10 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from coupling.files.toml_file import Positive, Schema, Vector3
+from elastic_robot.balancers import BalancerCurve
 from elastic_robot.description import Table
 
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -143,9 +143,10 @@ def gas_spring_points(
         angle = middle - half * np.cos(np.linspace(0.0, np.pi, points))
         angle[[0, -1]] = limits
         at = torque(angle)
-        missed = np.abs(CubicSpline(angle, at, bc_type="natural")(between) - exact).max()
+        table = tuple(zip(angle.tolist(), at.tolist(), strict=True))
+        missed = np.abs(BalancerCurve.through(table).torque(between) - exact).max()
         if missed <= allowed:
-            return tuple(zip(angle.tolist(), at.tolist(), strict=True))
+            return table
         if points == MOST_POINTS:
             raise ValueError(
                 f"gas_spring: expected a torque that {MOST_POINTS} points over the joint's limits tell"

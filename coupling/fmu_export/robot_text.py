@@ -7,11 +7,11 @@ from dataclasses import asdict
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import CubicSpline
 
 from coupling.files.balancer_table import MOST_POINTS
 from coupling.files.gear_table import MOST_ELEMENTS, MOST_ERRORS
-from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.balancers import BalancerCurve
+from elastic_robot.description import Body, Joint, Robot, Table
 from elastic_robot.errors import RobotFileError
 from elastic_robot.gear_parts import Drive
 from elastic_robot.settings import SETTINGS
@@ -78,7 +78,7 @@ def _joint_lines(number: int, joint: Joint) -> list[str]:
         lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
     if joint.balancer is not None:
         _require(number, "balancer", "points", MOST_POINTS, len(joint.balancer))
-        lines.append(_balancer_line(np.array(joint.balancer)))
+        lines.append(_balancer_line(joint.balancer))
     _require(number, "hysteresis", "elements", MOST_ELEMENTS, len(joint.hysteresis))
     lines += [_line("stop", [stop.slip_torque, stop.slip_angle]) for stop in joint.hysteresis]
     if joint.drive is not None:
@@ -94,11 +94,11 @@ def _require(number: int, key: str, what: str, most: int, got: int) -> None:
         )
 
 
-def _balancer_line(table: np.ndarray) -> str:
-    """Points with the slopes of a natural spline, whose cubics are those through value and slope."""
-    angle, torque = table.T
-    slope = CubicSpline(angle, torque, bc_type="natural")(angle, 1)
-    return _line(f"balancer {len(table)}", np.column_stack([angle, torque, slope]).ravel())
+def _balancer_line(table: Table) -> str:
+    """Points with the slopes of their curve, whose cubics are those through value and slope."""
+    points = np.array(table)
+    slope = BalancerCurve.through(table).slope(points[:, 0])
+    return _line(f"balancer {len(table)}", np.column_stack([points, slope]).ravel())
 
 
 def _motor_line(drive: Drive) -> str:

@@ -131,8 +131,22 @@ def _around(
     white: np.ndarray,
 ) -> LinearProblem:
     """Return the whitened problem in p, linearised around values."""
+    return rigid.around(*whitened(measured, prediction, values, white))
+
+
+def whitened(
+    measured: Measurements, prediction: Prediction, values: np.ndarray, white: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return whitened columns, (k, r, P), and targets, (k, r), of a prediction linearised around values.
+
+    Args:
+        measured: The measurements.
+        prediction: What is predicted at the values.
+        values: Values of the parameters, (P,).
+        white: What whitens the rows, (k, r, r).
+    """
     rest = measured.deflection - prediction.deflection + prediction.by_parameter @ values
-    return rigid.around(white @ prediction.by_parameter, np.einsum("kij,kj->ki", white, rest))
+    return white @ prediction.by_parameter, np.einsum("kij,kj->ki", white, rest)
 
 
 def _damped(

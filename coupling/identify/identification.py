@@ -59,11 +59,8 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
         raise IdentifyError(
             "measurements: expected single loads, got loading loops: identify_loops"
         )
-    if not measured.wrench.any():
-        raise IdentifyError("loads: expected a force or moment in at least one row, got none")
     before = ElasticParameters.of(robot, options.torque_curve)
-    if not before.names:
-        raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
+    require_deflected(before, measured)
     model = StaticModel(before, measured, options.torque_curve)
     rms_start = rms_of(model.predict, before.start, measured)
     added: list[str] = []
@@ -81,6 +78,20 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
         added.append(own)
         found = _once(robot, measured, options, tuple(added), rms_start)
     return found
+
+
+def require_deflected(elasticity: ElasticParameters, measured: Measurements) -> None:
+    """Refuse measurements without loads, and a robot that does not give way.
+
+    Raises:
+        IdentifyError: With what was expected.
+    """
+    if not measured.wrench.any():
+        raise IdentifyError("loads: expected a force or moment in at least one row, got none")
+    if not elasticity.names:
+        raise IdentifyError(
+            f"{elasticity.robot.name}: expected an elastic joint or tilt, got a rigid robot"
+        )
 
 
 def _with(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from coupling.errors import IdentifyError
-from coupling.identify.fit import StaticFit
+from coupling.identify.fit import StaticFit, whitened
 from coupling.identify.least_squares import LinearProblem, robust_weights
 from coupling.identify.loop_parameters import LoopParameters
 from coupling.identify.loops import LoopModel
@@ -127,6 +127,5 @@ def _around(
     white: np.ndarray,
 ) -> LinearProblem:
     """Return the whitened problem in p, linearised around values."""
-    rest = measured.deflection - prediction.deflection + prediction.by_parameter @ values
-    columns = white @ prediction.by_parameter
-    return LinearProblem.of(columns, np.einsum("kij,kj->ki", white, rest), elasticity.start)
+    columns, target = whitened(measured, prediction, values, white)
+    return LinearProblem.of(columns, target, elasticity.start)

@@ -14,7 +14,12 @@ from coupling.identify.accuracy import ConfidenceIntervals, intervals
 from coupling.identify.elastic import Candidate
 from coupling.identify.fit import StaticFit
 from coupling.identify.found import CandidateTest, Identification, LoopErrors, rms
-from coupling.identify.identification import IdentifyOptions, beside, rms_of
+from coupling.identify.identification import (
+    IdentifyOptions,
+    beside,
+    require_deflected,
+    rms_of,
+)
 from coupling.identify.judge import IdentifiedParameter, judged
 from coupling.identify.loop_fit import loop_fitted, settled
 from coupling.identify.loop_parameters import (
@@ -55,11 +60,8 @@ def identify_loops(
             f"--add: expected none beside loading loops, got {', '.join(options.add)}: add it to the"
             " robot file, or take the column loop away"
         )
-    if not measured.wrench.any():
-        raise IdentifyError("loads: expected a force or moment in at least one row, got none")
     start = LoopParameters.of_loops(robot, options.torque_curve)
-    if not start.names:
-        raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
+    require_deflected(start, measured)
     model = LoopModel(start, measured, options.torque_curve)
     rms_start = rms_of(model.predict, start.start, measured)
     ranges = _bare_gears(robot, measured)

@@ -61,10 +61,26 @@ class ServoMotion:
     torque: np.ndarray
 
 
+def presliding(angle: np.ndarray, slip_angle: float, start: float = 0.0) -> np.ndarray:
+    """Return s / a of the stop element of a motor's friction along its angle, -1 to 1, (n,).
+
+    Args:
+        angle: Angle of the motor [rad], (n,).
+        slip_angle: Angle a over which friction builds up [rad].
+        start: s / a in the first row.
+
+    Example:
+        >>> presliding(np.array([0.0, 1.0, 3.0, 2.5]), 2.0).tolist()
+        [0.0, 0.5, 1.0, 0.75]
+    """
+    stop = GearElements(np.ones(1), np.array([slip_angle]))
+    part: np.ndarray = stop.along(angle, np.array([start * slip_angle]))[:, 0] / slip_angle
+    return part
+
+
 def motor_torque(drive: Drive, motion: MotorMotion) -> np.ndarray:
     """Return the torque tau that a motor needs, eq. (1) [N m], (n,); its friction starts unloaded."""
-    stop = GearElements(np.array([drive.friction]), np.array([drive.slip_angle]))
-    part = stop.along(motion.angle, np.zeros(1))[:, 0] / drive.slip_angle
+    part = presliding(motion.angle, drive.slip_angle)
     friction = drive.friction_torque(drive.friction, part, motion.rate, motion.gear_torque)
     felt = motion.slope * motion.gear_torque
     torque: np.ndarray = drive.inertia * motion.acceleration + felt + friction

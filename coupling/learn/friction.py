@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.servo import presliding
 from elastic_robot.gear_parts import Drive
 
 
@@ -31,8 +31,7 @@ def moved_by_friction(
         >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
         -0.02
     """
-    stop = GearElements(np.array([drive.friction]), np.array([drive.slip_angle]))
-    part = stop.along(angle, np.zeros(1))[:, 0] / drive.slip_angle
+    part = presliding(angle, drive.slip_angle)
     torque = drive.friction_torque(drive.friction, part, rate, np.zeros(1)) - drive.viscous * rate
     kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
     loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]

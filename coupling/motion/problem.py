@@ -15,10 +15,11 @@ from functools import cached_property
 import numpy as np
 
 from coupling.errors import SimulationError
+from coupling.inverse.servo import presliding
 from coupling.motion.moved_robot import GearMotion, MovedRobot
 from coupling.motion.parameters import MotionParameter, with_numbers
 from coupling.motion.recording import Recording
-from coupling.motion.sensors import SensorParameter, column, delayed, own_columns, presliding
+from coupling.motion.sensors import SensorParameter, column, delayed, own_columns
 from coupling.motion.smoothing import SmoothedMotion
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
@@ -150,7 +151,7 @@ class MotionProblem:
             if joint.drive is not None:
                 part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
-        links = moved.motion.q + errors.derivatives(moved.motion.q)[0] + gears.wind_up
+        links = errors.output_angle(moved.motion.q) + gears.wind_up
         shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if not isinstance(p, SensorParameter):

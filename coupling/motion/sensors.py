@@ -69,26 +69,6 @@ def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorP
     )
 
 
-def presliding(angle: np.ndarray, slip_angle: float, start: float) -> np.ndarray:
-    """Return s / a of friction that builds up over a slip angle, -1 to 1 (`elastic_robot.Drive`).
-
-    Args:
-        angle: Angle of the motor [rad], (n,).
-        slip_angle: Angle a over which it builds up [rad].
-        start: s / a in the first row.
-
-    Example:
-        >>> presliding(np.array([0.0, 1.0, 3.0, 2.5]), 2.0, 0.0).tolist()
-        [0.0, 0.5, 1.0, 0.75]
-    """
-    part = np.empty(len(angle))
-    part[0] = now = start
-    for k, turn in enumerate((np.diff(angle) / slip_angle).tolist(), start=1):
-        now = min(1.0, max(-1.0, now + turn))
-        part[k] = now
-    return part
-
-
 def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     """Return values at equal steps [s] a lag [s] later, (n,): a cubic spline, held at its ends."""
     rows = np.arange(len(values))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.case.file import PlacedRobot
-from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.servo import presliding
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
@@ -137,8 +137,7 @@ def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
         (2.0, 1, 0.2)
     """
     time, torque, angle = motion.time, np.abs(motion.torque[:, 0]), motion.angle[:, 0]
-    stop = GearElements(np.array([max(drive.friction, 1.0)]), np.array([drive.slip_angle]))
-    part = stop.along(angle, np.zeros(1))[:, 0] / drive.slip_angle
+    part = presliding(angle, drive.slip_angle)
     slips = np.sign(part) * (np.abs(part) >= _SLIPS)
     ways, worst = slips[slips != 0.0], int(torque.argmax())
     within = np.diff(time) @ (slips[1:] == 0.0)

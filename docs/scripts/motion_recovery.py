@@ -11,12 +11,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from coupling.inverse.servo import presliding
 from coupling.motion.fit import fitted
 from coupling.motion.moved_robot import MovedRobot
 from coupling.motion.parameters import motion_parameters, with_numbers
 from coupling.motion.problem import MotionProblem, MovedRecording
 from coupling.motion.recording import Recording
-from coupling.motion.sensors import presliding, sensor_parameters
+from coupling.motion.sensors import sensor_parameters
 from coupling.motion.smoothing import SmoothedMotion
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive

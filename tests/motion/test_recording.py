@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
+from coupling.inverse.servo import presliding
 from coupling.motion.lines import encoder_lines
 from coupling.motion.recording import is_recording, read_recording
-from coupling.motion.sensors import delayed, presliding
+from coupling.motion.sensors import delayed
 from coupling.motion.smoothing import SmoothedMotion, smooth
 
 STEP = 0.004
