@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from native_core import Core, CoreError, read_data, with_settings
-from native_fmu import SANITIZERS, compiler
-from places import TESTS
+from native_fmu import SANITIZERS, build_linked
 from random_robots import driven, make_robot
 
-from coupling.fmu_export.compiler import SOURCES, core_sources
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.fmu_export.robot_text import robot_text
@@ -194,19 +191,10 @@ def test_broken_data_of_drives_are_refused_with_their_line(tmp_path, name):
         read_data(file)
 
 
-@pytest.fixture(scope="module")
-def damage(tmp_path_factory) -> Path:
-    """tests/native/fuzz_data.c under address and behaviour sanitizers."""
-    program = tmp_path_factory.mktemp("damage") / "fuzz_data"
-    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'fmi'}"]
-    sources = [TESTS / "native" / "fuzz_data.c", *core_sources()]
-    subprocess.run([compiler(), *flags, "-o", program, *sources, "-lm"], check=True)
-    return program
-
-
 @pytest.mark.parametrize("kind", ["plain", "driven"])
-def test_random_damage_is_read_or_refused_with_a_sentence(example, damage, tmp_path, kind):
-    """Lines and words changed, doubled or lost."""
+def test_random_damage_is_read_or_refused_with_a_sentence(example, sanitized, tmp_path, kind):
+    """Lines and words changed, doubled or lost, under sanitizers."""
+    damage = build_linked("fuzz_data", tmp_path / "fuzz_data", sanitized, *SANITIZERS)
     file = tmp_path / "robot.txt"
     robot = example if kind == "plain" else driven(make_robot(4, 2), np.random.default_rng(4))
     file.write_text(data_of(robot))
