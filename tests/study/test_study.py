@@ -65,7 +65,7 @@ def run(case, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
-    done = program("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    done = program("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"{SAMPLES} robots sampled" in done.stdout
     return folder
@@ -231,7 +231,8 @@ def test_a_cluster_that_runs_already_gives_the_same_bytes(
     assert tables(folder) == tables(undisturbed)
 
 
-def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path):
+def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkeypatch):
+    monkeypatch.setattr("coupling.study.cluster._PATIENCE", 1.0)
     options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
     done = command("study", case, *options)
     assert done.returncode == 2
