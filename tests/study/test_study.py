@@ -65,7 +65,7 @@ def run(case, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
-    done = program("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
+    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"{SAMPLES} robots sampled" in done.stdout
     return folder
@@ -113,7 +113,7 @@ def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, und
 def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
     folder = tmp_path / "study"
     for samples in (20, SAMPLES):
-        done = program(
+        done = command(
             "study", case, "-o", folder, "--run", run, "--samples", samples, "--workers", 1
         )
         assert done.returncode == 0, done.stderr
@@ -177,7 +177,7 @@ def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
 def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
     file = moving(tmp_path, '[study]\ndesign = "latin-hypercube"\nforce_factor = [0.9, 1.1]\n')
     options = ("study", file, "-o", tmp_path / "study", "--run", run, "--workers", 1)
-    assert program(*options, "--samples", 20).returncode == 0
+    assert command(*options, "--samples", 20).returncode == 0
     done = command(*options, "--samples", 40)
     assert done.returncode == 2
     assert "differs in samples" in done.stderr
@@ -269,7 +269,7 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
         feed="0.1",
     )
     options = ("-o", tmp_path / "study", "--samples", 19, "--couple", "--workers", 1)
-    done = program("study", file, *options)
+    done = command("study", file, *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "study" / "study.json").read_text())
     assert figures["wrench"] == "coupled"
@@ -293,7 +293,7 @@ def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
         'method = "inverse"', 'method = "inverse"\ntolerance_m = 1e-9\nmax_rounds = 1'
     )
     file.write_text(text)
-    done = program("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
+    done = command("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
     assert done.returncode == 1, done.stderr
     assert "The command is NOT CONVERGED" in done.stdout
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
