@@ -218,12 +218,23 @@ static void find_slips(const er_run *r, const er_state *state, const er_step *st
     }
 }
 
+/* Whether an entry of x whose drive follows its command cannot get to an edge in a step.  The polynomials that are 1
+ * at one stage and 0 at the others are below 2 in it, so integrated twice they are below 1. */
+static bool stays_inside(const er_run *r, const er_state *state, const er_step *step, int k)
+{
+    const double *a = step->acceleration[k];
+    double h = step->length, edge[2];
+    double reach = h * (fabs(state->v[k]) + h * (fabs(a[0]) + fabs(a[1]) + fabs(a[2]) + fabs(a[3])));
+    er_gear_edges(r->system->gears, r->settings, k, state->region[k], r->means->tolerance, edge);
+    return state->x[k] - reach > edge[0] && state->x[k] + reach < edge[1];
+}
+
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
 {
     bool found = false;
     for (int k = 0; k < r->m; k++) {
         course x;
-        if (!er_gear_switches(r->system->gears, k))
+        if (!er_gear_switches(r->system->gears, k) || (r->motors == 0 && stays_inside(r, state, step, k)))
             continue;
         find_wind_up(r, k, state, step, &x);
         find_edges(r, state, k, &x, first, &found);
