@@ -85,9 +85,8 @@ er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column,
     case ER_BY_Q:
     case ER_BY_QD:
     case ER_BY_QDD:
-        for (int d = 0; s->drive == ER_TORQUE && d < robot->motors; d++)
-            if (robot->motor[d].joint == entry)
-                return share;
+        if (s->drive == ER_TORQUE && robot->joint_motor[entry] >= 0)
+            return share;
         share.joint = entry;
         er_command_at(s->commanded[entry][cause - ER_BY_Q], elapsed, &share.q, &share.qd, &share.qdd);
         break;
@@ -375,7 +374,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
         if (r->motors > 0)
-            size = hypot(size, er_motors_after(r, (const er_lanes *)acceleration, motors->acceleration));
+            size = sqrt(size * size + er_motors_after(r, (const er_lanes *)acceleration, motors->acceleration));
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)
