@@ -1,0 +1,106 @@
+"""What is measured of a run less what is simulated: positions, and orientations in the same unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
+
+# Least noise of a coordinate [m] and of an orientation [rad] that is believed.
+_LEAST, _LEAST_TURN = 1e-7, 1e-7
+
+
+def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
+    """Return the standard deviation of a coordinate's noise: of what is fast in residuals, (n, 3)."""
+    # Second differences of white noise have six times its variance; a motion hardly has any.
+    bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
+    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What one measured run leaves, by where the simulated tool is and by frame, clock and probe.
+
+    Rows have three coordinates, and where orientations were measured three more: rotation vectors times
+    a lever by which their noise is that of a coordinate.
+
+    Attributes:
+        one: The measured run.
+    """
+
+    one: MeasuredPath
+
+    @cached_property
+    def noise(self) -> tuple[float, float]:
+        """Standard deviations of a coordinate [m] and of an orientation [rad], 0 if not measured."""
+        seen, path = self.one.seen, SimulatedPath(self.one.desired)
+        moved = noise_of([seen.position - path.position(seen.time)])
+        if self.one.held is None:
+            return moved, 0.0
+        return moved, noise_of([self._turned(seen.time)])
+
+    @cached_property
+    def lever(self) -> float:
+        """What a radian counts as [m]."""
+        moved, turned = self.noise
+        return max(moved, _LEAST) / max(turned, _LEAST_TURN)
+
+    def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
+        """Return the residual at the times of the measurement [m], (n, 3) or (n, 6).
+
+        Args:
+            path: Where the simulated tool is.
+            own: Frame, clock and, with orientations, probe, (7,) or (10,).
+        """
+        seen = self.one.seen
+        time = seen.time + own[6]
+        position = path.position(time)
+        arm = position - seen.position.mean(axis=0)
+        rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
+        if self.one.held is None:
+            return rest
+        turned = self._turned(time) - path.turn(time) - own[3:6]
+        turned = turned - self.one.held(self._inside(time)).apply(own[7:])
+        return np.hstack([rest, self.lever * turned])
+
+    def columns(self, columns: np.ndarray) -> np.ndarray:
+        """Return derivatives of poses, (n, 6, ..), in the unit of rows, (n, 3 or 6, ..)."""
+        if self.one.held is None:
+            return columns[:, :3]
+        return np.concatenate([columns[:, :3], self.lever * columns[:, 3:]], axis=1)
+
+    def by_frame(self, path: SimulatedPath, time: np.ndarray, size: int) -> np.ndarray:
+        """Return derivatives of rows by frame, clock and probe, (k, 3 or 6, size).
+
+        Args:
+            path: Where the simulated tool is.
+            time: Times on the command's clock [s], (k,).
+            size: Number of these unknowns, 7 or 10.
+        """
+        seen = self.one.seen
+        frame = np.zeros((len(time), 6, size))
+        arm = path.position(time) - seen.position.mean(axis=0)
+        for axis in range(3):
+            frame[:, axis, axis] = frame[:, 3 + axis, 3 + axis] = 1.0
+            frame[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+        frame[:, :3, 6] = path.position(time, 1)
+        if self.one.held is not None:
+            held = self.one.held(self._inside(time))
+            frame[:, 3:, 6] = held.apply(self.one.held(self._inside(time), 1))
+            frame[:, 3:, 7:] = held.as_matrix()
+        return self.columns(frame)
+
+    def _turned(self, time: np.ndarray) -> np.ndarray:
+        """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
+        assert self.one.held is not None
+        assert self.one.seen.rotation is not None
+        asked: Rotation = self.one.held(self._inside(time))
+        return (self.one.seen.rotation * asked.inv()).as_rotvec()
+
+    def _inside(self, time: np.ndarray) -> np.ndarray:
+        known = self.one.desired.time
+        return np.clip(time, known[0], known[-1])

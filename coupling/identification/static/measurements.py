@@ -1,0 +1,125 @@
+"""measurements.csv -> arrays: measured static deflections, one row each."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.files.measured_table import MeasuredTable
+from coupling.identification.static.loop_column import loops_of
+
+FORCE, MOMENT = ("fx", "fy", "fz"), ("mx", "my", "mz")
+SHIFT, TURN = ("dx", "dy", "dz"), ("drx", "dry", "drz")
+LOAD_POINT = ("load.x", "load.y", "load.z")
+MEASURED_POINT = ("point.x", "point.y", "point.z")
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured static deflections, k of them.
+
+    Attributes:
+        names: Name of each row.
+        q: Drive angles [rad], (k, n).
+        wrench: Change of the load on the robot at the load point between the two states compared, base
+            axes [N, N m], (k, 6).
+        deflection: Change of the measured point's position [m] and, where r = 6, of its orientation
+            [rad, rotation vector], base axes, (k, r).
+        load_point: Where the load acts, in the TCP's frame [m], (k, 3).
+        measured_point: What was measured, in the TCP's frame [m], (k, 3).
+        deflection_deviation: Standard deviations of the deflection, (k, r); nan where not given.
+        wrench_deviation: Standard deviations of the load, (k, 6); nan where not given.
+        remarks: What is odd about the file, in sentences.
+        loop: Number of the loading loop of each row, whose rows follow each other in the order in which
+            their loads were applied, (k,); None where each row was loaded from rest.
+    """
+
+    names: tuple[str, ...]
+    q: np.ndarray
+    wrench: np.ndarray
+    deflection: np.ndarray
+    load_point: np.ndarray
+    measured_point: np.ndarray
+    deflection_deviation: np.ndarray
+    wrench_deviation: np.ndarray
+    remarks: tuple[str, ...] = ()
+    loop: np.ndarray | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of rows k."""
+        return len(self.names)
+
+    @property
+    def rows(self) -> int:
+        """Numbers measured in each row: 3, or 6 with rotations."""
+        return self.deflection.shape[1]
+
+    @classmethod
+    def of(
+        cls,
+        q: np.ndarray,
+        wrench: np.ndarray,
+        deflection: np.ndarray,
+        load_point: np.ndarray | None = None,
+        measured_point: np.ndarray | None = None,
+    ) -> Measurements:
+        """Return measurements without names and deviations; points at the TCP unless given."""
+        count, at_tcp = len(q), np.zeros((len(q), 3))
+        return cls(
+            tuple(f"row {k + 1}" for k in range(count)),
+            q,
+            wrench,
+            deflection,
+            at_tcp if load_point is None else load_point,
+            at_tcp if measured_point is None else measured_point,
+            np.full(deflection.shape, np.nan),
+            np.full((count, 6), np.nan),
+        )
+
+
+def read_measurements(path: Path, joints: int) -> Measurements:
+    """Read measurements (columns: docs/identify.md).
+
+    Args:
+        path: CSV file; lines that begin with # are comments, other columns are ignored.
+        joints: Number of the robot's joints n.
+
+    Raises:
+        IdentifyError: With file, line, column, what was expected and what was got.
+    """
+    table = MeasuredTable.read(path, IdentifyError)
+    header, lines = table.header, table.lines
+    angles = tuple(f"q{i + 1}" for i in range(joints))
+    table.require((*angles, *FORCE, *SHIFT))
+    for group in (MOMENT, TURN, LOAD_POINT, MEASURED_POINT):
+        table.require_whole(group)
+    measured = SHIFT + TURN if table.has(TURN) else SHIFT
+    load = FORCE + MOMENT if table.has(MOMENT) else FORCE
+    wrench = np.zeros((len(lines), 6))
+    wrench[:, : len(load)] = table.of(load)
+    deviations = np.full((len(lines), 6), np.nan)
+    deviations[:, : len(load)] = table.deviations(load)
+    return Measurements(
+        table.names(),
+        table.of(angles),
+        wrench,
+        table.of(measured),
+        table.of(LOAD_POINT) if table.has(LOAD_POINT) else np.zeros((len(lines), 3)),
+        table.of(MEASURED_POINT) if table.has(MEASURED_POINT) else np.zeros((len(lines), 3)),
+        table.deviations(measured),
+        deviations,
+        _remarks(header, joints),
+        loops_of(table, (*angles, *LOAD_POINT) if table.has(LOAD_POINT) else angles),
+    )
+
+
+def _remarks(header: list[str], joints: int) -> tuple[str, ...]:
+    more = [name for name in header if re.fullmatch(r"q\d+", name) and int(name[1:]) > joints]
+    if not more:
+        return ()
+    return (f"columns {', '.join(more)} are not used: the robot has {joints} joints",)

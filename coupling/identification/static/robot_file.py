@@ -1,0 +1,73 @@
+"""identified.toml: the start file with what was identified, and why the rest was kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.static.found import Identification, rms
+from coupling.identification.static.judge import IdentifiedParameter
+
+
+def identified_text(found: Identification, start: Path, target: Path, source: str) -> str:
+    """Return the robot file with the identified values.
+
+    Args:
+        found: The identification.
+        start: The start file.
+        target: Where the new one will be.
+        source: What was measured, for [sources].
+
+    Raises:
+        IdentifyError: If the identification refuses to be written.
+        RobotFileError: If the start file cannot be read.
+    """
+    if found.refusal:
+        raise IdentifyError(f"{target}: not written: {found.refusal}")
+    written = found.fit.elasticity.in_units(found.written).tolist()
+    entries = [
+        FileEntry(
+            parameter.name,
+            value if parameter.identifiable else None,
+            _remark(parameter) + _shape(found, parameter),
+            parameter.name in found.added,
+        )
+        for parameter, value in zip(found.parameters, written, strict=True)
+        if parameter.parameter.kind != "slip_angle"
+        and (parameter.identifiable or parameter.name not in found.added)
+    ]
+    head = _head(found, start, source)
+    return fitted_text(start, found.robot, entries, f"identified, {source}", head, target)
+
+
+def _head(found: Identification, start: Path, source: str) -> str:
+    kept = [p.name for p in found.parameters if not p.identifiable and p.name not in found.added]
+    return (
+        f"Made from {start.name} by elastic-robot identify: {source}.\n"
+        f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components,"
+        f" {'loops' if found.loops else 'rows'} left out"
+        f" {1e3 * rms(found.left_out):.4f} mm; this file {1e3 * found.rms_written:.4f} mm, the start"
+        f" {1e3 * found.rms_start:.4f} mm.\n"
+        + (f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified.")
+    )
+
+
+def _shape(found: Identification, parameter: IdentifiedParameter) -> str:
+    """Return how sure the slip angles are that go with a slip torque; "" for what has none."""
+    own = parameter.name.replace("hysteresis", "slip_angle")
+    for other in found.parameters:
+        if other.parameter.kind == "slip_angle" and other.name == own:
+            return f"; largest slip angle: {_remark(other).replace('start value kept', 'assumed')}"
+    return ""
+
+
+def _remark(parameter: IdentifiedParameter) -> str:
+    if parameter.identifiable:
+        return f"95 %: {parameter.low:.4g} to {parameter.high:.4g}"
+    at_least = f"; 95 %: {parameter.low:.4g} or more" if np.isfinite(parameter.low) else ""
+    if parameter.parameter.kind != "stiffness" or parameter.low == 0.0:
+        at_least = ""
+    return f"NOT IDENTIFIED, start value kept: {parameter.reason}{at_least}"
