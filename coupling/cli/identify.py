@@ -87,14 +87,13 @@ def identify(
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.loops.identification import identify_loops
     from coupling.identification.motion.recording import is_recording
-    from coupling.identification.static.figures import figures
     from coupling.identification.static.identification import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
     from coupling.identification.static.least_squares import LOSSES
     from coupling.identification.static.measurements import read_measurements
     from coupling.identification.static.noise import noise_of
     from coupling.identification.static.plan import PlanRequest
-    from coupling.identification.static.robot_file import identified_text
+    from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_page import identify_page, identify_summary
     from coupling.report.terminal import tell
     from elastic_robot.torque_curves import TORQUE_CURVES

@@ -50,11 +50,10 @@ def learn(
     from coupling.conduct import conduct
     from coupling.files.toml_file import load_toml
     from coupling.identification.next.inputs import next_case_text
-    from coupling.identification.runs.figures import figures
     from coupling.identification.runs.learning import LearnOptions
     from coupling.identification.runs.learning import learn as learned
     from coupling.identification.runs.measurement import read_seen
-    from coupling.identification.runs.robot_file import learned_text
+    from coupling.identification.runs.results import figures, learned_text
     from coupling.identification.runs.source import read_source
     from coupling.report.learn_page import learn_page, learn_summary
     from coupling.report.terminal import tell

@@ -21,8 +21,7 @@ from coupling.files.whole_file import write_whole
 if TYPE_CHECKING:
     from coupling.case.file import Case
     from coupling.identification.next.command import CommandPlan
-    from coupling.identification.next.device import FrameKnown
-    from coupling.identification.next.options import NextOptions
+    from coupling.identification.next.options import FrameKnown, NextOptions
     from coupling.run.execute import Run
     from coupling.run.models import Models
 
@@ -148,7 +147,7 @@ def _options(
 
 def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
     """Return what is known of the measuring device, from options."""
-    from coupling.identification.next.device import ANYWHERE, FrameKnown
+    from coupling.identification.next.options import ANYWHERE, FrameKnown
 
     if own_frame and frame is not None:
         raise LearnError("expected either --own-frame or --frame-known, got both")
@@ -177,7 +176,7 @@ def frame_of(text: str) -> FrameKnown:
         >>> frame_of("0.05mm,0.02mrad")
         FrameKnown(shift=5e-05, turn=2e-05, tip=0.0)
     """
-    from coupling.identification.next.device import FrameKnown
+    from coupling.identification.next.options import FrameKnown
 
     parts = text.replace(" ", "").split(",")
     units = (_LENGTHS, _ANGLES)

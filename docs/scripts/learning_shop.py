@@ -19,7 +19,7 @@ from coupling.case.file import Case, load_case
 from coupling.identification.next.inputs import next_case_text
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.measurement import Measurement
-from coupling.identification.runs.robot_file import learned_text
+from coupling.identification.runs.results import learned_text
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.run.execute import run_compensation

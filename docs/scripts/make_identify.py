@@ -22,7 +22,7 @@ from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, read_measurements
 from coupling.identification.static.noise import noise_of
-from coupling.identification.static.points import MovedPoint
+from coupling.identification.static.support import MovedPoint
 from docs.scripts.identify_loops import loops
 from docs.scripts.page import finish, replace_parts, table
 from elastic_robot.description import Robot, Tilt

@@ -17,9 +17,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identification.motion.figures import motion_figures
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.recording import Recording, read_recording
+from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN
 from coupling.results.motion_result import MotionParameterResult, MotionResult
 from docs.scripts.motion_recovery import coverage

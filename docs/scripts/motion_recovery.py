@@ -15,9 +15,8 @@ from coupling.identification.motion.fit import fitted
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import motion_parameters, with_numbers
 from coupling.identification.motion.problem import MotionProblem, MovedRecording
-from coupling.identification.motion.recording import Recording
+from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import sensor_parameters
-from coupling.identification.motion.smoothing import SmoothedMotion
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive

@@ -20,14 +20,20 @@ from coupling.identification.loops.parameters import (
 from coupling.identification.static.accuracy import ConfidenceIntervals, intervals
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.found import CandidateTest, Identification, LoopErrors, rms
+from coupling.identification.static.found import (
+    CandidateTest,
+    Identification,
+    IdentifiedParameter,
+    LoopErrors,
+    judged,
+    rms,
+)
 from coupling.identification.static.identification import (
     IdentifyOptions,
     beside,
     require_deflected,
     rms_of,
 )
-from coupling.identification.static.judge import IdentifiedParameter, judged
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.separable import separability
 from coupling.identification.static.support import Evidence, support

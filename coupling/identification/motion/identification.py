@@ -9,7 +9,6 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.fit import MotionFit, fitted, told
-from coupling.identification.motion.lines import encoder_lines
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import (
@@ -18,9 +17,8 @@ from coupling.identification.motion.problem import (
     Parameter,
     Predicted,
 )
-from coupling.identification.motion.recording import Recording
-from coupling.identification.motion.sensors import SHORT_TRAVEL, sensor_parameters
-from coupling.identification.motion.smoothing import smooth
+from coupling.identification.motion.recording import Recording, smooth
+from coupling.identification.motion.sensors import SHORT_TRAVEL, encoder_lines, sensor_parameters
 from elastic_robot.description import Robot
 
 # Fits of what the one before tells.

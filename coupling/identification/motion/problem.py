@@ -17,9 +17,8 @@ import numpy as np
 from coupling.errors import SimulationError
 from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, with_numbers
-from coupling.identification.motion.recording import Recording
+from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import SensorParameter, column, delayed, own_columns
-from coupling.identification.motion.smoothing import SmoothedMotion
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive

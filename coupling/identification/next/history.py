@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from coupling.errors import LearnError
-from coupling.identification.next.device import FrameKnown
 from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.next.options import FrameKnown
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.parameters import changed, factors_between, learnable
 from coupling.identification.runs.source import MeasuredFile, require_alike

@@ -14,8 +14,7 @@ from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import write_whole
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
-from coupling.identification.runs.figures import figures
-from coupling.identification.runs.robot_file import learned_text
+from coupling.identification.runs.results import figures, learned_text
 from coupling.path.discrepancy import Discrepancy
 from coupling.results.next_result import NextResult
 

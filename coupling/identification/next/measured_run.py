@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
-from coupling.identification.next.device import FrameKnown
+from coupling.identification.next.options import FrameKnown
 from coupling.identification.next.size import DeviationSize
 from coupling.identification.runs.alignment import aligned, clock_offset
 from coupling.identification.runs.measurement import Measurement, SimulatedPath

@@ -11,7 +11,7 @@ from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.parameters import factors_between, prior_of, robot_with
-from coupling.identification.runs.unexplained import UnexplainedPart
+from coupling.identification.runs.residual import UnexplainedPart
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 

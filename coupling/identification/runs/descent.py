@@ -16,8 +16,7 @@ from coupling.errors import SimulationError
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
-from coupling.identification.runs.residual import Residual, noise_of
-from coupling.identification.runs.smoothing import SlowPart
+from coupling.identification.runs.residual import Residual, SlowPart, noise_of
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6

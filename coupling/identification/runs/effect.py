@@ -17,16 +17,18 @@ from typing import TypeVar
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import cont2discrete, lfilter
 
-from coupling.identification.runs.friction import moved_by_friction
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import changed, prior_of, robot_with
 from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.servo import presliding
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 from elastic_robot.parameters import Parameters
 
 # Relative change of a parameter for a difference.
@@ -205,3 +207,36 @@ def side_by_side(
     with ThreadPoolExecutor(count) as pool:
         shares = list(pool.map(share, range(count)))
     return [shares[k % count][k // count] for k in range(len(points))]
+
+
+def moved_by_friction(
+    drive: Drive, time: np.ndarray, angle: np.ndarray, rate: np.ndarray
+) -> np.ndarray:
+    """Return how a motor's angle follows the log factor of its friction under a command [rad], (n,).
+
+    The friction's element turns with the motor nearly as it does without the change, and its torque
+    df = F (1 - c (1 - exp(-(q'/v)^2))) s / a is a load of the servo's loop:
+
+        (J p^3 + (Kp + b) p^2 + (Kp Kv + Ki) p + Ki Kv) dq = -p df,    p = d/dt.
+
+    Args:
+        drive: The drive.
+        time: Even times [s], (n,).
+        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+
+    Example:
+        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, friction=40.0)
+        >>> time = np.arange(0.0, 2.0, 1e-3)
+        >>> moved = moved_by_friction(drive, time, 0.1 * time, np.full(len(time), 0.1))
+        >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
+        -0.02
+    """
+    part = presliding(angle, drive.slip_angle)
+    torque = drive.friction_torque(drive.friction, part, rate, np.zeros(1)) - drive.viscous * rate
+    kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
+    loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
+    # Without an integral both sides have a factor p.
+    by = ([-1.0], loop[:3]) if ki == 0.0 else ([-1.0, 0.0], loop)
+    numerator, denominator, _ = cont2discrete(by, float(time[1] - time[0]), "foh")
+    moved: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
+    return moved

@@ -8,7 +8,7 @@ is tried again from beside it (`steps_aside`) before it looks any further.
 
 So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
 fit goes on with rows that count as their noise says, and as what is left over noise says
-(`coupling.identification.runs.unexplained`): that is the most likely robot, and its covariance.
+(`coupling.identification.runs.residual`): that is the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ from coupling.identification.runs.descent import FLOOR, MOST_PASSES, SETTLED, De
 from coupling.identification.runs.effect import SecantEffect, side_by_side
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
-from coupling.identification.runs.smoothing import CUT_OFF, SlowPart
-from coupling.identification.runs.unexplained import UnexplainedPart
+from coupling.identification.runs.residual import CUT_OFF, SlowPart, UnexplainedPart
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 

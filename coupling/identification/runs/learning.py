@@ -23,7 +23,7 @@ from coupling.identification.runs.judge import (
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
-from coupling.identification.runs.smoothing import SlowPart
+from coupling.identification.runs.residual import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_alike
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose

@@ -1,4 +1,4 @@
-"""What is measured of a run less what is simulated: positions, and orientations in the same unit."""
+"""Measured less simulated poses of a run, their slow part, and what of it is more than noise."""
 
 from __future__ import annotations
 
@@ -6,12 +6,26 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
 _LEAST, _LEAST_TURN = 1e-7, 1e-7
+# Frequency up to which measurement and model are compared [Hz]: above it the robot's own modes begin,
+# whose phase is decided by everything before.
+CUT_OFF = 5.0
+# Standard deviation of a Gaussian in time that leaves 1/sqrt(2) of this frequency [s Hz].
+_WIDTH = np.sqrt(np.log(2.0)) / (2.0 * np.pi)
+# The Gaussian ends after so many of them; means are so many apart.
+_REACH, _APART = 3.5, 1.0
+# A mean over less than this part of the samples that a full one has is none.
+_FEWEST = 0.3
+# What chance leaves is no discrepancy up to so many standard deviations of it.
+_CHANCE = 1.0
+# Turns of the search for the number of parameters, which depends on how much rows count.
+_TURNS = 6
 
 
 def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
@@ -104,3 +118,108 @@ class Residual:
     def _inside(self, time: np.ndarray) -> np.ndarray:
         known = self.one.desired.time
         return np.clip(time, known[0], known[-1])
+
+
+@dataclass(frozen=True)
+class SlowPart:
+    """Means of samples around evenly spaced times, weighted by a Gaussian.
+
+    Attributes:
+        samples: Times of the samples, rising [s], (n,).
+        time: Times of the means [s], (k,).
+        weights: Weights of the samples in them, (k, n); rows sum to 1.
+    """
+
+    samples: np.ndarray
+    time: np.ndarray
+    weights: csr_array
+
+    @classmethod
+    def of(cls, samples: np.ndarray, cut_off: float = CUT_OFF) -> SlowPart:
+        """Return the means for samples at given times.
+
+        Args:
+            samples: Rising [s], (n,).
+            cut_off: Frequency of which 1/sqrt(2) is left [Hz].
+        """
+        width = float(_WIDTH) / cut_off
+        count = max(1, round((samples[-1] - samples[0]) / (_APART * width)))
+        time = np.linspace(samples[0], samples[-1], count + 1)
+        first = np.searchsorted(samples, time - _REACH * width)
+        last = np.searchsorted(samples, time + _REACH * width)
+        many = last - first
+        kept = many > _FEWEST * np.median(many)
+        time, first, many = time[kept], first[kept], many[kept]
+        row = np.repeat(np.arange(len(time)), many)
+        within = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
+        column = np.repeat(first, many) + within
+        weight = np.exp(-0.5 * ((samples[column] - time[row]) / width) ** 2)
+        weight /= np.bincount(row, weight)[row]
+        shape = (len(time), len(samples))
+        return cls(samples, time, csr_array((weight, (row, column)), shape=shape))
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Return the means of values (n, ...), (k, ...)."""
+        flat = self.weights @ values.reshape(len(values), -1)
+        return flat.reshape(len(self.time), *values.shape[1:])
+
+    @cached_property
+    def of_noise(self) -> float:
+        """Variance of a mean by that of white noise in the samples."""
+        return float(np.mean(self.weights.power(2).sum(axis=1)))
+
+    @cached_property
+    def independent(self) -> float:
+        """How much of a mean its neighbours do not tell, as a part."""
+        # A Gaussian of standard deviation s averages white noise as a box of 2 sqrt(pi) s does.
+        return min(1.0, _APART / (2.0 * np.sqrt(np.pi)))
+
+
+@dataclass(frozen=True)
+class UnexplainedPart:
+    """Model discrepancy: what a fit leaves beyond noise, and how much less sure it is for that.
+
+    A fit that leaves more than noise has either ended in a local minimum beside the valley, or the robot
+    does what the model does not know.  With D more in the sum of squares, each over the variance of its
+    noise, P parameters that are off by u_1 .. u_P standard deviations leave u_1^2 + .. + u_P^2 = D: u^2 is
+    D / P in the mean.  A discrepancy moves a fit by no more if it takes twice as many independent values
+    along the run as there are parameters, or more.  Rows therefore count as if their variance were
+    1 + D / P times that of noise: intervals become wider, and the prior counts more.
+
+    Attributes:
+        over: Variance of a row as it counts, by that of noise, >= 1.
+        effective: Effective number of unknowns that the rows determine, P: between none and all.
+    """
+
+    over: float
+    effective: float
+
+    @property
+    def widened(self) -> float:
+        """By how much intervals are wider for it."""
+        return float(np.sqrt(self.over))
+
+    @classmethod
+    def of(
+        cls, squares: float, rows: float, data: np.ndarray, prior: np.ndarray
+    ) -> UnexplainedPart:
+        """Return it for a fit.
+
+        Args:
+            squares: Sum of squares of independent rows, by the variance of their noise.
+            rows: Their number.
+            data: Normal matrix of the rows, each by its noise, (P, P).
+            prior: Standard deviations before, (P,).
+
+        Example:
+            >>> round(UnexplainedPart.of(68.0, 50.0, 1e9 * np.eye(2), np.ones(2)).over, 6)
+            6.0
+        """
+        over, effective, before = 1.0, 0.0, np.diag(prior**-2.0)
+        for _ in range(_TURNS):
+            effective = float(np.trace(np.linalg.solve(before + data / over, data / over)))
+            # Noise leaves as many squares as there are rows beyond what they tell, by chance more.
+            noise = rows - effective + _CHANCE * np.sqrt(2.0 * rows)
+            more = max(0.0, squares - noise)
+            over = 1.0 + more / max(effective, 1.0)
+        return cls(float(over), effective)

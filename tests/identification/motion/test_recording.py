@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.lines import encoder_lines
-from coupling.identification.motion.recording import is_recording, read_recording
-from coupling.identification.motion.sensors import delayed
-from coupling.identification.motion.smoothing import SmoothedMotion, smooth
+from coupling.identification.motion.recording import (
+    SmoothedMotion,
+    is_recording,
+    read_recording,
+    smooth,
+)
+from coupling.identification.motion.sensors import delayed, encoder_lines
 from coupling.inverse.servo import presliding
 
 STEP = 0.004

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.blocks import NormalBlocks
+from coupling.identification.motion.fit import NormalBlocks
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import motion_parameters

@@ -25,10 +25,9 @@ from coupling.files.whole_folder import alone
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
 from coupling.identification.next.causes import causes
-from coupling.identification.next.device import FrameKnown
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
-from coupling.identification.next.options import NextOptions
+from coupling.identification.next.options import FrameKnown, NextOptions
 from coupling.identification.next.possible import file_model
 from coupling.identification.runs.measurement import read_seen
 from coupling.identification.runs.source import read_source

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.identification.next.command import _worth_learning
 from coupling.identification.next.possible import PossibleRobot, _change, _scales
-from coupling.identification.runs.unexplained import UnexplainedPart
+from coupling.identification.runs.residual import UnexplainedPart
 
 TIME = np.linspace(0.0, 10.0, 2001)  # [s]
 NOISE = 2e-5  # [m]

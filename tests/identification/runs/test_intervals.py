@@ -12,8 +12,8 @@ from circling_robots import NOISE, Robots
 from coupling.identification.runs.fit import ParameterFit
 from coupling.identification.runs.judge import discrepancy, missing
 from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.residual import UnexplainedPart
 from coupling.identification.runs.spread import Uncertainty, spread_of_fit
-from coupling.identification.runs.unexplained import UnexplainedPart
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.run.models import Models

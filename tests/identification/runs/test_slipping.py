@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from circling_robots import Robots
 
-from coupling.identification.runs.effect import ParameterEffect, SecantEffect
-from coupling.identification.runs.friction import moved_by_friction
+from coupling.identification.runs.effect import ParameterEffect, SecantEffect, moved_by_friction
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
-from coupling.identification.runs.smoothing import SlowPart
+from coupling.identification.runs.residual import SlowPart
 from coupling.identification.runs.spread import spread_of_fit
 from coupling.run.models import Models
 from elastic_robot.description import Joint, Robot

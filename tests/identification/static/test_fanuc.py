@@ -14,12 +14,11 @@ from places import EXAMPLES
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.found import rms
+from coupling.identification.static.found import rms, warnings
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import read_measurements
 from coupling.identification.static.noise import noise_of
 from coupling.identification.static.prediction import rigid_prediction
-from coupling.identification.static.warnings import warnings
 from elastic_robot.description import Tilt
 
 START = load_robot(EXAMPLES / "identify" / "fanuc_start.toml")

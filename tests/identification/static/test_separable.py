@@ -18,7 +18,7 @@ from coupling.identification.static.identification import IdentifyOptions, ident
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import noise_of
 from coupling.identification.static.prediction import StaticModel
-from coupling.identification.static.robot_file import identified_text
+from coupling.identification.static.results import identified_text
 from coupling.identification.static.separable import separability
 from elastic_robot.description import Robot
 
