@@ -85,11 +85,11 @@ def identify(
 ) -> None:
     """Identify a robot from measured static deflections or recordings of its motion; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot
+    from coupling.identification.least_squares import LOSSES
     from coupling.identification.loops.identification import identify_loops
     from coupling.identification.motion.recording import is_recording
     from coupling.identification.static.identification import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
-    from coupling.identification.static.least_squares import LOSSES
     from coupling.identification.static.measurements import read_measurements
     from coupling.identification.static.noise import noise_of
     from coupling.identification.static.plan import PlanRequest

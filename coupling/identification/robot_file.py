@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,9 @@ import numpy as np
 from coupling.files.robot_edit import RobotEdit, place_of
 from coupling.files.robot_file import axes_of_file
 from elastic_robot.description import Robot
+
+# What [sources] says of values by the command that has fitted them.
+SAYS = {"identify": "identified", "learn": "learned"}
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,13 @@ class FileEntry:
 
 
 def fitted_text(
-    start: Path, robot: Robot, entries: Iterable[FileEntry], source: str, head: str, target: Path
+    start: Path,
+    robot: Robot,
+    entries: Sequence[FileEntry],
+    command: str,
+    measured: str,
+    left: str,
+    target: Path,
 ) -> str:
     """Return the start file with fitted values.
 
@@ -39,14 +48,15 @@ def fitted_text(
         start: The start file.
         robot: The robot with these values.
         entries: Its parameters.
-        source: What [sources] says of new values.
-        head: Comment at its beginning.
+        command: Command that has fitted them, a key of `SAYS`.
+        measured: What was measured.
+        left: What the fit leaves, in words.
         target: Place of the new file.
 
     Raises:
         RobotFileError: If the start file cannot be read.
     """
-    file = RobotEdit(start, robot)
+    file, source = RobotEdit(start, robot), f"{SAYS[command]}, {measured}"
     for entry in entries:
         joint, tilt = place_of(entry.name)
         if entry.added and tilt:
@@ -63,4 +73,16 @@ def fitted_text(
         if entry.value is not None:
             file.change(entry.name, entry.value, source)
         file.remark(entry.name, entry.remark)
-    return file.text(head, target)
+    kept = [entry.name for entry in entries if entry.value is None]
+    return file.text(fitted_head(start, command, measured, left, kept), target)
+
+
+def fitted_head(start: Path, command: str, measured: str, left: str, kept: Sequence[str]) -> str:
+    """Return the comment at the beginning of a fitted robot file.
+
+    Args:
+        start, command, measured, left: As of `fitted_text`.
+        kept: Names of parameters that are as in the start file.
+    """
+    rest = f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified."
+    return f"Made from {start.name} by elastic-robot {command}: {measured}.\n{left}\n{rest}"

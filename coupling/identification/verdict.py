@@ -1,4 +1,4 @@
-"""What a fit says of a parameter: its value, its 95 % interval, and whether it is identifiable."""
+"""Verdict on a fitted parameter: its value, its 95 % interval, and whether it is identifiable."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from scipy.stats import t as student
 
 from coupling.robot.parameters import RobotParameter
+
+# What a robot file says beside a value that is not identified.
+KEPT = "NOT IDENTIFIED, start value kept"
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,22 @@ class ParameterVerdict:
         return self.parameter.value
 
     @property
+    def remark(self) -> str:
+        """Comment beside it in a robot file: its interval, or why its start value is kept."""
+        if self.identifiable:
+            return interval_words(self.low, self.high)
+        return f"{KEPT}: {self.reason}"
+
+    @property
     def identifiable(self) -> bool:
         """Whether the measurements identify it."""
         return not self.reason
+
+
+def interval_words(low: float | None, high: float | None) -> str:
+    """Return a 95 % interval in words; None is no end."""
+    ends = ("no end" if own is None else f"{own:.4g}" for own in (low, high))
+    return f"95 %: {' to '.join(ends)}"
 
 
 def quantile(freedom: float) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 
 from coupling.files.gear_table import sheet_elements
 from coupling.files.robot_file import load_robot
+from coupling.identification.intervals import intervals
 from coupling.identification.loops.fit import loop_fitted
 from coupling.identification.loops.identification import identify_loops
 from coupling.identification.loops.parameters import LoopParameters
-from coupling.identification.static.accuracy import intervals
 from coupling.identification.static.identification import IdentifyOptions
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import noise_of

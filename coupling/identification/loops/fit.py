@@ -6,10 +6,10 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from coupling.errors import IdentifyError
+from coupling.identification.least_squares import LinearProblem, robust_weights
 from coupling.identification.loops.model import LoopModel
 from coupling.identification.loops.parameters import LoopParameters
 from coupling.identification.static.fit import StaticFit, whitened
-from coupling.identification.static.least_squares import LinearProblem, robust_weights
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import MeasurementNoise, whitening
 from coupling.identification.static.prediction import Prediction
@@ -33,6 +33,10 @@ def loop_fitted(
     model, values = LoopModel(elasticity, measured, torque_curve), elasticity.start
     prediction = model.predict(values)
     weight, before = np.ones(measured.count), np.array(np.inf)
+
+    def linearised() -> LinearProblem:
+        return LinearProblem.of(*whitened(measured, prediction, values, white), elasticity.start)
+
     for _ in range(_PASSES):
         noise = noise.estimated(measured.deflection - prediction.deflection)
         white = whitening(noise, prediction.by_wrench)
@@ -42,9 +46,9 @@ def loop_fitted(
         before = weighted
         values, result = settled(model, measured, weighted, values)
         prediction = model.predict(values)
-        problem = _around(elasticity, measured, prediction, values, white)
+        problem = linearised()
         weight = robust_weights(problem, values, loss)
-    problem = _around(elasticity, measured, prediction, values, white)
+    problem = linearised()
     converged, reason = result.status > 0, "converged"
     if not converged:
         reason = f"did not settle in {_MOST_EVALUATIONS} evaluations"
@@ -66,14 +70,14 @@ def settled(
         model: The model of the measurements.
         measured: The measurements.
         white: Their whitening, (k, r, r).
-        start: Values to begin at, (P,); what loops do not tell stays there.
+        start: Values to begin at, (P,); what is not identifiable stays there.
         hold: How much whitened error a unit of each parameter off its start counts as, (P,).
 
     Raises:
         IdentifyError: If the robot finds no rest at the start.
     """
     own, size = model.elasticity, model.elasticity.start
-    free = model.told
+    free = model.effective
     holding = (0.0 * size if hold is None else hold * size)[free]
     angles = own.chosen("slip_angle")
     low = np.where(angles, _ANGLES[0] * size, own.least)[free] / size[free]
@@ -117,15 +121,3 @@ def settled(
     values = start.copy()
     values[free] = result.x * size[free]
     return values, result
-
-
-def _around(
-    elasticity: LoopParameters,
-    measured: Measurements,
-    prediction: Prediction,
-    values: np.ndarray,
-    white: np.ndarray,
-) -> LinearProblem:
-    """Return the whitened problem in p, linearised around values."""
-    columns, target = whitened(measured, prediction, values, white)
-    return LinearProblem.of(columns, target, elasticity.start)

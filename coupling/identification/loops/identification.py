@@ -9,6 +9,8 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.files.gear_table import sheet_elements
+from coupling.identification.evidence import Evidence, support
+from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.loops.fit import loop_fitted, settled
 from coupling.identification.loops.model import LoopModel, loop_rows, only, reversed_ranges
 from coupling.identification.loops.parameters import (
@@ -17,7 +19,7 @@ from coupling.identification.loops.parameters import (
     with_elements,
     without_elements,
 )
-from coupling.identification.static.accuracy import ConfidenceIntervals, intervals
+from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
 from coupling.identification.static.found import (
@@ -35,8 +37,6 @@ from coupling.identification.static.identification import (
     rms_of,
 )
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.separable import separability
-from coupling.identification.static.support import Evidence, support
 from coupling.robot.parameters import RobotParameter
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -207,7 +207,7 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
         others = np.setdiff1d(np.arange(measured.count), rows)
         rest = only(measured, others)
         model = LoopModel(elasticity, rest, options.torque_curve)
-        values = np.where(model.told, fit.values, _before(elasticity))
+        values = np.where(model.effective, fit.values, _before(elasticity))
         values, _ = settled(model, rest, white[others], values, hold)
         own = only(measured, rows)
         prediction = LoopModel(elasticity, own, options.torque_curve).predict(values)

@@ -108,7 +108,7 @@ class LoopModel:
 
     Attributes:
         elasticity: As given.
-        told: Which parameters loops can tell: a gear's hysteresis where its load turns back, (P,).
+        effective: Which parameters act on the deflections: a gear's hysteresis where its load reverses, (P,).
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class LoopModel:
         self._loops = loop_rows(measured)
         turned = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
-        self.told = ~slips | turned[elasticity.elastic]
+        self.effective = ~slips | turned[elasticity.elastic]
 
     def predict(self, values: np.ndarray) -> Prediction:
         """Return the prediction at values of the parameters, (P,).
@@ -145,7 +145,7 @@ class LoopModel:
                 ends = [*loop.point(before, arm)[:2], *loop.point(rest, arm)]
                 moves = between(*ends)
                 deflection[k], by_parameter[k], by_wrench[k] = (part[:width] for part in moves)
-        return Prediction(deflection, by_parameter * self.told, by_wrench)
+        return Prediction(deflection, by_parameter * self.effective, by_wrench)
 
     def _rest(self, loop: _Loop, wrench: np.ndarray, before: _Rest | None, row: int) -> _Rest:
         try:

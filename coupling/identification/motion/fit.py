@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.verdict import quantile
@@ -22,9 +21,9 @@ from coupling.identification.verdict import quantile
 _PASSES = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
-# What encoders add is told by an interval below this part of itself; one below this part of the usual
-# size does no harm, and tells that there is none.
-_TOLD, _NARROW = 1.0, 0.3
+# An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
+# which shows that there is none.
+_OF_ITSELF, _NARROW = 1.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
 # What is left of a channel counts as this at least [rad, N m]: below is rounding.
@@ -103,8 +102,8 @@ def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
     return NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
 
 
-def told(fit: MotionFit) -> np.ndarray:
-    """Return which parameters of a fit the recordings tell, (P,) of bool.
+def identifiable(fit: MotionFit) -> np.ndarray:
+    """Return which parameters of a fit the recordings identify, (P,) of bool.
 
     What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
     as in the start, the widest first; the others answer, to first order.
@@ -127,14 +126,14 @@ def told(fit: MotionFit) -> np.ndarray:
 
 
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
-    """Return half of the widest interval that tells a parameter, (P,)."""
+    """Return half of the widest interval of an identifiable parameter, (P,)."""
     allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
     for k, p in enumerate(problem.parameters):
-        if isinstance(p, MotionParameter) and p.vanishes:
+        if p.vanishes:
             allowed[k] = _NARROW
     for term in {p.term for p in problem.parameters if isinstance(p, SensorParameter)}:
         own = np.array([p.term == term for p in problem.parameters])
-        allowed[own] = np.maximum(_TOLD * np.linalg.norm(x[own]), _NARROW)
+        allowed[own] = np.maximum(_OF_ITSELF * np.linalg.norm(x[own]), _NARROW)
     return allowed
 
 

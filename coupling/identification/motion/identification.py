@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import MotionFit, fitted, told
+from coupling.identification.motion.fit import MotionFit, fitted, identifiable
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import (
     MotionProblem,
     MovedRecording,
-    Parameter,
     Predicted,
 )
 from coupling.identification.motion.recording import Recording, smooth
@@ -75,7 +74,7 @@ class MotionIdentification:
         robot: The start.
         bandwidth: Of the motors' smoothed motion [Hz].
         first: The fit of all parameters.
-        fit: The fit of those that are told.
+        fit: The fit of those that are identifiable.
         chosen: Which of the first are, (P,) of bool.
         judged: Recordings, those fitted first.
         terms: What each term is worth; none if not asked for.
@@ -141,7 +140,7 @@ def identify_motion(
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
     turned = np.vstack([recording.link for recording in recordings])
     travel = np.ptp(turned, axis=0)
-    parameters: tuple[Parameter, ...] = (
+    parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link, travel),
     )
@@ -161,7 +160,7 @@ def identify_motion(
             first = fitted(replace(first.problem, moved=moved), first.x)
         fit, chosen = first, np.ones(len(parameters), dtype=bool)
         for _ in range(_MOST_PASSES):
-            own = told(fit) & ~_drowned(fit)
+            own = identifiable(fit) & ~_drowned(fit)
             if own.all():
                 break
             chosen[np.flatnonzero(chosen)[~own]] = False
@@ -197,7 +196,7 @@ def _drowned(fit: MotionFit) -> np.ndarray:
         gear.append(predicted.shares["gear"])
         left.append(problem.left(moved, predicted)[0])
     small = np.std(np.vstack(gear), axis=0) < 0.5 * _rms(np.vstack(left))
-    own = [isinstance(p, MotionParameter) and p.of_gear for p in problem.parameters]
+    own = [p.of_gear for p in problem.parameters]
     return np.array(own) & small[[p.joint for p in problem.parameters]]
 
 

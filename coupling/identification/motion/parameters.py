@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from coupling.robot.parameters import with_values
 from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.gear_parts import Drive, StopElement
+from elastic_robot.gear_parts import Drive
 
-# A backlash below this [rad] is none; crossing it takes no time that counts.
-_NO_BACKLASH = 1e-8
+# A backlash below 1e-8 rad is none, as crossing it takes no time that counts; elements slip at some
+# torque.
+_LEAST = {
+    "backlash": lambda value: value if value > 1e-8 else 0.0,
+    "hysteresis": lambda value: max(value, 1e-9),
+}
 
 
 @dataclass(frozen=True)
@@ -99,57 +105,21 @@ def dry_friction(drive: Drive) -> tuple[float, float]:
 
 def _of_gear(i: int, joint: Joint) -> list[MotionParameter]:
     assert joint.stiffness is not None
-    number = f"{i + 1}"
 
-    def stiffness(joint: Joint, value: float) -> Joint:
-        return replace(joint, stiffness=value)
+    def own(kind: str, value: float, unit: str, **further: Any) -> MotionParameter:
+        name = f"joint[{i + 1}].{kind}"
 
-    found = [
-        MotionParameter(
-            f"joint[{number}].stiffness",
-            f"stiffness {number}",
-            i,
-            joint.stiffness,
-            "N m/rad",
-            joint.stiffness,
-            _put_joint(i, stiffness),
-            joint.stiffness,
-            inverse=True,
-        )
-    ]
+        def put(robot: Robot, value: float) -> Robot:
+            return with_values(robot, {name: _LEAST.get(kind, lambda own: own)(value)})
+
+        term = f"{kind} {i + 1}"
+        return MotionParameter(name, term, i, value, unit, value, put, **further)
+
+    found = [own("stiffness", joint.stiffness, "N m/rad", none=joint.stiffness, inverse=True)]
     if joint.backlash > 0.0:
-        found.append(
-            MotionParameter(
-                f"joint[{number}].backlash",
-                f"backlash {number}",
-                i,
-                joint.backlash,
-                "rad",
-                joint.backlash,
-                _put_joint(i, _with_backlash),
-                vanishes=True,
-                most=3.0,
-            )
-        )
+        found.append(own("backlash", joint.backlash, "rad", vanishes=True, most=3.0))
     if joint.hysteresis:
-        total = sum(element.slip_torque for element in joint.hysteresis)
-        shares = [(element.slip_torque / total, element.slip_angle) for element in joint.hysteresis]
-
-        def hysteresis(joint: Joint, value: float) -> Joint:
-            own = (StopElement(max(value, 1e-9) * share, angle) for share, angle in shares)
-            return replace(joint, hysteresis=tuple(own))
-
-        found.append(
-            MotionParameter(
-                f"joint[{number}].hysteresis",
-                f"hysteresis {number}",
-                i,
-                total,
-                "N m",
-                total,
-                _put_joint(i, hysteresis),
-            )
-        )
+        found.append(own("hysteresis", sum(e.slip_torque for e in joint.hysteresis), "N m"))
     return found
 
 
@@ -239,10 +209,6 @@ def _of_payload(i: int, start: Body) -> list[MotionParameter]:
 def _with_dry(drive: Drive, slipping: float, more: float) -> Drive:
     at_rest = slipping + more
     return replace(drive, friction=at_rest, stribeck=more / at_rest if at_rest > 0.0 else 0.0)
-
-
-def _with_backlash(joint: Joint, value: float) -> Joint:
-    return replace(joint, backlash=value if value > _NO_BACKLASH else 0.0)
 
 
 def _put_joint(i: int, change: Callable[[Joint, float], Joint]) -> Callable[[Robot, float], Robot]:

@@ -24,13 +24,12 @@ from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
 
-Parameter = MotionParameter | SensorParameter
 # Rows at the start from which the friction's elongation there is told.
 _FIRST = 25
 # Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
 _CHANGE = 1e-2
-# What the fit counts stays within so many usual sizes; a stiffness may be so many times the start's.
-_MOST_SIZES, _LEAST_INVERSE = 30.0, 0.02
+# A stiffness may be so many times the start's: least of what the fit counts by.
+_LEAST_INVERSE = 0.02
 # Weighed residual of a robot that cannot be simulated.
 _IMPOSSIBLE = 1e3
 
@@ -105,7 +104,7 @@ class MotionProblem:
 
     fmu: MovedRobot
     robot: Robot
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[MotionParameter, ...]
     moved: tuple[MovedRecording, ...]
     wind_up_deviation: np.ndarray
     torque_deviation: np.ndarray
@@ -118,12 +117,10 @@ class MotionProblem:
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest values of what the fit counts, (P,) each."""
-        least = [-_MOST_SIZES if p.signed else 0.0 for p in self.parameters]
-        for k, p in enumerate(self.parameters):
-            if isinstance(p, MotionParameter) and p.inverse:
-                least[k] = _LEAST_INVERSE
-        most = [p.most if isinstance(p, MotionParameter) else _MOST_SIZES for p in self.parameters]
-        return np.array(least), np.array(most)
+        least = [
+            _LEAST_INVERSE if p.inverse else -p.most if p.signed else 0.0 for p in self.parameters
+        ]
+        return np.array(least), np.array([p.most for p in self.parameters])
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
         """Return the problem of some of the parameters, (P,) of bool."""
@@ -132,12 +129,8 @@ class MotionProblem:
 
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of what the fit counts, (P,)."""
-        own = [
-            (p, p.outward(float(value)))
-            for p, value in zip(self.parameters, x, strict=True)
-            if isinstance(p, MotionParameter)
-        ]
-        return with_numbers(self.robot, own)
+        values = map(MotionParameter.outward, self.parameters, x.tolist())
+        return with_numbers(self.robot, zip(self.parameters, values, strict=True))
 
     def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
         """Return what is predicted of a recording by what the fit counts, (P,)."""

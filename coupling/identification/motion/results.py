@@ -1,7 +1,8 @@
-"""What an identification from motion found: identified.json, and what its report is drawn from."""
+"""What a motion has identified: figures in identified.json, and the robot file."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit
 from coupling.identification.motion.identification import Judged, MotionIdentification
 from coupling.identification.motion.parameters import MotionParameter, dry_friction
+from coupling.identification.motion.sensors import SensorParameter
+from coupling.identification.robot_file import SAYS, fitted_head
+from coupling.identification.verdict import KEPT, interval_words
 from coupling.results.motion_result import (
     LinesResult,
     MotionParameterResult,
@@ -42,12 +46,7 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
             LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
         ),
         terms=tuple(
-            TermResult(
-                term=own.term,
-                joint=own.joint + 1,
-                wind_up_rad=(_known(own.wind_up[0]), _known(own.wind_up[1])),
-                torque_relative=own.torque,
-            )
+            TermResult.of(own, joint=own.joint + 1, wind_up_rad=_all(own.wind_up))
             for own in found.terms
         ),
     )
@@ -66,15 +65,8 @@ def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
             value = _known(p.outward(x))
             low, high = map(_known, sorted((p.outward(x - h), p.outward(x + h))))
         rows.append(
-            MotionParameterResult(
-                name=p.name,
-                term=p.term,
-                unit=p.unit,
-                start=p.start,
-                value=value,
-                low=low,
-                high=high,
-                identified=p.name in fitted,
+            MotionParameterResult.of(
+                p, value=value, low=low, high=high, identified=p.name in fitted
             )
         )
     return rows
@@ -83,15 +75,14 @@ def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
 def _recording(one: Judged) -> RecordingResult:
     recording = one.moved.recording
     linked = recording.with_link
-    return RecordingResult(
-        name=recording.name,
-        held_out=one.held_out,
+    return RecordingResult.of(
+        one,
+        recording,
         rows=len(recording.time),
         wind_up_rad=_all(one.wind_up),
         wind_up_without_lines_rad=_all(one.without_lines),
         torque_relative=_all(one.torque),
         slow_torque_relative=_all(one.slow_torque),
-        time=tuple(recording.time.tolist()),
         measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
         left_wind_up=_columns(one.left_wind_up[:, linked]),
         shares=tuple(
@@ -117,8 +108,8 @@ def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(np.round(column, 9).tolist()) for column in values.T)
 
 
-def _all(values: np.ndarray) -> tuple[float | None, ...]:
-    return tuple(map(_known, values.tolist()))
+def _all(values: np.ndarray | Sequence[float]) -> tuple[float | None, ...]:
+    return tuple(map(_known, np.asarray(values).tolist()))
 
 
 def _known(value: float) -> float | None:
@@ -144,8 +135,8 @@ def moved_text(
     if found.refusal:
         raise IdentifyError(f"{target}: not written: {found.refusal}")
     file = RobotEdit(start, found.robot)
-    says = f"identified, {source}"
-    own = {p.name: p for p in found.first.problem.parameters if isinstance(p, MotionParameter)}
+    says = f"{SAYS['identify']}, {source}"
+    own = {p.name: p for p in found.first.problem.parameters if not isinstance(p, SensorParameter)}
     results = {p.name: p for p in told.parameters if p.name in own}
     robot = found.identified_robot
     for name, result in results.items():
@@ -170,7 +161,8 @@ def moved_text(
     if any(results[name].identified for name in results if name.startswith("payload.com")):
         assert robot.payload is not None
         file.set_number("payload.com", list(robot.payload.com), says, "")
-    return file.text(_head(told, start, source), target)
+    kept = [p.name for p in told.parameters if not p.identified and p.name[:7] != "encoder"]
+    return file.text(fitted_head(start, "identify", source, _left(told), kept), target)
 
 
 def _write_dry(
@@ -202,21 +194,16 @@ def _write_gear(file: RobotEdit, joint: Joint, parameter: MotionParameter, says:
         file.set_number(f"{place}.efficiency", 1.0 / (1.0 + joint.drive.load_friction), says, "")
 
 
-def _head(told: MotionResult, start: Path, source: str) -> str:
-    lines = [f"Made from {start.name} by elastic-robot identify: {source}."]
+def _left(told: MotionResult) -> str:
+    lines = []
     for one in told.recordings:
         words = "predicted" if one.held_out else "fitted"
         left = ", ".join(f"{1e6 * own:.0f}" for own in one.wind_up_rad if own is not None)
         torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)
         link = f"motor less link {left} urad rms left, " if left else ""
         lines.append(f"{one.name}, {words}: {link}motor torque {torque} % of its rms.")
-    kept = [p.name for p in told.parameters if not p.identified and p.name[:7] != "encoder"]
-    lines.append(f"Not told, as in {start.name}: {', '.join(kept)}." if kept else "All are told.")
     return "\n".join(lines)
 
 
 def _remark(result: MotionParameterResult) -> str:
-    if not result.identified:
-        return "NOT IDENTIFIED, start value kept"
-    low, high = (f"{v:.4g}" if v is not None else "no end" for v in (result.low, result.high))
-    return f"95 %: {low} to {high}"
+    return interval_words(result.low, result.high) if result.identified else KEPT

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
+from elastic_robot.description import Robot
 
 # Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
 SHORT_TRAVEL = np.pi / 3.0
@@ -29,35 +31,17 @@ _POINTS = 8
 
 
 @dataclass(frozen=True)
-class SensorParameter:
-    """A number of a joint's sensors, the same in all recordings.
+class SensorParameter(MotionParameter):
+    """A number of a joint's encoder, the same in all recordings.
 
     Attributes:
-        name: Name in the report.
-        term: Its term.
-        joint: Index of the joint.
         kind: "lag", "cosine", "sine" or "loop".
-        size: What it usually is, in its unit.
-        unit: Its unit.
     """
 
-    name: str
-    term: str
-    joint: int
-    kind: str
-    size: float
-    unit: str
     start: float = 0.0
-    none: float = 0.0
+    put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
     signed: bool = True
-
-    def inward(self, value: float) -> float:
-        """Return what the fit counts by: parts of its usual size."""
-        return value / self.size
-
-    def outward(self, counted: float) -> float:
-        """Return the value in its unit."""
-        return counted * self.size
+    kind: str = ""
 
 
 def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorParameter, ...]:
@@ -68,7 +52,7 @@ def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorP
         travel: How far the recordings together turn each link [rad], (j,).
     """
     return tuple(
-        SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, kind, size, unit)
+        SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, size, unit, kind=kind)
         for i in with_link
         for name, term, kind, size, unit in _KINDS
         if term != "eccentricity" or travel[i] >= SHORT_TRAVEL

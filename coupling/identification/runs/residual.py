@@ -179,12 +179,13 @@ class SlowPart:
 class UnexplainedPart:
     """Model discrepancy: what a fit leaves beyond noise, and how much less sure it is for that.
 
-    A fit that leaves more than noise has either ended in a local minimum beside the valley, or the robot
-    does what the model does not know.  With D more in the sum of squares, each over the variance of its
-    noise, P parameters that are off by u_1 .. u_P standard deviations leave u_1^2 + .. + u_P^2 = D: u^2 is
-    D / P in the mean.  A discrepancy moves a fit by no more if it takes twice as many independent values
-    along the run as there are parameters, or more.  Rows therefore count as if their variance were
-    1 + D / P times that of noise: intervals become wider, and the prior counts more.
+    A fit that leaves more than noise has either ended in a local minimum beside the valley, or the
+    robot does what the model does not know. With D more in the sum of squares, each over the
+    variance of its noise, P parameters that are off by u_1 .. u_P standard deviations leave u_1^2 +
+    .. + u_P^2 = D: in the mean u^2 is D / P. A discrepancy moves a fit by no more if it takes twice
+    as many independent values along the run as there are parameters, or more. Rows therefore count
+    as if their variance were 1 + D / P times that of noise: intervals become wider, and the prior
+    counts more.
 
     Attributes:
         over: Variance of a row as it counts, by that of noise, >= 1.

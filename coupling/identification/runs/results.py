@@ -1,4 +1,4 @@
-"""What was learned, as plain data: learned.json, and what its report is drawn from."""
+"""What was learned: figures in learned.json, and the robot file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.runs.judge import LearnedParameter
 from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.residual import CUT_OFF, Residual, SlowPart
+from coupling.identification.verdict import interval_words
 from coupling.results.learned_result import (
     LearnedParameterResult,
     LearnedPassResult,
@@ -78,30 +79,16 @@ def learned_text(found: Learned, target: Path) -> str:
         FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
         for own in found.parameters
     ]
-    head = _head(found, start, measured)
-    return fitted_text(start, found.robot, entries, f"learned, {measured}", head, target)
+    before, after = found.left
+    left = (
+        f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"
+        f" {1e6 * after:.1f} um, behind frame and clock."
+    )
+    return fitted_text(start, found.robot, entries, "learn", measured, left, target)
 
 
 def remark(own: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
-    span = f"95 %: {own.low:.4g} to {own.high:.4g}"
-    if own.identifiable:
-        return span
-    if own.written != own.start:
-        return f"fits best beside the others, but {own.reason}; {span}"
-    return f"NOT LEARNED, kept: {own.reason}"
-
-
-def _head(found: Learned, start: Path, measured: str) -> str:
-    before, after = found.left
-    kept = [own.name for own in found.parameters if own.written == own.start]
-    return (
-        f"Made from {start.name} by elastic-robot learn: {measured}.\n"
-        f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"
-        f" {1e6 * after:.1f} um, behind frame and clock.\n"
-        + (
-            f"Not identifiable from it, as in {start.name}: {', '.join(kept)}."
-            if kept
-            else "All learned."
-        )
-    )
+    if own.identifiable or own.written == own.start:
+        return own.remark
+    return f"fits best beside the others, but {own.reason}; {interval_words(own.low, own.high)}"

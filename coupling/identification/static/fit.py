@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.identification.least_squares import LinearProblem, robust_weights, solved
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.least_squares import LinearProblem, robust_weights, solved
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import MeasurementNoise, whitening
 from coupling.identification.static.prediction import Prediction, StaticModel, rigid_prediction
@@ -83,7 +83,7 @@ def fitted(
             if number < _REWEIGHTED:
                 noise = noise.estimated(measured.deflection - prediction.deflection)
             white = whitening(noise, prediction.by_wrench)
-            problem = _around(rigid, measured, prediction, values, white)
+            problem = rigid.around(*whitened(measured, prediction, values, white))
             wanted, _ = solved(problem, loss)
             step = float(np.linalg.norm(problem.columns @ (wanted - values)))
             rest = float(np.linalg.norm(problem.residual(values)))
@@ -95,7 +95,7 @@ def fitted(
             if step <= _SETTLED * rest or moved <= _ROUNDING:
                 converged, reason = True, "converged"
                 break
-        problem = _around(rigid, measured, prediction, values, white)
+        problem = rigid.around(*whitened(measured, prediction, values, white))
     except IdentifyError as cause:
         reason = (
             f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
@@ -123,21 +123,10 @@ def _rigid_fit(
     return values, problem
 
 
-def _around(
-    rigid: LinearProblem,
-    measured: Measurements,
-    prediction: Prediction,
-    values: np.ndarray,
-    white: np.ndarray,
-) -> LinearProblem:
-    """Return the whitened problem in p, linearised around values."""
-    return rigid.around(*whitened(measured, prediction, values, white))
-
-
 def whitened(
     measured: Measurements, prediction: Prediction, values: np.ndarray, white: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return whitened columns, (k, r, P), and targets, (k, r), of a prediction linearised around values.
+    """Return whitened columns, (k, r, P), and targets, (k, r), linearised around values.
 
     Args:
         measured: The measurements.

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.static.accuracy import ConfidenceIntervals
+from coupling.identification.evidence import Evidence
+from coupling.identification.intervals import ConfidenceIntervals
+from coupling.identification.separability import STRONG, Separability
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import MeasurementNoise
-from coupling.identification.static.separable import STRONG, Separability
-from coupling.identification.static.support import CommonLoss, Evidence, MovedPoint
+from coupling.identification.static.suspicions import CommonLoss, MovedPoint
 from coupling.identification.verdict import ParameterVerdict
 from elastic_robot.description import Robot
 

@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError, one_of
-from coupling.identification.static.accuracy import ConfidenceIntervals, intervals, left_out
+from coupling.identification.evidence import support
+from coupling.identification.intervals import ConfidenceIntervals, intervals, left_out
+from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
 from coupling.identification.static.fit import StaticFit, fitted
 from coupling.identification.static.found import CandidateTest, Identification, judged, rms
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import MeasurementNoise
 from coupling.identification.static.prediction import Prediction, StaticModel, candidate_column
-from coupling.identification.static.separable import separability
-from coupling.identification.static.support import common_loss, moved_points, support
+from coupling.identification.static.suspicions import common_loss, moved_points
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 

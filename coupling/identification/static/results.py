@@ -1,4 +1,4 @@
-"""What an identification found: identified.json, and what its report is drawn from."""
+"""What measured deflections have identified: figures in identified.json, and the robot file."""
 
 from __future__ import annotations
 
@@ -112,20 +112,12 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
         if parameter.parameter.kind != "slip_angle"
         and (parameter.identifiable or parameter.name not in found.added)
     ]
-    head = _head(found, start, source)
-    return fitted_text(start, found.robot, entries, f"identified, {source}", head, target)
-
-
-def _head(found: Identification, start: Path, source: str) -> str:
-    kept = [p.name for p in found.parameters if not p.identifiable and p.name not in found.added]
-    return (
-        f"Made from {start.name} by elastic-robot identify: {source}.\n"
+    left = (
         f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components,"
-        f" {'loops' if found.loops else 'rows'} left out"
-        f" {1e3 * rms(found.left_out):.4f} mm; this file {1e3 * found.rms_written:.4f} mm, the start"
-        f" {1e3 * found.rms_start:.4f} mm.\n"
-        + (f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified.")
+        f" {'loops' if found.loops else 'rows'} left out {1e3 * rms(found.left_out):.4f} mm; this file"
+        f" {1e3 * found.rms_written:.4f} mm, the start {1e3 * found.rms_start:.4f} mm."
     )
+    return fitted_text(start, found.robot, entries, "identify", source, left, target)
 
 
 def _shape(found: Identification, parameter: IdentifiedParameter) -> str:
@@ -138,9 +130,7 @@ def _shape(found: Identification, parameter: IdentifiedParameter) -> str:
 
 
 def _remark(parameter: IdentifiedParameter) -> str:
-    if parameter.identifiable:
-        return f"95 %: {parameter.low:.4g} to {parameter.high:.4g}"
-    at_least = f"; 95 %: {parameter.low:.4g} or more" if np.isfinite(parameter.low) else ""
-    if parameter.parameter.kind != "stiffness" or parameter.low == 0.0:
-        at_least = ""
-    return f"NOT IDENTIFIED, start value kept: {parameter.reason}{at_least}"
+    bounded = parameter.parameter.kind == "stiffness" and 0.0 < parameter.low < np.inf
+    if parameter.identifiable or not bounded:
+        return parameter.remark
+    return f"{parameter.remark}; 95 %: {parameter.low:.4g} or more"

@@ -119,7 +119,7 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     assert all(own.written == own.start for own in verdicts[:5])
     factors = [own.written / own.start for own in verdicts[5:]]
     np.testing.assert_allclose(np.log(factors), x[5:])
-    assert remark(verdicts[0]).startswith("NOT LEARNED, kept: ")
+    assert remark(verdicts[0]).startswith("NOT IDENTIFIED, start value kept: ")
     assert remark(verdicts[-1]).startswith("fits best beside the others, but hardly matters here")
 
 

@@ -9,7 +9,7 @@ import pytest
 from noisy_arm import arm, noisy
 
 from coupling.errors import IdentifyError
-from coupling.identification.static.accuracy import intervals
+from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.noise import noise_of

@@ -9,13 +9,13 @@ import pytest
 from noisy_arm import arm, exact, noisy
 
 from coupling.errors import IdentifyError
-from coupling.identification.static.accuracy import left_out
+from coupling.identification.evidence import support
+from coupling.identification.intervals import left_out
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.noise import noise_of
 from coupling.identification.static.prediction import StaticModel
-from coupling.identification.static.support import support
 
 
 def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr
 
-from coupling.identification.static.least_squares import LinearProblem
+from coupling.identification.least_squares import LinearProblem
 
 # Condition indices above this are strong dependencies (Belsley, Kuh and Welsch 1980).
 STRONG = 30.0

@@ -10,10 +10,10 @@ from noisy_arm import arm, exact, noisy
 from scipy.stats import t as student
 
 from coupling.errors import IdentifyError
-from coupling.identification.static.accuracy import _jackknife, intervals, left_out
+from coupling.identification.intervals import _jackknife, intervals, left_out
+from coupling.identification.least_squares import LinearProblem
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
-from coupling.identification.static.least_squares import LinearProblem
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import noise_of, whitening
 from coupling.identification.static.prediction import rigid_prediction

@@ -12,6 +12,7 @@ from noisy_arm import arm, exact, noisy
 
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import load_robot
+from coupling.identification.separability import separability
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.identification import IdentifyOptions, identify
@@ -19,7 +20,6 @@ from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.noise import noise_of
 from coupling.identification.static.prediction import StaticModel
 from coupling.identification.static.results import identified_text
-from coupling.identification.static.separable import separability
 from elastic_robot.description import Robot
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identification.static.least_squares import LinearProblem
+from coupling.identification.least_squares import LinearProblem
 from coupling.identification.verdict import quantile
 
 # A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
