@@ -12,7 +12,7 @@ from coupling.identification.verdict import quantile
 # A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
 # this or less, is known from that row alone: no prediction of it, no jackknife.
 _ALONE = 1e-2
-# A parameter rests on a row if so large a part of its deviation comes from what that row alone tells.
+# A parameter rests on a row that alone identifies so large a part of its deviation.
 _RESTS = 0.5
 
 
@@ -25,7 +25,7 @@ class ConfidenceIntervals:
         freedom: Numbers measured more than directions that the data see.
         scale: Root mean square of the whitened residual per degree of freedom: 1 where given standard
             deviations are right.
-        rests_on: Row that alone tells a parameter, -1 for none, (P,).
+        rests_on: Row that alone identifies a parameter, -1 for none, (P,).
         against: Parameters that would be negative, their whole interval: deflections go against their
             load, and they are taken for zero, (P,).
     """
@@ -119,7 +119,7 @@ def _jackknife(weighted: LinearProblem, rest: np.ndarray) -> tuple[np.ndarray, n
 def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
     """Return the whitened error of each row predicted by a fit of all the others, (k, r).
 
-    In closed form, but where a bound would hold.  What only the row itself tells is no error.
+    In closed form, but where a bound would hold.  What the row alone identifies is no error.
 
     Args:
         problem: The problem without weights of the loss.

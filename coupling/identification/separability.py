@@ -51,14 +51,14 @@ class Separability:
     Attributes:
         condition: Largest over smallest singular value of the scaled columns that are seen; nan
             where there are none.
-        silent: Parameters that no measurement moves.
+        without_effect: Parameters that no measurement moves.
         unseen: Directions that the data do not see.
         weak: Directions of a condition index above `STRONG`.
         pairs: Parameters two and two whose columns are alike, and their cosine.
     """
 
     condition: float
-    silent: tuple[str, ...]
+    without_effect: tuple[str, ...]
     unseen: tuple[WeakDirection, ...]
     weak: tuple[WeakDirection, ...]
     pairs: tuple[tuple[str, str, float], ...]
@@ -71,22 +71,22 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
         problem: The problem in the rigid posture.
         names: Of its parameters.
     """
-    silent = problem.scale == 0.0
-    heard = problem.only(~silent)
-    own = [name for name, none in zip(names, silent, strict=True) if not none]
-    values, directions = heard.decomposition
-    seen = values[: heard.rank]
+    without_effect = problem.scale == 0.0
+    acting = problem.only(~without_effect)
+    own = [name for name, none in zip(names, without_effect, strict=True) if not none]
+    values, directions = acting.decomposition
+    seen = values[: acting.rank]
     index = seen[:1] / seen
     return Separability(
         float(index[-1]) if len(index) else np.nan,
-        tuple(name for name, none in zip(names, silent, strict=True) if none),
-        tuple(_named(heard, own, d, np.inf) for d in _reduced(heard.unseen)),
+        tuple(name for name, none in zip(names, without_effect, strict=True) if none),
+        tuple(_named(acting, own, d, np.inf) for d in _reduced(acting.unseen)),
         tuple(
-            _named(heard, own, direction, float(i))
+            _named(acting, own, direction, float(i))
             for i, direction in zip(index, directions, strict=False)
             if i > STRONG
         ),
-        tuple(_pairs(heard, own)),
+        tuple(_pairs(acting, own)),
     )
 
 

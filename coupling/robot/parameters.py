@@ -76,6 +76,12 @@ def _value(robot: Robot, nominal: Parameters, kind: str, row: int, joint: int, t
     return 0.0 if drive is None or tilt else drive.friction
 
 
+def with_joints(robot: Robot, changed: Mapping[int, Joint]) -> Robot:
+    """Return the robot with other joints in the place of some, by their numbers from 0."""
+    joints = (changed.get(i, own) for i, own in enumerate(robot.joints))
+    return replace(robot, joints=tuple(joints))
+
+
 def with_values(robot: Robot, values: Mapping[str, float]) -> Robot:
     """Return the robot with other values of its parameters, by name.
 

@@ -45,7 +45,7 @@ def on_the_last_axis() -> tuple[Robot, Measurements]:
 
 def test_a_joint_that_no_load_turns_is_without_effect():
     robot, rows = on_the_last_axis()
-    assert telling(robot, rows).silent == ("joint[3].stiffness",)
+    assert telling(robot, rows).without_effect == ("joint[3].stiffness",)
 
 
 def test_the_direction_named_changes_nothing_measured():
@@ -74,7 +74,7 @@ def test_a_silent_joint_and_a_pair_are_told_one_by_one():
     aside = replace(third, origin=(0.4, 0.0, 0.8))
     robot = replace(robot, joints=(first, alike, aside))
     found = telling(robot, predicted(robot, rows))
-    assert found.silent == ("joint[3].stiffness",)
+    assert found.without_effect == ("joint[3].stiffness",)
     (direction,) = found.unseen
     assert set(direction.names) == {"joint[1].stiffness", "joint[2].stiffness"}
     assert found.weak == ()

@@ -1,4 +1,4 @@
-"""Identification from loading loops: fit, judge, predict loops that were left out, tell all of it."""
+"""Identification from loading loops: fit, verdicts, loops predicted by a fit of the others."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from coupling.files.gear_table import sheet_elements
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.loops.fit import loop_fitted, settled
-from coupling.identification.loops.model import LoopModel, loop_rows, only, reversed_ranges
+from coupling.identification.loops.model import LoopModel, loop_rows, reversed_ranges
 from coupling.identification.loops.parameters import (
     LoopParameters,
     joint_of,
@@ -126,15 +126,15 @@ def _judged(
     elasticity = fit.elasticity
     assert isinstance(elasticity, LoopParameters)
     sure = intervals(fit.problem, fit.weight, fit.values, options.noise.known)
-    telling = separability(fit.rigid, elasticity.names)
+    separable = separability(fit.rigid, elasticity.names)
     left_out = _left_out(fit, measured, options)
     bare_robot = without_elements(elasticity.robot, range(len(elasticity.robot.joints)))
     bare = LoopParameters.of_loops(bare_robot, options.torque_curve)
     plain = loop_fitted(bare, measured, options.torque_curve, options.noise, options.loss)
     without = _left_out(plain, measured, options)
-    parameters = judged(fit, sure, supports, telling)
+    parameters = judged(fit, sure, supports, separable)
     if not _squares(fit, left_out) < _squares(fit, without):
-        parameters = _none_predicts(parameters, telling.silent)
+        parameters = _none_predicts(parameters, separable.without_effect)
     parameters = _alone(parameters)
     added = tuple(
         own.name
@@ -167,7 +167,7 @@ def _judged(
         left_out,
         rms_start,
         rms_of(model.predict, written, measured),
-        telling,
+        separable,
         (),
         None,
         (),
@@ -205,11 +205,11 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
     hold = np.divide(_HELD, scale, out=np.zeros_like(scale), where=scale > 0.0)
     for rows in loop_rows(measured):
         others = np.setdiff1d(np.arange(measured.count), rows)
-        rest = only(measured, others)
+        rest = measured.at_rows(others)
         model = LoopModel(elasticity, rest, options.torque_curve)
         values = np.where(model.effective, fit.values, _before(elasticity))
         values, _ = settled(model, rest, white[others], values, hold)
-        own = only(measured, rows)
+        own = measured.at_rows(rows)
         prediction = LoopModel(elasticity, own, options.torque_curve).predict(values)
         errors[rows] = own.deflection - prediction.deflection
     return errors
@@ -230,12 +230,12 @@ def _squares(fit: StaticFit, errors: np.ndarray) -> float:
 
 
 def _none_predicts(
-    parameters: tuple[IdentifiedParameter, ...], silent: Collection[str]
+    parameters: tuple[IdentifiedParameter, ...], without_effect: Collection[str]
 ) -> tuple[IdentifiedParameter, ...]:
     reason = "loops that are left out are not predicted better with hysteresis than without"
     return tuple(
         replace(own, reason=reason)
-        if own.parameter.kind == "hysteresis" and own.name not in silent
+        if own.parameter.kind == "hysteresis" and own.name not in without_effect
         else own
         for own in parameters
     )

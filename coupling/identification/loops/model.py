@@ -10,7 +10,7 @@ an element that sticks follows x, from what it carried before, and derivatives a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -42,23 +42,6 @@ def loop_rows(measured: Measurements) -> list[np.ndarray]:
     assert measured.loop is not None
     numbers, first = np.unique(measured.loop, return_index=True)
     return [np.flatnonzero(measured.loop == n) for n in numbers[np.argsort(first)]]
-
-
-def only(measured: Measurements, rows: np.ndarray) -> Measurements:
-    """Return some rows of measurements."""
-    assert measured.loop is not None
-    return replace(
-        measured,
-        names=tuple(measured.names[int(k)] for k in rows),
-        q=measured.q[rows],
-        wrench=measured.wrench[rows],
-        deflection=measured.deflection[rows],
-        load_point=measured.load_point[rows],
-        measured_point=measured.measured_point[rows],
-        deflection_deviation=measured.deflection_deviation[rows],
-        wrench_deviation=measured.wrench_deviation[rows],
-        loop=measured.loop[rows],
-    )
 
 
 def reversed_ranges(robot: Robot, measured: Measurements) -> np.ndarray:
@@ -108,7 +91,8 @@ class LoopModel:
 
     Attributes:
         elasticity: As given.
-        effective: Which parameters act on the deflections: a gear's hysteresis where its load reverses, (P,).
+        effective: Which parameters act on the deflections, a gear's hysteresis where its load reverses,
+            (P,).
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What loading loops tell of a robot: beside its elasticity the elements of its gears' hysteresis."""
+"""Parameters that loading loops identify: elasticity, and the elements of gears' hysteresis."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.files.gear_table import sheet_elements
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.robot.parameters import RobotParameter, robot_parameters
+from coupling.robot.parameters import RobotParameter, robot_parameters, with_joints
 from elastic_robot.description import Joint, Robot
 
 # Slip torque at the start of a fit, over the range of the gear's torque in the loops.
@@ -64,13 +64,10 @@ class LoopParameters(ElasticParameters):
     def described(self, values: np.ndarray) -> Robot:
         """Return the robot with values of p, (P,)."""
         robot = super().described(values)
-        angles = {
-            joint_of(own): float(max(value, least))
-            for own, value, least in zip(self.own, values, self.least, strict=True)
-            if own.kind == "slip_angle"
-        }
-        joints = (_shaped(own, angles.get(i)) for i, own in enumerate(robot.joints))
-        return replace(robot, joints=tuple(joints))
+        angles = np.maximum(values, self.least)[self.chosen("slip_angle")].tolist()
+        joints = [joint_of(own) for own in self.own if own.kind == "slip_angle"]
+        shaped = {i: _shaped(robot.joints[i], own) for i, own in zip(joints, angles, strict=True)}
+        return with_joints(robot, shaped)
 
 
 def joint_of(parameter: RobotParameter) -> int:
@@ -88,25 +85,18 @@ def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
 
     def given(own: Joint, largest: float) -> Joint:
         assert own.stiffness is not None
-        return replace(
-            own, hysteresis=sheet_elements(2.0 * _START * largest / own.stiffness, own.stiffness)
-        )
+        lost = 2.0 * _START * largest / own.stiffness
+        return replace(own, hysteresis=sheet_elements(lost, own.stiffness))
 
-    joints = (given(own, ranges[i]) if i in ranges else own for i, own in enumerate(robot.joints))
-    return replace(robot, joints=tuple(joints))
+    return with_joints(robot, {i: given(robot.joints[i], own) for i, own in ranges.items()})
 
 
 def without_elements(robot: Robot, joints: Collection[int]) -> Robot:
     """Return the robot with gears that have no hysteresis, by their joints' numbers, from 0."""
-    bare = (
-        replace(own, hysteresis=()) if i in joints else own for i, own in enumerate(robot.joints)
-    )
-    return replace(robot, joints=tuple(bare))
+    return with_joints(robot, {i: replace(robot.joints[i], hysteresis=()) for i in joints})
 
 
-def _shaped(own: Joint, largest: float | None) -> Joint:
-    if largest is None:
-        return own
+def _shaped(own: Joint, largest: float) -> Joint:
     factor = largest / own.hysteresis[-1].slip_angle
     stops = (replace(stop, slip_angle=factor * stop.slip_angle) for stop in own.hysteresis)
     return replace(own, hysteresis=tuple(stops))

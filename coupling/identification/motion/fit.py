@@ -82,17 +82,17 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
         wind_up.append(left[0])
         torque.append(left[1])
     measured = np.vstack([moved.recording.torque for moved in problem.moved])
-    least = _LEAST_PART * np.sqrt(np.mean(measured**2, axis=0))
+    least = _LEAST_PART * rms(measured)
     return replace(
         problem,
-        wind_up_deviation=np.maximum(_rms(wind_up), _EXACT),
-        torque_deviation=np.maximum(_rms(torque), np.maximum(least, _EXACT)),
+        wind_up_deviation=np.maximum(rms(np.vstack(wind_up)), _EXACT),
+        torque_deviation=np.maximum(rms(np.vstack(torque)), np.maximum(least, _EXACT)),
     )
 
 
-def _rms(parts: list[np.ndarray]) -> np.ndarray:
-    """Return the rms of columns over all parts, nan where one has none."""
-    size: np.ndarray = np.sqrt(np.mean(np.vstack(parts) ** 2, axis=0))
+def rms(values: np.ndarray) -> np.ndarray:
+    """Return the rms of columns, nan where one has none."""
+    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
     return size
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import MotionFit, fitted, identifiable
+from coupling.identification.motion.fit import MotionFit, fitted, identifiable, rms
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import (
@@ -20,7 +20,7 @@ from coupling.identification.motion.recording import Recording, smooth
 from coupling.identification.motion.sensors import SHORT_TRAVEL, encoder_lines, sensor_parameters
 from elastic_robot.description import Robot
 
-# Fits of what the one before tells.
+# Fits at most, each of what the one before identifies.
 _MOST_PASSES = 4
 
 
@@ -68,7 +68,7 @@ class TermLeftOut:
 
 @dataclass(frozen=True)
 class MotionIdentification:
-    """What recordings tell of a robot.
+    """What recordings identify of a robot.
 
     Attributes:
         robot: The start.
@@ -147,7 +147,7 @@ def identify_motion(
     if not parameters:
         raise IdentifyError(
             f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
-            " recording, got none: a motion tells nothing of it"
+            " recording, got none: nothing of it can be identified from a motion"
         )
     unit = np.ones(len(robot.joints))
     with MovedRobot(robot) as fmu:
@@ -195,7 +195,7 @@ def _drowned(fit: MotionFit) -> np.ndarray:
         predicted = problem.predicted(moved, fit.x)
         gear.append(predicted.shares["gear"])
         left.append(problem.left(moved, predicted)[0])
-    small = np.std(np.vstack(gear), axis=0) < 0.5 * _rms(np.vstack(left))
+    small = np.std(np.vstack(gear), axis=0) < 0.5 * rms(np.vstack(left))
     own = [p.of_gear for p in problem.parameters]
     return np.array(own) & small[[p.joint for p in problem.parameters]]
 
@@ -227,17 +227,17 @@ def judge(
     wind_up, torque = problem.left(moved, predicted)
     apart = moved.recording.wind_up - predicted.wind_up
     measured = moved.recording.torque
-    size = np.maximum(_rms(measured), 1e-300)
+    size = np.maximum(rms(measured), 1e-300)
     slow = smooth(torque, moved.recording.step, bandwidth)
     return Judged(
         moved,
         held_out,
         predicted,
         wind_up,
-        _rms(wind_up),
+        rms(wind_up),
         np.std(apart, axis=0),
-        _rms(torque) / size,
-        _rms(slow) / size,
+        rms(torque) / size,
+        rms(slow) / size,
     )
 
 
@@ -267,8 +267,3 @@ def _terms(fit: MotionFit, judged: Judged) -> tuple[TermLeftOut, ...]:
             same = (float(judged.torque[i]),) * 2
             found.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
     return tuple(found)
-
-
-def _rms(values: np.ndarray) -> np.ndarray:
-    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
-    return size

@@ -1,4 +1,4 @@
-"""What a motion may tell of a robot: its numbers, by the term of the equations that they belong to."""
+"""Parameters that a motion may identify, by the term of the equations that they belong to."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.robot.parameters import with_values
+from coupling.robot.parameters import with_joints, with_values
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive
 
@@ -28,7 +28,7 @@ class MotionParameter:
         name: Place in the robot file, `joint[2].stiffness`.
         term: Term of the equations of motion, of which others may be numbers too.
         joint: Index of its joint; that of the last one for the payload.
-        size: What it usually is, in its unit: an interval wider than this tells nothing.
+        size: What it usually is, in its unit: with a wider interval it is not identifiable.
         unit: Its unit.
         start: Its value in the start, in its unit.
         put: Function that returns a robot with another value.
@@ -36,7 +36,7 @@ class MotionParameter:
         signed: Whether it may be negative.
         inverse: Whether the fit counts by its inverse, of which the motion is nearly linear.
         moves: Whether the links' motion follows it, not the motors' torque alone.
-        vanishes: Whether it may turn out to be none: narrow an interval around none tells that.
+        vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
     """
 
@@ -78,7 +78,7 @@ def with_numbers(robot: Robot, values: Iterable[tuple[MotionParameter, float]]) 
 
 
 def motion_parameters(robot: Robot, with_link: Iterable[int]) -> tuple[MotionParameter, ...]:
-    """Return the numbers of a robot that its motion can tell.
+    """Return the parameters of a robot that its motion can identify.
 
     Args:
         robot: The robot.
@@ -213,8 +213,7 @@ def _with_dry(drive: Drive, slipping: float, more: float) -> Drive:
 
 def _put_joint(i: int, change: Callable[[Joint, float], Joint]) -> Callable[[Robot, float], Robot]:
     def put(robot: Robot, value: float) -> Robot:
-        own = change(robot.joints[i], value)
-        return replace(robot, joints=(*robot.joints[:i], own, *robot.joints[i + 1 :]))
+        return with_joints(robot, {i: change(robot.joints[i], value)})
 
     return put
 

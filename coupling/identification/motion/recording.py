@@ -14,7 +14,7 @@ from coupling.files.measured_table import MeasuredTable
 TIME = "time"
 # Steps of time may differ by this part of their mean; a row that is missing differs by all of it.
 _UNEVEN = 0.02
-# Fewer rows tell nothing of a motion.
+# Fewest rows of a motion.
 _FEWEST = 100
 # Order of the filter in one direction; there and back it has none of a phase and twice this order.
 _ORDER = 3

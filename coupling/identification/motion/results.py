@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit
 from coupling.identification.motion.identification import Judged, MotionIdentification
-from coupling.identification.motion.parameters import MotionParameter, dry_friction
+from coupling.identification.motion.parameters import dry_friction
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import SAYS, fitted_head
 from coupling.identification.verdict import KEPT, interval_words
@@ -23,7 +22,6 @@ from coupling.results.motion_result import (
     TermResult,
     WindUpShareResult,
 )
-from elastic_robot.description import Joint
 
 _DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
 
@@ -148,12 +146,18 @@ def moved_text(
         elif name.endswith(".balancer"):
             if result.identified and result.value is not None:
                 file.scale_balancer(own[name].joint + 1, result.value, says)
-        elif name.endswith((".hysteresis", ".load_friction")):
-            if result.identified:
-                _write_gear(file, robot.joints[own[name].joint], own[name], says)
+        elif name.endswith(".load_friction"):
+            drive = robot.joints[own[name].joint].drive
+            if result.identified and drive is not None:
+                place = f"joint[{own[name].joint + 1}].gear.efficiency"
+                file.set_number(place, 1.0 / (1.0 + drive.load_friction), says, "")
         elif name.startswith("payload.com"):
             continue
-        elif name.endswith(".stiffness") and result.identified and result.value is not None:
+        elif (
+            name.endswith((".stiffness", ".hysteresis"))
+            and result.identified
+            and result.value is not None
+        ):
             file.change(name, result.value, says)
             file.remark(name, remark)
         else:
@@ -182,16 +186,6 @@ def _write_dry(
         file.set_number(place + _DRY[0], slipping, says, _remark(slips))
     if (more.identified or slips.identified) and sticking > 0.0:
         file.set_number(f"{place}friction.stiction_Nm", slipping + sticking, says, "")
-
-
-def _write_gear(file: RobotEdit, joint: Joint, parameter: MotionParameter, says: str) -> None:
-    """Write the elements of a gear's hysteresis, or its efficiency."""
-    place = f"joint[{parameter.joint + 1}].gear"
-    if parameter.name.endswith(".hysteresis"):
-        elements = [asdict(element) for element in joint.hysteresis]
-        file.set_number(f"{place}.hysteresis", elements, says, "")
-    elif joint.drive is not None:
-        file.set_number(f"{place}.efficiency", 1.0 / (1.0 + joint.drive.load_friction), says, "")
 
 
 def _left(told: MotionResult) -> str:

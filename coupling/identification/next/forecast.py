@@ -5,9 +5,9 @@ that was measured.  If it does that again, the next pass is
 
     measured + s(next command) - s(command that was measured),
 
-so that each s tells where the tool will be; a robot that is the true one tells it but for what is new.
-How far possible robots lie from the model, and how much is new, the passes so far tell
-(`coupling.identification.next.repeatability`): the forecast is drawn from all of that.
+so that each s predicts where the tool will be; the true one does but for what is new.  How far possible
+robots lie from the model, and how much is new, follows from the runs so far (`repeatability`): the
+forecast is drawn from all of that.
 """
 
 from __future__ import annotations

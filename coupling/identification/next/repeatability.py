@@ -1,4 +1,4 @@
-"""What is new in every pass, and how well a model tells what a changed command does.
+"""What is new in every measured run, and how well a model predicts what a changed command does.
 
 Both make a pass other than the ones before it say: what is new by as much in every pass, a wrong model
 by more where the command changed more.  How large they are is not known, so a Kalman filter over the

@@ -144,7 +144,7 @@ def _doubt(history: History, model: PossibleRobot, first: int, second: int, low:
 
 @dataclass(frozen=True)
 class _SlowParts:
-    """What every measured run tells below a cutoff, at even times over the whole path.
+    """What every measured run shows below a cutoff, at even times over the whole path.
 
     Attributes:
         runs: The measured runs.

@@ -22,7 +22,7 @@ _SHORTEST, _SMALLEST = 2.0, 1e-3
 _FRAME_OFF, _LEFT = 0.05, 0.01
 # What orientations of the measured run may be off [rad].
 _TURNED = 0.02
-# Smallest extent of the path across its longest that tells a frame, as a part.
+# Smallest extent of the path across its longest from which a frame is found, as a part.
 _PLANE = 0.02
 
 

@@ -1,7 +1,7 @@
 """The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
 
 Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
-equation or of simulations (`coupling.identification.runs.effect`).
+equation or of simulations (`effect`).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class DescentPoint:
         z: Log factors of the parameters, then frame and clock of every measured run.
         simulated: Where the simulated tool is in every measured run.
         residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
-            measured with these in three more coordinates, as in `coupling.identification.runs.residual`.
+            measured with these in three more coordinates, as in `Residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
         scale: Cauchy's scale [m].
         cost: Robust sum of squares with that, and the prior's.

@@ -139,12 +139,12 @@ class SecantEffect:
     Args:
         fmus: What simulates the robot of the file, side by side.
         one: The measured run.
-        effect: The gears' equation, for what hardly matters.
+        effect: The gears' equation, for parameters without significant effect.
         change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
             past, small in the valley.
 
     Attributes:
-        shown: Numbers of the parameters that matter.
+        shown: Numbers of the parameters with a significant effect.
     """
 
     def __init__(

@@ -8,7 +8,7 @@ is tried again from beside it (`steps_aside`) before it looks any further.
 
 So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
 fit goes on with rows that count as their noise says, and as what is left over noise says
-(`coupling.identification.runs.residual`): that is the most likely robot, and its covariance.
+(`UnexplainedPart`): that is the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ class ParameterFit:
     Attributes:
         z: Log factors of the parameters, then frame and clock of every measured run.
         residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
-            measured with these in three more coordinates, as in `coupling.identification.runs.residual`.
+            measured with these in three more coordinates, as in `Residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
         covariance: Of all unknowns, with rows that count by noise and by what is left over it; of each
-            parameter by those derivatives that tell less.
+            parameter by the derivatives that give the wider interval.
         converged: Whether the last step explained next to nothing.
         left_over: What is left over noise.
     """
@@ -147,7 +147,7 @@ class Fitter:
         return UnexplainedPart.of(squares / variance, rows, data, self.problem.prior)
 
     def _covariance(self, counted: Descent, now: DescentPoint) -> np.ndarray:
-        """Return the covariance of all unknowns, by those derivatives that tell less.
+        """Return the covariance of all unknowns, by the derivatives that give the wider interval.
 
         An unloaded gear leaves its flank at another time when anything is changed, which differences of
         simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
@@ -239,10 +239,10 @@ def steps_aside(
 
     Args:
         parameters: What is learned.
-        shown: Numbers of the parameters that matter.
+        shown: Numbers of the parameters with a significant effect.
 
     Returns:
-        For each gear whose backlash and damping matter its steps, (P,).
+        Steps of each gear whose backlash and damping have a significant effect, (P,).
     """
     of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
     prior = prior_of(tuple(parameters))

@@ -1,4 +1,4 @@
-"""Which parameters a measured run tells, which it does not, and whether that matters."""
+"""Which parameters measured runs identify, and which of the others are significant."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from coupling.robot.parameters import RobotParameter
 
 # A parameter is identifiable where its error is below this part of what was known before.
 _IDENTIFIABLE = 0.5
-# What a parameter's prior deviation does to the tool does not matter below this [m]; less a constant, as
-# the measuring frame takes one anyway.
-_MATTERS = 2e-6
+# A parameter is significant where its prior deviation moves the tool by this rms [m], less a constant,
+# as the measuring frame takes one anyway.
+_SIGNIFICANT = 2e-6
 # Below this the path does not depend on it [m].
 _MOVES = 1e-8
 # A gear without load for more than this part of the time makes a path that does not repeat.
@@ -43,13 +43,13 @@ class LearnedParameter(ParameterVerdict):
     @property
     def significant(self) -> bool:
         """Whether it moves the tool by more than is looked for."""
-        return self.effect >= _MATTERS
+        return self.effect >= _SIGNIFICANT
 
     @property
     def written(self) -> float:
         """Value in the robot as written: the file's where the path does not depend on it.
 
-        What hardly matters by itself is written as it fits best beside the others: these make up for
+        What is not significant by itself is written as it fits best beside the others: these make up for
         it, and a dozen such left out are missed.
         """
         moves = self.effect >= _MOVES or self.parameter.vibrates
@@ -89,7 +89,7 @@ def judged(
 
 
 def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagnosis]) -> str:
-    if effect >= _MATTERS:
+    if effect >= _SIGNIFICANT:
         return "not distinguishable from the others"
     stays = parameter.gear is not None and gears[parameter.gear].changes == 0
     if stays and parameter.kind in ("backlash", "damping"):
@@ -135,7 +135,7 @@ def missing(
     seconds: float,
     unknown: str = "",
 ) -> str:
-    """Return what a measurement that tells nothing lacks, in words.
+    """Return what a measurement lacks that identifies nothing, in words.
 
     Args:
         gears: What the gears go through where it was measured.

@@ -68,7 +68,7 @@ class LearnOptions:
 
 @dataclass(frozen=True)
 class Learned:
-    """What measured runs tell of a robot.
+    """What measured runs identify of a robot.
 
     Attributes:
         sources: Runs and measurements.

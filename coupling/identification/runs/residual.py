@@ -170,7 +170,7 @@ class SlowPart:
 
     @cached_property
     def independent(self) -> float:
-        """How much of a mean its neighbours do not tell, as a part."""
+        """Part of a mean that is independent of its neighbours."""
         # A Gaussian of standard deviation s averages white noise as a box of 2 sqrt(pi) s does.
         return min(1.0, _APART / (2.0 * np.sqrt(np.pi)))
 

@@ -1,9 +1,9 @@
 """How sure what was learned is: what the fit says of itself, or the same fit of robots that are known.
 
-A fit says so by its residuals and derivatives, with what is left over noise in both
-(`unexplained`).  Or, for any robot and path, robots are drawn around the one found, as
-far from it as the fit says of itself, measured in simulation with the noise of the measurement, and
-learned from the start again; by how much they are missed is the interval.
+A fit says so by its residuals and derivatives, with the discrepancy beyond noise in both
+(`UnexplainedPart`).  Or, for any robot and path, robots are drawn around the one found, as far from it
+as the fit says of itself, measured in simulation with the noise of the measurement, and learned from
+the start again; by how much they are missed is the interval.
 """
 
 from __future__ import annotations

@@ -8,7 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from coupling.errors import require_no_hysteresis
-from coupling.robot.parameters import RobotParameter, robot_parameters, with_values
+from coupling.robot.parameters import (
+    RobotParameter,
+    robot_parameters,
+    with_joints,
+    with_values,
+)
 from elastic_robot.description import Joint, Robot, Tilt
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
 
@@ -120,8 +125,7 @@ class Candidate:
             tilt = Tilt(self.axis, stiffness, ratio * stiffness)
             changed = replace(joint, tilt=(*joint.tilt, tilt))
             own = f"joint[{self.joint + 1}].tilt[{len(changed.tilt)}].stiffness"
-        joints = (*robot.joints[: self.joint], changed, *robot.joints[self.joint + 1 :])
-        return replace(robot, joints=joints), own
+        return with_joints(robot, {self.joint: changed}), own
 
 
 def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:

@@ -38,7 +38,7 @@ class StaticFit:
         white: W_i, from residuals in [m] and [rad] to whitened ones, (k, r, r).
         converged: Whether the last pass moved nothing.
         reason: In words, what happened.
-        rigid: The problem in the rigid posture: what postures and loads can tell at all.
+        rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
 
     elasticity: ElasticParameters

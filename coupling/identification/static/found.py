@@ -56,7 +56,7 @@ class LoopErrors:
 
 @dataclass(frozen=True)
 class Identification:
-    """What measurements tell of a robot.
+    """What measurements identify of a robot.
 
     Attributes:
         measured: The measurements.
@@ -69,7 +69,7 @@ class Identification:
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
         rms_start, rms_written: Of the start's and the written robot's error [m]; nan where one finds
             no rest.
-        separability: What postures and loads can tell.
+        separability: Which parameters postures and loads distinguish.
         further: Parameters that were tested beside.
         loss: What every row lacks.
         points: Whether load and measured point seem to be elsewhere.
@@ -151,7 +151,7 @@ def judged(
     fit: StaticFit,
     sure: ConfidenceIntervals,
     supports: Mapping[int, Evidence],
-    telling: Separability,
+    separable: Separability,
 ) -> tuple[IdentifiedParameter, ...]:
     """Return the verdicts on all parameters.
 
@@ -159,7 +159,7 @@ def judged(
         fit: The fit.
         sure: Intervals.
         supports: Tests of tilts and backlashes by their number.
-        telling: What postures and loads identify.
+        separable: What postures and loads identify.
     """
     own = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
@@ -167,7 +167,7 @@ def judged(
     numbers = np.array([own.in_units(fit.values), *ends]).T.tolist()
     found = []
     for j, parameter in enumerate(own.own):
-        reason, tested = _reason(fit, sure, telling, j), supports.get(j)
+        reason, tested = _reason(fit, sure, separable, j), supports.get(j)
         if not reason and tested is not None and not tested.supported:
             reason = tested.in_words()
         value, low, high = numbers[j]
@@ -175,18 +175,18 @@ def judged(
     return tuple(found)
 
 
-def _reason(fit: StaticFit, sure: ConfidenceIntervals, telling: Separability, j: int) -> str:
+def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
     name = fit.elasticity.names[j]
     if not fit.converged:
         return "the fit has not converged"
-    if name in telling.silent:
+    if name in separable.without_effect:
         if fit.elasticity.own[j].kind in ("hysteresis", "slip_angle"):
             return "no loop turns the load of this gear back"
         if fit.elasticity.is_backlash[j]:
             return "no measurement moves it: no load takes this gear to another flank"
         return "no measurement moves it: no load turns it, or the measured point does not follow"
     if fit.rigid.held[j]:
-        mixed = [d.in_words() for d in telling.unseen if name in d.names]
+        mixed = [d.in_words() for d in separable.unseen if name in d.names]
         return f"not distinguishable: {' and '.join(mixed)} change nothing measured"
     if sure.against[j] and fit.elasticity.own[j].kind == "hysteresis":
         return "its loops are narrower than none would be"
@@ -203,7 +203,7 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, telling: Separability, j:
 
 def warnings(found: Identification) -> list[str]:
     """Return what the user should look at."""
-    measured, fit, telling = found.measured, found.fit, found.separability
+    measured, fit, separable = found.measured, found.fit, found.separability
     said = list(measured.remarks)
     if not fit.converged:
         said.append(f"the fit has not converged: {fit.reason}")
@@ -225,10 +225,10 @@ def warnings(found: Identification) -> list[str]:
         )
     if not fit.converged:
         return said
-    if telling.condition > STRONG:
+    if separable.condition > STRONG:
         said.append(
-            f"the parameters pull against each other, condition {telling.condition:.0f}: hardly"
-            f" distinguishable are {'; '.join(d.in_words() for d in telling.weak)}"
+            f"the parameters pull against each other, condition {separable.condition:.0f}: hardly"
+            f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
         )
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"

@@ -1,4 +1,4 @@
-"""Identification as a whole: fit, judge every parameter, look for further ones, tell all of it."""
+"""Identification as a whole: fit, verdict on every parameter, tests of further ones."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
     """Identify a robot's elasticity.
 
     Args:
-        robot: The start: joints that give way, and values that are kept where the data do not tell.
+        robot: The start: joints that give way, and values that are kept where not identifiable.
         measured: The measurements.
         options: Noise, torque curve, loss, parameters to add.
 
@@ -120,8 +120,8 @@ def _once(
     tested = np.flatnonzero(~elasticity.is_torsion)
     every = np.arange(len(elasticity.names))
     supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
-    telling = separability(fit.rigid, elasticity.names)
-    parameters = judged(fit, sure, supports, telling)
+    separable = separability(fit.rigid, elasticity.names)
+    parameters = judged(fit, sure, supports, separable)
     identified = np.array([p.identifiable for p in parameters])
     kept = elasticity.start.copy()
     for j, name in enumerate(elasticity.names):
@@ -141,7 +141,7 @@ def _once(
         errors,
         rms_start,
         rms_of(model.predict, written, measured),
-        telling,
+        separable,
         tuple(further),
         common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
         tuple(moved_points(fit, measured)),

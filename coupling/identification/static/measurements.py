@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +59,11 @@ class Measurements:
     def rows(self) -> int:
         """Numbers measured in each row: 3, or 6 with rotations."""
         return self.deflection.shape[1]
+
+    def at_rows(self, rows: np.ndarray) -> Measurements:
+        """Return some of the rows."""
+        own = {key: part[rows] for key, part in vars(self).items() if isinstance(part, np.ndarray)}
+        return replace(self, names=tuple(self.names[k] for k in rows.tolist()), **own)
 
     @classmethod
     def of(

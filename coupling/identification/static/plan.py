@@ -64,7 +64,7 @@ class ExpectedInterval:
         name: As the FMU names it.
         start: Start value [N m/rad or rad].
         before, after: Half width of the interval of its compliance or backlash over the value, without
-            and with the planned measurements; infinite where nothing tells it.
+            and with the planned measurements; infinite where nothing identifies it.
     """
 
     name: str
@@ -79,7 +79,7 @@ class MeasurementPlan:
 
     Attributes:
         measurements: Poses and loads; deflections are those that the start file predicts.
-        expected: What they will tell.
+        expected: Intervals to expect.
     """
 
     measurements: Measurements
