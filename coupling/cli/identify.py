@@ -15,8 +15,7 @@ from coupling.errors import IdentifyError, one_of
 from coupling.files.whole_file import make_folder_of, write_whole
 
 if TYPE_CHECKING:
-    from coupling.identification.static.measurements import Measurements
-    from coupling.identification.static.noise import MeasurementNoise
+    from coupling.identification.static.measurements import MeasurementNoise, Measurements
     from coupling.identification.static.plan import PlanRequest
     from elastic_robot.description import Robot
 
@@ -90,8 +89,7 @@ def identify(
     from coupling.identification.motion.recording import is_recording
     from coupling.identification.static.identification import IdentifyOptions
     from coupling.identification.static.identification import identify as identified
-    from coupling.identification.static.measurements import read_measurements
-    from coupling.identification.static.noise import noise_of
+    from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_page import identify_page, identify_summary
@@ -151,8 +149,7 @@ def _plan(
     output: Path | None,
 ) -> None:
     from coupling.cli.plan import print_plan, write_plan
-    from coupling.identification.static.measurements import read_measurements
-    from coupling.identification.static.noise import noise_of
+    from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
 
     done: tuple[Measurements, MeasurementNoise] | None = None

@@ -20,8 +20,7 @@ from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import Measurements, read_measurements
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
 from coupling.identification.static.suspicions import MovedPoint
 from docs.scripts.identify_loops import loops
 from docs.scripts.page import finish, replace_parts, table

@@ -14,7 +14,7 @@ from coupling.identification.intervals import left_out
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.prediction import StaticModel
 
 

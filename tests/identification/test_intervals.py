@@ -14,8 +14,7 @@ from coupling.identification.intervals import _jackknife, intervals, left_out
 from coupling.identification.least_squares import LinearProblem
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import noise_of, whitening
+from coupling.identification.static.measurements import Measurements, noise_of, whitening
 from coupling.identification.static.prediction import rigid_prediction
 
 

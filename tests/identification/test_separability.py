@@ -16,8 +16,7 @@ from coupling.identification.separability import separability
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
 from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import Measurements, noise_of
 from coupling.identification.static.prediction import StaticModel
 from coupling.identification.static.results import identified_text
 from elastic_robot.description import Robot

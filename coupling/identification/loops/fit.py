@@ -7,11 +7,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from coupling.errors import IdentifyError
 from coupling.identification.least_squares import LinearProblem, robust_weights
-from coupling.identification.loops.model import LoopModel
-from coupling.identification.loops.parameters import LoopParameters
+from coupling.identification.loops.model import LoopModel, LoopParameters
 from coupling.identification.static.fit import StaticFit, whitened
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import MeasurementNoise, whitening
+from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import Prediction
 
 # Fits, each with the weights that the one before gives, and when these have settled.

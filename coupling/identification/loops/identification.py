@@ -12,10 +12,12 @@ from coupling.files.gear_table import sheet_elements
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.loops.fit import loop_fitted, settled
-from coupling.identification.loops.model import LoopModel, loop_rows, reversed_ranges
-from coupling.identification.loops.parameters import (
+from coupling.identification.loops.model import (
+    LoopModel,
     LoopParameters,
     joint_of,
+    loop_rows,
+    reversed_ranges,
     with_elements,
     without_elements,
 )

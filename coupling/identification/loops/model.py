@@ -1,4 +1,4 @@
-"""What a robot whose gears have memory predicts of loading loops.
+"""What a robot whose gears have memory predicts of loading loops, and the parameters that it depends on.
 
 A loop begins with the robot under its own weight, to which its gears went from no load; each load is
 then applied where the one before was.  Deflections are those from that beginning.  With x at rest,
@@ -10,17 +10,20 @@ an element that sticks follows x, from what it carried before, and derivatives a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from coupling.errors import IdentifyError
-from coupling.identification.loops.parameters import LoopParameters
+from coupling.files.gear_table import sheet_elements
+from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.prediction import Prediction, between, moved, with_tcp_at
+from coupling.robot.parameters import RobotParameter, robot_parameters, with_joints
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
+from elastic_robot.description import Joint, Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.hysteresis import HeldHysteresis, Hysteresis, Past
@@ -35,6 +38,94 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 # A gear's load turns back where its way, over all loads of a loop, is longer than its range by this
 # part of that; and counts where its range is this part of the largest one.
 _TURNED, _LOADED = 0.2, 1e-3
+# Slip torque at the start of a fit, over the range of the gear's torque in the loops.
+_START = 0.1
+
+
+@dataclass(frozen=True)
+class LoopParameters(ElasticParameters):
+    """The parameters p: those of `ElasticParameters`, then hysteresis of gears.
+
+    `joint[i].hysteresis` is the torque at which all elements of a gear slip [N m].
+    `joint[i].slip_angle`, of a gear that the file has without elements, is the largest slip angle [rad],
+    to which the others are in proportion.
+    """
+
+    @classmethod
+    def of_loops(
+        cls, robot: Robot, torque_curve: str, shaped: Collection[int] = ()
+    ) -> LoopParameters:
+        """Return the parameters of a robot.
+
+        Args:
+            robot: The robot.
+            torque_curve: A name of `TORQUE_CURVES`.
+            shaped: Numbers of joints, from 0, whose slip angles are fitted as well.
+        """
+        own = robot_parameters(robot, torque_curve, ("stiffness", "backlash", "hysteresis"))
+        angles = [
+            replace(
+                parameter,
+                name=parameter.name.replace("hysteresis", "slip_angle"),
+                kind="slip_angle",
+                value=robot.joints[joint_of(parameter)].hysteresis[-1].slip_angle,
+            )
+            for parameter in own
+            if parameter.kind == "hysteresis" and joint_of(parameter) in shaped
+        ]
+        return cls(robot, (*own, *angles))
+
+    def chosen(self, kind: str) -> np.ndarray:
+        """Return which parameters are of a kind, (P,)."""
+        return np.array([own.kind == kind for own in self.own], dtype=bool)
+
+    def together(self, j: int) -> np.ndarray:
+        """Return which parameters stand and fall with one: a slip torque has its slip angle, (P,)."""
+        own = self.own[j]
+        with_it = [own.kind == "hysteresis" and p.coordinate == own.coordinate for p in self.own]
+        mask = np.array(with_it) & self.chosen("slip_angle")
+        mask[j] = True
+        return mask
+
+    def described(self, values: np.ndarray) -> Robot:
+        """Return the robot with values of p, (P,)."""
+        robot = super().described(values)
+        angles = np.maximum(values, self.least)[self.chosen("slip_angle")].tolist()
+        joints = [joint_of(own) for own in self.own if own.kind == "slip_angle"]
+        shaped = {i: _shaped(robot.joints[i], own) for i, own in zip(joints, angles, strict=True)}
+        return with_joints(robot, shaped)
+
+
+def joint_of(parameter: RobotParameter) -> int:
+    """Return the number of a parameter's joint, from 0."""
+    return int(parameter.name.partition("]")[0].removeprefix("joint[")) - 1
+
+
+def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
+    """Return the robot with elements for gears that have none, three as a data sheet's loop has them.
+
+    Args:
+        robot: The robot.
+        ranges: Ranges of gears' torques [N m] by their joints' numbers, from 0.
+    """
+
+    def given(own: Joint, largest: float) -> Joint:
+        assert own.stiffness is not None
+        lost = 2.0 * _START * largest / own.stiffness
+        return replace(own, hysteresis=sheet_elements(lost, own.stiffness))
+
+    return with_joints(robot, {i: given(robot.joints[i], own) for i, own in ranges.items()})
+
+
+def without_elements(robot: Robot, joints: Collection[int]) -> Robot:
+    """Return the robot with gears that have no hysteresis, by their joints' numbers, from 0."""
+    return with_joints(robot, {i: replace(robot.joints[i], hysteresis=()) for i in joints})
+
+
+def _shaped(own: Joint, largest: float) -> Joint:
+    factor = largest / own.hysteresis[-1].slip_angle
+    stops = (replace(stop, slip_angle=factor * stop.slip_angle) for stop in own.hysteresis)
+    return replace(own, hysteresis=tuple(stops))
 
 
 def loop_rows(measured: Measurements) -> list[np.ndarray]:

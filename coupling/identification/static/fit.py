@@ -9,8 +9,7 @@ import numpy as np
 from coupling.errors import IdentifyError
 from coupling.identification.least_squares import LinearProblem, robust_weights, solved
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import MeasurementNoise, whitening
+from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import Prediction, StaticModel, rigid_prediction
 
 _MOST_PASSES = 25

@@ -12,8 +12,7 @@ from coupling.identification.intervals import ConfidenceIntervals
 from coupling.identification.separability import STRONG, Separability
 from coupling.identification.static.elastic import Candidate
 from coupling.identification.static.fit import StaticFit
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import MeasurementNoise
+from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.suspicions import CommonLoss, MovedPoint
 from coupling.identification.verdict import ParameterVerdict
 from elastic_robot.description import Robot

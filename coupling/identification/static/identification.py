@@ -14,8 +14,7 @@ from coupling.identification.separability import separability
 from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
 from coupling.identification.static.fit import StaticFit, fitted
 from coupling.identification.static.found import CandidateTest, Identification, judged, rms
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import MeasurementNoise
+from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.prediction import Prediction, StaticModel, candidate_column
 from coupling.identification.static.suspicions import common_loss, moved_points
 from elastic_robot.description import Robot

@@ -14,8 +14,7 @@ from scipy.stats import qmc
 
 from coupling.errors import IdentifyError
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.noise import MeasurementNoise, whitening
+from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import rigid_prediction
 from coupling.identification.verdict import quantile
 from elastic_robot.chain import build_chain

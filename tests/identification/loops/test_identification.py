@@ -19,7 +19,7 @@ from coupling.files.robot_file import load_robot, robot_numbers
 from coupling.identification.loops.identification import identify_loops
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.identification import IdentifyOptions
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import noise_of
 from elastic_robot.description import Robot
 
 NOISE = 5e-6  # [m]

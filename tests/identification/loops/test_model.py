@@ -8,8 +8,7 @@ from loading_loops import loops
 from noisy_arm import arm
 from slipping_robot import with_hysteresis
 
-from coupling.identification.loops.model import LoopModel
-from coupling.identification.loops.parameters import LoopParameters
+from coupling.identification.loops.model import LoopModel, LoopParameters
 
 
 @pytest.mark.parametrize("tilt", [False, True])

@@ -16,8 +16,7 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.found import rms, warnings
 from coupling.identification.static.identification import IdentifyOptions, identify
-from coupling.identification.static.measurements import read_measurements
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import noise_of, read_measurements
 from coupling.identification.static.prediction import rigid_prediction
 from elastic_robot.description import Tilt
 

@@ -12,7 +12,7 @@ from coupling.errors import IdentifyError
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import noise_of
 from coupling.identification.static.plan import (
     PlanRequest,
     _candidates,

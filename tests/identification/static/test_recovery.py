@@ -10,7 +10,7 @@ from random_robots import make_robot
 
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.fit import fitted
-from coupling.identification.static.noise import noise_of
+from coupling.identification.static.measurements import noise_of
 from examples.mujoco_robot.measuring import measured
 
 
