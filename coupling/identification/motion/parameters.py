@@ -14,7 +14,7 @@ from elastic_robot.gear_parts import Drive
 
 # A backlash below 1e-8 rad is none, as crossing it takes no time that counts; elements slip at some
 # torque.
-_LEAST = {
+_LEAST: dict[str, Callable[[float], float]] = {
     "backlash": lambda value: value if value > 1e-8 else 0.0,
     "hysteresis": lambda value: max(value, 1e-9),
 }
