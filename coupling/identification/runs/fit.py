@@ -51,23 +51,16 @@ _OVER, _FAR = 0.2, 2.0
 
 
 @dataclass(frozen=True)
-class ParameterFit:
-    """A fit.
+class ParameterFit(DescentPoint):
+    """The most likely robot, and how sure it is.
 
     Attributes:
-        z: Log factors of the parameters, then frame and clock of every measured run.
-        residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
-            measured with these in three more coordinates, as in `Residual`.
-        slow: Their slow parts [m], (k, 3) or (k, 6).
-        covariance: Of all unknowns, with rows that count by noise and by what is left over it; of each
-            parameter by the derivatives that give the wider interval.
+        covariance: Covariance of all unknowns, with rows that count by noise and by what is left over
+            it; of each parameter by the derivatives that give the wider interval.
         converged: Whether the last step explained next to nothing.
-        left_over: What is left over noise.
+        left_over: Discrepancy beyond noise.
     """
 
-    z: np.ndarray
-    residuals: tuple[np.ndarray, ...]
-    slow: tuple[np.ndarray, ...]
     covariance: np.ndarray
     converged: bool
     left_over: UnexplainedPart
@@ -129,7 +122,9 @@ class Fitter:
             if counted == 1.0:
                 break
         covariance = self._covariance(self._counted(now, left_over.over), now)
-        return ParameterFit(now.z, now.residuals, now.slow, covariance, converged, left_over)
+        return ParameterFit(
+            **vars(now), covariance=covariance, converged=converged, left_over=left_over
+        )
 
     def _counted(self, now: DescentPoint, over: float) -> Descent:
         """Return the way down with rows that count as their noise says, times its variance."""
