@@ -146,7 +146,7 @@ def _interval(own: MotionParameterResult | None) -> str:
     if own is None:
         return "not fitted"
     if not own.identified or own.value is None:
-        return "not told"
+        return "not identified"
     low, high = ("∞" if v is None else f"{v:.3g}" for v in (own.low, own.high))
     return f"{own.value:.3g} ({low} to {high})"
 
