@@ -15,6 +15,8 @@ from elastic_robot.parameters import Parameters
 # What every robot has, and what gears with hysteresis and motors have beside.
 KINDS = ("backlash", "stiffness", "damping")
 SLIPPING = ("hysteresis", "friction")
+# The largest slip angle of a gear's elements, to which the others are in proportion.
+SLIP_ANGLE = "slip_angle"
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class RobotParameter:
     Attributes:
         name: Name in the FMU, `joint[1].stiffness`.
         kind: One of `KINDS`; or of `SLIPPING`: "hysteresis", the torque at which all elements of a gear
-            slip, "friction", that of a motor at rest.
+            slip, "friction", that of a motor at rest; or `SLIP_ANGLE`.
         coordinate: Number of its elastic coordinate; of a motor that of its gear.
         gear: Number of its gear; None for a tilt.
         value: Value in the robot file [N m/rad, N m s/rad, rad, N m].
@@ -63,17 +65,19 @@ def robot_parameters(
                 continue
             value = _value(robot, nominal, kind, row, int(chain.elastic_joint[row]), tilt)
             gear = None if tilt else int(np.flatnonzero(chain.torsions == row)[0])
-            if value > 0.0 and (kind in ("damping", *SLIPPING) or not tabled):
+            if value > 0.0 and (kind not in ("stiffness", "backlash") or not tabled):
                 found.append(RobotParameter(f"{name}.{kind}", kind, row, gear, value))
     return tuple(found)
 
 
 def _value(robot: Robot, nominal: Parameters, kind: str, row: int, joint: int, tilt: bool) -> float:
     """Return the value of an elastic coordinate's parameter; 0 where it has none."""
+    own = robot.joints[joint]
+    if kind == SLIP_ANGLE:
+        return own.hysteresis[-1].slip_angle if own.hysteresis and not tilt else 0.0
     if kind != "friction":
         return float(getattr(nominal, kind)[row])
-    drive = robot.joints[joint].drive
-    return 0.0 if drive is None or tilt else drive.friction
+    return 0.0 if own.drive is None or tilt else own.drive.friction
 
 
 def with_joints(robot: Robot, changed: Mapping[int, Joint]) -> Robot:
@@ -85,7 +89,7 @@ def with_joints(robot: Robot, changed: Mapping[int, Joint]) -> Robot:
 def with_values(robot: Robot, values: Mapping[str, float]) -> Robot:
     """Return the robot with other values of its parameters, by name.
 
-    The elements of a gear keep their shares and slip angles.
+    The elements of a gear keep their shares, and the ratios of their slip angles.
     """
 
     def changed(place: str, own: Any) -> Any:
@@ -95,12 +99,14 @@ def with_values(robot: Robot, values: Mapping[str, float]) -> Robot:
 
     def slipping(name: str, own: Joint) -> Joint:
         torque, friction = (values.get(f"{name}.{kind}") for kind in SLIPPING)
+        angle, stops = values.get(f"{name}.{SLIP_ANGLE}"), own.hysteresis
         if torque is not None:
-            factor = torque / sum(stop.slip_torque for stop in own.hysteresis)
-            stops = (
-                replace(stop, slip_torque=factor * stop.slip_torque) for stop in own.hysteresis
-            )
-            own = replace(own, hysteresis=tuple(stops))
+            factor = torque / sum(stop.slip_torque for stop in stops)
+            stops = tuple(replace(stop, slip_torque=factor * stop.slip_torque) for stop in stops)
+        if angle is not None:
+            factor = angle / stops[-1].slip_angle
+            stops = tuple(replace(stop, slip_angle=factor * stop.slip_angle) for stop in stops)
+        own = replace(own, hysteresis=stops)
         if friction is not None and own.drive is not None:
             own = replace(own, drive=replace(own.drive, friction=friction))
         return own

@@ -18,10 +18,11 @@ import pinocchio as pin
 
 from coupling.errors import IdentifyError
 from coupling.files.gear_table import sheet_elements
+from coupling.files.robot_edit import place_of
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.prediction import Prediction, between, moved, with_tcp_at
-from coupling.robot.parameters import RobotParameter, robot_parameters, with_joints
+from coupling.robot.parameters import SLIP_ANGLE, RobotParameter, robot_parameters, with_joints
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.dynamics import Dynamics
@@ -62,18 +63,11 @@ class LoopParameters(ElasticParameters):
             torque_curve: A name of `TORQUE_CURVES`.
             shaped: Numbers of joints, from 0, whose slip angles are fitted as well.
         """
-        own = robot_parameters(robot, torque_curve, ("stiffness", "backlash", "hysteresis"))
-        angles = [
-            replace(
-                parameter,
-                name=parameter.name.replace("hysteresis", "slip_angle"),
-                kind="slip_angle",
-                value=robot.joints[joint_of(parameter)].hysteresis[-1].slip_angle,
-            )
-            for parameter in own
-            if parameter.kind == "hysteresis" and joint_of(parameter) in shaped
-        ]
-        return cls(robot, (*own, *angles))
+        kinds = ("stiffness", "backlash", "hysteresis", SLIP_ANGLE)
+        every = robot_parameters(robot, torque_curve, kinds)
+        return cls(
+            robot, tuple(own for own in every if own.kind != SLIP_ANGLE or joint_of(own) in shaped)
+        )
 
     def chosen(self, kind: str) -> np.ndarray:
         """Return which parameters are of a kind, (P,)."""
@@ -87,18 +81,10 @@ class LoopParameters(ElasticParameters):
         mask[j] = True
         return mask
 
-    def described(self, values: np.ndarray) -> Robot:
-        """Return the robot with values of p, (P,)."""
-        robot = super().described(values)
-        angles = np.maximum(values, self.least)[self.chosen("slip_angle")].tolist()
-        joints = [joint_of(own) for own in self.own if own.kind == "slip_angle"]
-        shaped = {i: _shaped(robot.joints[i], own) for i, own in zip(joints, angles, strict=True)}
-        return with_joints(robot, shaped)
-
 
 def joint_of(parameter: RobotParameter) -> int:
     """Return the number of a parameter's joint, from 0."""
-    return int(parameter.name.partition("]")[0].removeprefix("joint[")) - 1
+    return place_of(parameter.name)[0] - 1
 
 
 def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
@@ -120,12 +106,6 @@ def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
 def without_elements(robot: Robot, joints: Collection[int]) -> Robot:
     """Return the robot with gears that have no hysteresis, by their joints' numbers, from 0."""
     return with_joints(robot, {i: replace(robot.joints[i], hysteresis=()) for i in joints})
-
-
-def _shaped(own: Joint, largest: float) -> Joint:
-    factor = largest / own.hysteresis[-1].slip_angle
-    stops = (replace(stop, slip_angle=factor * stop.slip_angle) for stop in own.hysteresis)
-    return replace(own, hysteresis=tuple(stops))
 
 
 def loop_rows(measured: Measurements) -> list[np.ndarray]:
