@@ -136,8 +136,17 @@ def _judged(
     without = _left_out(plain, measured, options)
     parameters = judged(fit, sure, supports, separable)
     if not _squares(fit, left_out) < _squares(fit, without):
-        parameters = _none_predicts(parameters, separable.without_effect)
-    parameters = _alone(parameters)
+        reason = "loops that are left out are not predicted better with hysteresis than without"
+        acting = {name for name in elasticity.names if name not in separable.without_effect}
+        parameters = _refused(parameters, "hysteresis", acting, reason)
+    # A slip angle is nothing without its gear's slip torque.
+    unknown = {
+        own.name.replace("hysteresis", "slip_angle")
+        for own in parameters
+        if own.parameter.kind == "hysteresis" and not own.identifiable
+    }
+    reason = "its gear's hysteresis is not identified"
+    parameters = _refused(parameters, "slip_angle", unknown, reason)
     added = tuple(
         own.name
         for own in elasticity.own
@@ -170,11 +179,8 @@ def _judged(
         rms_start,
         rms_of(model.predict, written, measured),
         separable,
-        (),
-        None,
-        (),
         options.noise,
-        loops,
+        loops=loops,
     )
 
 
@@ -231,29 +237,11 @@ def _squares(fit: StaticFit, errors: np.ndarray) -> float:
     return float(np.sum(white**2))
 
 
-def _none_predicts(
-    parameters: tuple[IdentifiedParameter, ...], without_effect: Collection[str]
+def _refused(
+    parameters: tuple[IdentifiedParameter, ...], kind: str, names: Collection[str], reason: str
 ) -> tuple[IdentifiedParameter, ...]:
-    reason = "loops that are left out are not predicted better with hysteresis than without"
+    """Return the verdicts, those of a kind and of some names not identifiable for a reason."""
     return tuple(
-        replace(own, reason=reason)
-        if own.parameter.kind == "hysteresis" and own.name not in without_effect
-        else own
-        for own in parameters
-    )
-
-
-def _alone(parameters: tuple[IdentifiedParameter, ...]) -> tuple[IdentifiedParameter, ...]:
-    """Return the verdicts, a slip angle's not without that on its gear's slip torque."""
-    torques = {
-        own.parameter.coordinate: own.identifiable
-        for own in parameters
-        if own.parameter.kind == "hysteresis"
-    }
-    reason = "its gear's hysteresis is not identified"
-    return tuple(
-        replace(own, reason=reason)
-        if own.parameter.kind == "slip_angle" and not torques[own.parameter.coordinate]
-        else own
+        replace(own, reason=reason) if own.parameter.kind == kind and own.name in names else own
         for own in parameters
     )

@@ -139,10 +139,10 @@ class Identification:
         rms_start, rms_written: Of the start's and the written robot's error [m]; nan where one finds
             no rest.
         separability: Which parameters postures and loads distinguish.
+        noise: Standard deviations that were given.
         further: Parameters that were tested beside.
         loss: What every row lacks.
         points: Whether load and measured point seem to be elsewhere.
-        noise: Standard deviations that were given.
         loops: Errors of loading loops, where rows are such.
     """
 
@@ -156,10 +156,10 @@ class Identification:
     rms_start: float
     rms_written: float
     separability: Separability
-    further: tuple[CandidateTest, ...]
-    loss: CommonLoss | None
-    points: tuple[MovedPoint, ...]
     noise: MeasurementNoise
+    further: tuple[CandidateTest, ...] = ()
+    loss: CommonLoss | None = None
+    points: tuple[MovedPoint, ...] = ()
     loops: tuple[LoopErrors, ...] = ()
 
     @property

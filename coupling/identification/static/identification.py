@@ -141,10 +141,10 @@ def _once(
         rms_start,
         rms_of(model.predict, written, measured),
         separable,
+        options.noise,
         tuple(further),
         common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
         tuple(moved_points(fit, measured)),
-        options.noise,
     )
 
 
