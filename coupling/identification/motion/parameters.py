@@ -110,7 +110,8 @@ def _of_gear(i: int, joint: Joint) -> list[MotionParameter]:
         name = f"joint[{i + 1}].{kind}"
 
         def put(robot: Robot, value: float) -> Robot:
-            return with_values(robot, {name: _LEAST.get(kind, lambda own: own)(value)})
+            least = _LEAST.get(kind)
+            return with_values(robot, {name: value if least is None else least(value)})
 
         term = f"{kind} {i + 1}"
         return MotionParameter(name, term, i, value, unit, value, put, **further)
