@@ -32,8 +32,9 @@ class StateBlock:
     nominal: float
 
 
-# The states of model exchange in their order: x [rad], x' [rad/s] and s [rad]; of motors their angles
-# [rad] and rates [rad/s], z [N m] and the elongation of their friction [rad].
+# The states of model exchange in the order of modelDescription.xml and of the native FMU: x [rad], x'
+# [rad/s] and s [rad]; of motors their angles [rad] and rates [rad/s], z [N m] and the elongation of
+# their friction [rad].
 STATES = {
     "deflection": StateBlock("deflection_derivative", ANGLE),
     "deflection_rate": StateBlock("rate_derivative", RATE),
@@ -126,14 +127,14 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def rotor(name: str, unit: str, text: str, nominal: float, *starts_from: str) -> Block:
+    def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
         return block(
             [
                 Variable(
                     f"{name}[{i}]",
                     unit,
                     f"{text} of the motor of joint[{i}] where it moves by itself",
-                    nominal=nominal,
+                    nominal=STATES[name].nominal,
                 )
                 for i in motors
             ],
@@ -332,10 +333,10 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
-        "rotor_angle": rotor("rotor_angle", "rad", "Angle", ANGLE, "q_cmd", "strings", TIME),
-        "rotor_rate": rotor("rotor_rate", "rad/s", "Rate", RATE, "qd_cmd", "strings", TIME),
+        "rotor_angle": rotor("rotor_angle", "rad", "Angle", "q_cmd", "strings", TIME),
+        "rotor_rate": rotor("rotor_rate", "rad/s", "Rate", "qd_cmd", "strings", TIME),
         "servo_integral": rotor(
-            "servo_integral", "N.m", "Integral of the servo", TORQUE, *REST, "qd_cmd", "qdd_cmd"
+            "servo_integral", "N.m", "Integral of the servo", *REST, "qd_cmd", "qdd_cmd"
         ),
-        "presliding": rotor("presliding", "rad", "Elongation of the friction", PRESLIDING),
+        "presliding": rotor("presliding", "rad", "Elongation of the friction"),
     }

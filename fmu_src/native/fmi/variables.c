@@ -41,7 +41,7 @@ bool er_instance_require(er_instance *instance, int block)
     if ((instance->fresh & bit) != 0) /* nothing has changed since */
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance) ||
-        !er_blocks[block].find(instance, instance->outputs + instance->interface.first[block]))
+        !er_block_find(instance, block, instance->outputs + instance->interface.first[block]))
         return false;
     instance->fresh |= bit;
     return true;
