@@ -212,6 +212,8 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=TUNABLE if motors else (),
         )
 
+    # What motors feel of their gears' torque follows the place in a kinematic error.
+    felt = ("q_cmd", TIME) if len(chain.kinematic_errors.joint) else ()
     apart = "TCP minus rigid TCP"
     turned = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
@@ -329,7 +331,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         "motor_torque": torques(
             "motor_torque",
             "the motor at its gear's output",
-            (*COMMANDS, "torque_cmd", TIME) if motors else (),
+            (*COMMANDS, "torque_cmd", TIME) if motors else felt,
         ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
