@@ -4,8 +4,6 @@
  * A step is computed again from where it began, with the sensitivities of its state carried along,
  * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
  */
-#include "variables.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "exchange.h"
-#include "variables.h"
 
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };

@@ -1,7 +1,5 @@
 /* Variables of an instance: inputs and parameters as they are set, outputs computed when read, strings fixed
  * when initialisation ends. */
-#include "variables.h"
-
 #include <math.h>
 #include <string.h>
 
