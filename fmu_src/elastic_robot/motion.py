@@ -2,12 +2,12 @@
 
     M theta'' + h - J^T w + S(x) + H(s) + d x' = 0        rows of x
 
-is solved for x'' at every instant, with the equations of motors that move by themselves (`motors.py`) for
-theirs, and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the drives' third derivative
-jumps, where a gear reaches an edge of its backlash, where a contact is touched or left, where an element
-of hysteresis or a motor's friction begins or ends to slip, and where a servo reaches or leaves its torque
-limit, so that what is integrated is smooth.  The native core has an integrator of its own
-(docs/model.md): the two share the equations, not their solution.
+is solved for x'' at every instant, beside the equations of motors that move by themselves
+(`motors.py`), and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the drives' third
+derivative jumps, where a gear reaches an edge of its backlash, where a contact is touched or left, where
+an element of hysteresis or a motor's friction begins or ends to slip, and where a servo reaches or
+leaves its torque limit, so that what is integrated is smooth.  The native core has an integrator of its
+own (docs/model.md): the two share the equations, not their solution.
 """
 
 from __future__ import annotations
@@ -292,7 +292,7 @@ class DrivenMotion:
         instant: Callable[[float, np.ndarray], _Instant],
         modes: np.ndarray,
     ) -> _Event | None:
-        """Return the event function of edges of backlash, a contact's plane and torque limits, if any."""
+        """Return the event function of edges of backlash, a contact's plane and torque limits."""
         width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
         holds = begin.point.acting.contact.holds

@@ -1,11 +1,11 @@
-"""Motors with rotor, friction and servo, which drives are where they do not follow their command exactly.
+"""Motors with rotor, friction and servo: drives that do not follow their command exactly.
 
     J q'' = tau - (1 + eps'(q)) T - f(T, s, q')       T: torque of the gear on its link
     tau = sat(Kp w + z),   z' = Ki w,   w = Kv (q_cmd - q) + kff q_cmd' - q'
 
-f is `Drive.friction_torque`, whose elongation s over q is one more stop element (`hysteresis.py`).  At the
-torque limit z' = 0 where w would lead on beyond it.  Where the torque would go beyond the limit if z grew
-and fall behind it if z waited, z grows as much as keeps it there (Filippov's solution).
+f is `Drive.friction_torque`, whose elongation s over q is one more stop element (`hysteresis.py`).  At
+the torque limit z' = 0 where w would lead on beyond it.  Where the torque would go beyond the limit if z
+grew and fall behind it if z waited, z grows as much as keeps it there (Filippov's solution).
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class Motors:
         return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
 
     def joined(self, commands: np.ndarray, motors: np.ndarray) -> np.ndarray:
-        """Return what all drives do, (..., n), of commands to all, (..., n), and the motors, (..., d)."""
+        """Return what all drives do, (..., n), of commands, (..., n), and the motors, (..., d)."""
         joined = commands.copy()
         joined[..., self.joint] = motors
         return joined
@@ -223,6 +223,6 @@ def require_drives(robot: Robot, kind: str, quasistatic: bool, trajectory: bool 
         )
     if kind == "torque" and (quasistatic or trajectory):
         raise ParameterError(
-            "drive torque: expected mode dynamic and no trajectory, as torques are not told at rest or by"
-            f" one, got {'mode quasistatic' if quasistatic else 'a trajectory'}"
+            "drive torque: expected mode dynamic and no trajectory, as torques are not told at rest or"
+            f" by one, got {'mode quasistatic' if quasistatic else 'a trajectory'}"
         )

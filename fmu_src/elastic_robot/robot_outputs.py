@@ -116,8 +116,8 @@ class RobotOutputs:
     def motor_torque(self) -> np.ndarray:
         """Return the torque of each motor at its gear's output [N m], (torsions,).
 
-        Of an ideal drive what gives it the commanded motion: its gear's torque, as it feels it, its rotor's
-        inertia, the friction of a motor that has slipped; in quasi-static mode the gear's torque alone.
+        Of an ideal drive what gives it the commanded motion: its gear's torque, as it feels it, its
+        rotor's inertia, the friction of a motor that has slipped; in quasi-static mode its gear's alone.
         """
         carried, joints = self.gear_torque(), self.chain.elastic_joint[self.chain.torsions]
         held, frictions = self._held, iter(self._parameters.friction)
@@ -178,7 +178,7 @@ class RobotOutputs:
         return self._of_motors(law.rate(elongation, rate)[self.chain.elements.count :])
 
     def motor_slip(self) -> np.ndarray:
-        """Return how far their friction is from sticking or slipping instead [rad], (motors,); else 1."""
+        """Return how far their friction is from sticking or slipping instead [rad], (motors,)."""
         law, elongation, rate = self._friction()
         return self._of_motors(law.ways(elongation, rate)[self.chain.elements.count :], 1.0)
 
@@ -300,7 +300,7 @@ class RobotOutputs:
         """
         if self._motors.drives:
             raise ParameterError(
-                "linearise: expected drives that follow their commands, got motors that move by themselves"
+                "linearise: expected ideal drives, got motors that move by themselves"
             )
         damping = self._parameters.damping
         linear = linearise(self._dynamics, self._curve, damping, self._operating_point())

@@ -21,6 +21,7 @@ from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
 from elastic_robot.motors import DRIVES
+from elastic_robot.motors import IDEAL as IDEAL
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
