@@ -106,7 +106,13 @@ class ElasticRobot(RobotOutputs):
         return self._now().time
 
     def reset(
-        self, time: float, drives: Drives, load: Load, undeflected: bool = False, slipped: int = 0
+        self,
+        time: float,
+        drives: Drives,
+        load: Load,
+        undeflected: bool = False,
+        slipped: int = 0,
+        torque: np.ndarray | None = None,
     ) -> None:
         """Start at a time, at rest relative to the drives, with servos that hold the motors there.
 
@@ -117,12 +123,13 @@ class ElasticRobot(RobotOutputs):
             undeflected: Start with x = 0 instead of the equilibrium under gravity and load.
             slipped: How the gears went to their equilibrium: 0: from no load; 1: from far below, so that
                 all elements of hysteresis slip upwards; -1: from far above.
+            torque: Torques of the motors where they have no servos [N m], (d,); None: 0.
 
         Raises:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = HeldInputs.at(time, drives, load.at(0.0))
+        held = HeldInputs.at(time, drives, load.at(0.0), torque)
         past = Past.start(self._hysteresis, 0 if undeflected else slipped)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:

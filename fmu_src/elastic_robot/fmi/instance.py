@@ -92,7 +92,8 @@ class Instance:
         undeflected = strings["initial_state"] == "undeflected"
         slipped = SLIPPED.get(strings["initial_state"], 0)
         self._past = None
-        model.reset(0.0, self._drives(0.0, 0.0), self._values.load(), undeflected, slipped)
+        drives, load, torque = self._drives(0.0, 0.0), self._values.load(), self._values.torque()
+        model.reset(0.0, drives, load, undeflected, slipped, torque)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
