@@ -97,11 +97,13 @@ def static_sensitivities(
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))
     of_tcp = [jacobian[:, chain.elastic] @ part for part in parts]
     of_tcp[3] += jacobian[:, chain.drive]
-    names = by.parameters.names
-    return StaticSensitivities(
-        x=Sensitivity(*parts[:4], ByParameter(names, parts[4])),
-        tcp=Sensitivity(*of_tcp[:4], ByParameter(names, of_tcp[4])),
-    )
+
+    def sensitivity(wrench: np.ndarray, *others: np.ndarray) -> Sensitivity:
+        anchor, spring, drives, values = others
+        by_parameters = ByParameter(by.parameters.names, values)
+        return Sensitivity(wrench, anchor, spring, drives, by_parameters)
+
+    return StaticSensitivities(sensitivity(*parts), sensitivity(*of_tcp))
 
 
 def tcp_compliance(
