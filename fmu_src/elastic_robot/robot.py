@@ -169,8 +169,9 @@ class ElasticRobot(RobotOutputs):
             self._state = replace(state, time=end, x=x, elongation=past.elongation_at(x))
         else:
             self._state = self._advance(state, held, end, drives, load)
-        # The rigid robot goes with motors that have no command.
-        self._held = held if self._drive != "torque" else held.moved(self._moved(held))
+        self._held = held
+        if self._drive == "torque":  # the rigid robot goes with motors that have no command
+            self._held = replace(held, q=self.motor_angle(), qd=self.motor_rate())
 
     def _advance(
         self, state: State, held: HeldInputs, end: float, drives: Drives, load: Load
@@ -187,7 +188,7 @@ class ElasticRobot(RobotOutputs):
         )
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                return motion.advance(state, end, drives, load, self._given(held))
+                return motion.advance(state, end, drives, load, held.torque)
         except IntegrationError as cause:
             acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
             spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.has_spring

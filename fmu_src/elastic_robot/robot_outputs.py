@@ -202,14 +202,8 @@ class RobotOutputs:
 
     def _instant(self) -> MotorInstant:
         """Return what the motors do."""
-        held = self._held
-        return self._motors.at(
-            held.commands, self._now().motors, self._elastic_torque(), self._given(held)
-        )
-
-    def _given(self, held: HeldInputs) -> np.ndarray:
-        """Return the torques that motors without servo are given [N m], (d,)."""
-        return held.torque if held.torque.size else np.zeros(len(self._motors.drives))
+        motors, held = self._now().motors, self._held
+        return self._motors.at(held.commands, motors, self._elastic_torque(), held.torque)
 
     def _elastic_torque(self) -> np.ndarray:
         """Return S + H + d x' [N m], (m,)."""
@@ -231,18 +225,17 @@ class RobotOutputs:
     def _elastic_placement(self) -> pin.SE3:
         return base_from_tool(self.chain, self._dynamics.data, self._theta())
 
-    def _moved(self, held: HeldInputs) -> np.ndarray:
+    def _moved(self) -> np.ndarray:
         """Return q, q', q'' of all motors, at rest in quasi-static mode, (3, n)."""
-        moving, motors = self._motors, self._now().motors
-        commands = held.commands * [[1.0], [not self._quasistatic], [not self._quasistatic]]
-        if not moving.drives:
-            return commands
-        now = moving.at(commands, motors, self._elastic_torque(), self._given(held))
-        return moving.joined(commands, np.stack([motors.angle, motors.rate, now.acceleration]))
+        if self._quasistatic:
+            return self._held.commands * [[1.0], [0.0], [0.0]]
+        motors = self._now().motors
+        motion = np.stack([motors.angle, motors.rate, self._instant().acceleration])
+        return self._motors.joined(self._held.commands, motion)
 
     def _at_output(self) -> np.ndarray:
         """Return the motion of all drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n)."""
-        return self.chain.kinematic_errors.at_output(self._moved(self._held))
+        return self.chain.kinematic_errors.at_output(self._moved())
 
     def _theta(self) -> np.ndarray:
         """Return the angles of the chain [rad], (angles,)."""
@@ -315,7 +308,7 @@ class RobotOutputs:
 
     def _output_by_motor(self) -> np.ndarray:
         """Return the derivatives of the drives at their gears' outputs by the motors, (3 n, 3 n)."""
-        return self.chain.kinematic_errors.gradient(self._moved(self._held))
+        return self.chain.kinematic_errors.gradient(self._moved())
 
     def _operating_point(self) -> OperatingPoint:
         state = self._now()
