@@ -22,11 +22,7 @@ from elastic_robot.residual import (
     residual_derivatives,
 )
 from elastic_robot.snapshot import HeldInputs
-from elastic_robot.static_sensitivity import (
-    StaticSensitivities,
-    static_sensitivities,
-    tcp_compliance,
-)
+from elastic_robot.static_sensitivity import StaticSensitivities, static_sensitivities
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TorqueCurve, ways_to_bends
 from elastic_robot.turns import Turns
@@ -270,7 +266,7 @@ class RobotOutputs:
         Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring or
         a contact at the TCP the force is shared with it, its anchor at rest.
         """
-        return tcp_compliance(*self._at_rest())
+        return static_sensitivities(*self._at_rest()).tcp.wrench
 
     def static_sensitivities(self) -> StaticSensitivities:
         """Return the derivatives of equilibrium and TCP by load, drives and parameters."""

@@ -91,7 +91,8 @@ def static_sensitivities(
     )
     by = residual_derivatives(dynamics, curve, none[0], point)
     forces = [by.wrench, by.anchor, by.spring, by.drive, by.parameters.values]
-    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
+    stiffness = -dynamics.static_torque_gradient(chain.theta(q, x), acting)
+    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x) + hysteresis.slope
     moved = -np.linalg.solve(stiffness, np.hstack(forces))
     parts = np.split(moved, np.cumsum([matrix.shape[1] for matrix in forces[:-1]]), axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))
@@ -104,32 +105,3 @@ def static_sensitivities(
         return Sensitivity(wrench, anchor, spring, drives, by_parameters)
 
     return StaticSensitivities(sensitivity(*parts), sensitivity(*of_tcp))
-
-
-def tcp_compliance(
-    dynamics: Dynamics,
-    curve: TorqueCurve,
-    q: np.ndarray,
-    x: np.ndarray,
-    acting: ToolLoad,
-    hysteresis: HeldHysteresis = NO_HYSTERESIS,
-) -> np.ndarray:
-    """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone [m/N, ..], (6, 6)."""
-    chain = dynamics.chain
-    jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
-    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
-    return jacobian @ np.linalg.solve(stiffness, jacobian.T)
-
-
-def _stiffness(
-    dynamics: Dynamics,
-    curve: TorqueCurve,
-    q: np.ndarray,
-    x: np.ndarray,
-    acting: ToolLoad,
-    hysteresis: HeldHysteresis,
-) -> np.ndarray:
-    """Return K = dF/dx [N m/rad], (m, m)."""
-    stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), acting)
-    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x) + hysteresis.slope
-    return stiffness
