@@ -57,8 +57,7 @@ def case_of(folder: Path, robot: str, keys: str = "", more: str = "") -> Case:
             'drive = "servo"',
             r"robot: drive: expected a \[joint.drive\] in the file of icme",
         ),
-        (SERVO, 'drive = "servo"\nfmu = "python"', 'robot: drive: expected fmu = "native"'),
-        (SERVO, 'fmu = "python"', 'robot: drive: expected "ideal" beside fmu = "python", which'),
+        (SERVO, 'fmu = "python"', "servo"),
         (SERVO, 'drive = "torque"', "robot: drive: expected 'ideal' or 'servo', got 'torque'"),
     ],
 )

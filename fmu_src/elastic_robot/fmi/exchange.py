@@ -20,9 +20,6 @@ from elastic_robot.fmi.sizes import (
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 from elastic_robot.hysteresis import REVERSAL_TIME
 
-# What there is of motors that move by themselves; zero in Python, whose drives follow their commands.
-OF_MOTORS = {*ROTORS, *(STATES[key].derivative for key in ROTORS), "motor_slip", "torque_room"}
-
 
 @dataclass(frozen=True)
 class Rate:

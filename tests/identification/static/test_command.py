@@ -20,7 +20,7 @@ from elastic_robot.description import Robot, Tilt
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
-from elastic_robot.static_sensitivity import tcp_compliance
+from elastic_robot.static_sensitivity import static_sensitivities
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import LinearCurve
 
@@ -148,7 +148,8 @@ def rotational_trace(robot: Robot, q: np.ndarray) -> float:
     dynamics = Dynamics(chain, np.zeros(3))
     curve = LinearCurve.build(Parameters.of(robot))
     x = np.zeros(chain.elastic_count)
-    return float(np.trace(tcp_compliance(dynamics, curve, q, x, ToolLoad())[3:, 3:]))
+    at_rest = static_sensitivities(dynamics, curve, q, x, ToolLoad())
+    return float(np.trace(at_rest.tcp.wrench[3:, 3:]))
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
