@@ -186,7 +186,7 @@ class SplineFit:
         return equations, np.append(self.drive.defects(coefficients, misses), errors)
 
     def along(self, coefficients: np.ndarray, misses: np.ndarray) -> SplineFit:
-        """Return the fit about a motion [rad], (n,), (nodes,): itself where its drive keeps none of it."""
+        """Return the fit about a motion [rad], (n,), (nodes,): itself where its drive keeps none."""
         drive = self.drive.along(coefficients, misses)
         return self if drive is self.drive else replace(self, drive=drive)
 
