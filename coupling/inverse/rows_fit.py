@@ -1,4 +1,4 @@
-"""A servo's command on the controller's rows: the spline under which the motor misses its motion least.
+"""A command on the controller's rows: the spline under which a motor, or a rigid joint, misses least.
 
 What a command gives too much, eta, moves the motor by  omega / (s + omega)  of its rate loop, omega =
 (Kp + b) / J, times  (kff s + Kv) / (s + Kv)  of its position loop.  Rows follow what is slower than
@@ -7,7 +7,8 @@ sooner: the squares of W eta with
 
     W(s) = omega (kff s + omega) / (s + omega)^2
 
-are summed over dense times, which makes one matrix for all rows, a narrow band.
+are summed over dense times, which makes one matrix for all rows, a narrow band.  Where a joint is
+rigid and follows its command at once, W is 1.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _DENSE, _LEAST = 2.5e-4, 8
 # What W has forgotten: exp(-omega t) t [1].
 _FORGOTTEN = 16.0
 # Rows, by the degree, over which a spline forgets a coefficient that is not there.
-_ALONE = 6
+_ALONE = 12
 # Weight of eta itself, that no part of a command is without any.
 _ITSELF = 1e-3
 
@@ -52,39 +53,47 @@ def _parts(rows: CommandRows) -> int:
     return max(_LEAST, ceil(rows.cycle / _DENSE - 1e-9))
 
 
+def _lag(drive: Drive) -> float:
+    """Return 1 / omega [s]."""
+    return drive.inertia / (drive.rate_gain + drive.viscous)
+
+
 @dataclass(frozen=True)
-class ServoRows:
-    """Fit of a servo's command on rows.
+class RowsFit:
+    """Fit of a command on rows, seen through a servo or as it is.
 
     Attributes:
-        drive: The drive.
+        drive: The drive; None where the joint is at its command.
         rows: The controller's rows.
         wanted: Command at the `dense_times` [rad], (n,).
-        begins: q [rad], q' and q'' of the motor at the first time, with which the command begins.
-        ends: q' of the motor at the last time [rad/s], where the path does not end at rest.
+        begins: q [rad], q' and maybe q'' of the motor at the first time, with which the command begins.
+        ends: q' [rad/s] and maybe q'' of the motor at the last time, none where it is at rest.
     """
 
-    drive: Drive
+    drive: Drive | None
     rows: CommandRows
     wanted: np.ndarray
-    begins: tuple[float, float, float]
-    ends: float = 0.0
+    begins: tuple[float, ...]
+    ends: tuple[float, ...] = ()
 
     @property
     def _pad(self) -> int:
         """Rows beside the command's first and last one, over which W forgets."""
-        return ceil(_FORGOTTEN / (self._omega * self.rows.cycle)) + _ALONE * self.rows.degree
-
-    @property
-    def _omega(self) -> float:
-        return (self.drive.rate_gain + self.drive.viscous) / self.drive.inertia
+        alone = _ALONE * self.rows.degree
+        return (
+            alone
+            if self.drive is None
+            else alone + ceil(_FORGOTTEN * _lag(self.drive) / self.rows.cycle)
+        )
 
     def _weighted(self, values: np.ndarray) -> np.ndarray:
         """Return W of values at dense times, at rest with the first before it."""
-        step, omega = self.rows.cycle / _parts(self.rows), self._omega
-        once = low_pass(values, step, 1.0 / omega, values[0])
+        if self.drive is None:
+            return values
+        step, lag = self.rows.cycle / _parts(self.rows), _lag(self.drive)
+        once = low_pass(values, step, lag, values[0])
         kff = self.drive.feed_forward
-        blended = kff * once + (1.0 - kff) * low_pass(once, step, 1.0 / omega, once[0])
+        blended = kff * once + (1.0 - kff) * low_pass(once, step, lag, once[0])
         return blended
 
     @cached_property
@@ -114,10 +123,11 @@ class ServoRows:
         parts, (one, weighted) = _parts(self.rows), self._basis
         step, pad = self.rows.cycle / parts, self._pad
         time = step * np.arange(1, 3 * pad * parts + 1)
-        angle, rate, bend = self.begins
+        angle, rate, bend = (*self.begins, 0.0)[:3]
         past = -time[: 2 * pad * parts][::-1]
         before = angle + rate * past + 0.5 * bend * past**2
-        behind = self.wanted[-1] + self.ends * time
+        rate, bend = (*self.ends, 0.0, 0.0)[:2]
+        behind = self.wanted[-1] + rate * time + 0.5 * bend * time**2
         values = np.concatenate([before, self.wanted, behind])
 
         def seen_by(splines: np.ndarray, signal: np.ndarray) -> np.ndarray:
