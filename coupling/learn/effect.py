@@ -22,7 +22,7 @@ from coupling.fit.parameters import RobotParameter
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
-from coupling.learn.friction import moved_by_friction
+from coupling.learn.friction import friction_at_rest, moved_by_friction
 from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import changed, prior_of, robot_with
 from coupling.robot.robot_fmu import RobotFmu
@@ -36,6 +36,8 @@ _SELDOM = 4
 # Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
 # is measured [rad], are left to the gears' equation.
 _NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
+# Those that change what motors do by less than this part of its deviation are left to it, too.
+_NEGLIGIBLE_PART = 0.05
 
 T = TypeVar("T")
 
@@ -74,7 +76,9 @@ class ParameterEffect:
         self._model = moving.model
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
+        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
+
+        Behind them is what these do to angles [rad] and torques [N m] of motors that were recorded.
 
         Args:
             x: Log factors around which, (P,).
@@ -88,7 +92,8 @@ class ParameterEffect:
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self.parameters, x))
         settling = own.damping / own.stiffness  # [s]
-        columns = np.empty((len(time), 6, len(x)))
+        motors = () if self._pass.seen.motors is None else self._pass.seen.motors.columns
+        columns = np.zeros((len(time), 6 + len(motors), len(x)))
         for k, parameter in enumerate(self.parameters):
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])
@@ -96,22 +101,31 @@ class ParameterEffect:
                 moved = -behind[:, angle]
             elif parameter.kind == "friction":
                 angle = int(model.gears[parameter.gear])
-                moved = np.interp(inside, self._time, self._by_friction(parameter, x[k]))
+                joint = int(model.chain.elastic_joint[parameter.coordinate])
+                told = self._by_friction(parameter, joint, x[k])
+                moved = np.interp(inside, self._time, told["motor"])
+                for c, (kind, of) in enumerate(motors):
+                    if of == joint:
+                        columns[:, 6 + c, k] = np.interp(inside, self._time, told[kind])
             else:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
-            columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
+            columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
 
-    def _by_friction(self, parameter: RobotParameter, log: float) -> np.ndarray:
-        """Return how a motor's angle follows the log factor of its friction [rad], (k,)."""
-        joint = int(self._model.chain.elastic_joint[parameter.coordinate])
+    def _by_friction(
+        self, parameter: RobotParameter, joint: int, log: float
+    ) -> dict[str, np.ndarray]:
+        """Return how a motor's angle [rad] and torque [N m] follow its friction's log factor, (k,)."""
         drive, column = self._robot.joints[joint].drive, int(self._model.gears[parameter.gear])
         assert drive is not None
         angle, rate = (self.theta.at(self._time, order)[:, column] for order in (0, 1))
         own = replace(drive, friction=parameter.value * float(np.exp(log)))
-        return moved_by_friction(own, self._time, angle, rate)
+        return {
+            "motor": moved_by_friction(own, self._time, angle, rate),
+            "motor_torque": friction_at_rest(own, angle, rate),
+        }
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:
@@ -155,14 +169,18 @@ class SecantEffect:
         moved = self._plain - self._plain.mean(axis=0)
         shifts, turns = (
             prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
-            for own in (moved[:, :3], moved[:, 3:])
+            for own in (moved[:, :3], moved[:, 3:6])
         )
         turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
         vibrates = np.array([own.vibrates for own in effect.parameters])
-        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates)
+        told = np.zeros(len(prior), dtype=bool)
+        if one.seen.motors is not None:
+            by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
+            told = (by_motors > _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]).any(axis=0)
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | told)
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
+        """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
 
         Args:
             x: Log factors around which, (P,).
@@ -177,7 +195,7 @@ class SecantEffect:
         return columns
 
     def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
-        """Return how the tool stands for several log factors."""
+        """Return how the tool stands, and what motors do, for several log factors."""
 
         def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
             return self._pass.simulated(fmu, changed(self._parameters, x)).pose(time)

@@ -31,8 +31,7 @@ def moved_by_friction(
         >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
         -0.02
     """
-    part = presliding(angle, drive.slip_angle)
-    torque = drive.friction_torque(drive.friction, part, rate, np.zeros(1)) - drive.viscous * rate
+    torque = friction_at_rest(drive, angle, rate)
     kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
     loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
     # Without an integral both sides have a factor p.
@@ -40,3 +39,17 @@ def moved_by_friction(
     numerator, denominator, _ = cont2discrete(by, float(time[1] - time[0]), "foh")
     moved: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
     return moved
+
+
+def friction_at_rest(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Return a motor's friction without what is viscous or grows with the load [N m], (n,).
+
+    It is the derivative of its torque by the log factor of the friction, but for what its rotor does.
+
+    Args:
+        drive: The drive.
+        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+    """
+    part = presliding(angle, drive.slip_angle)
+    torque: np.ndarray = drive.friction_torque(drive.friction, part, rate, np.zeros(1))
+    return torque - drive.viscous * rate

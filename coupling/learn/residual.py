@@ -26,7 +26,8 @@ class Residual:
     """What one measured run leaves, by where the simulated tool is and by frame, clock and probe.
 
     Rows have three coordinates, and where orientations were measured three more: rotation vectors times
-    a lever by which their noise is that of a coordinate.
+    a lever by which their noise is that of a coordinate.  Behind them are angles and torques of motors,
+    less their means, in units of their deviations times that noise.
 
     Attributes:
         one: The measured run.
@@ -49,40 +50,56 @@ class Residual:
         moved, turned = self.noise
         return max(moved, _LEAST) / max(turned, _LEAST_TURN)
 
+    @cached_property
+    def _unit(self) -> np.ndarray:
+        """What a unit of each column of motors counts as [m/rad], [m/N m], (c,)."""
+        assert self.one.seen.motors is not None
+        unit: np.ndarray = max(self.noise[0], _LEAST) / self.one.seen.motors.deviation
+        return unit
+
     def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
-        """Return the residual at the times of the measurement [m], (n, 3) or (n, 6).
+        """Return the residual at the times of the measurement [m], (n, 3) or (n, 6), + c of motors.
 
         Args:
             path: Where the simulated tool is.
-            own: Frame, clock and, with orientations, probe, (7,) or (10,).
+            own: Frame, clock and, with orientations, probe, (7,) or (10,); with motors' clock (11,).
         """
         seen = self.one.seen
         time = seen.time + own[6]
         position = path.position(time)
         arm = position - seen.position.mean(axis=0)
         rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
-        if self.one.held is None:
-            return rest
-        turned = self._turned(time) - path.turn(time) - own[3:6]
-        turned = turned - self.one.held(self._inside(time)).apply(own[7:])
-        return np.hstack([rest, self.lever * turned])
+        parts = [rest]
+        if self.one.held is not None:
+            turned = self._turned(time) - path.turn(time) - own[3:6]
+            turned = turned - self.one.held(self._inside(time)).apply(own[7:10])
+            parts.append(self.lever * turned)
+        if seen.motors is not None:
+            off = seen.motors.values - path.motors(time + own[10])
+            parts.append(self._unit * (off - off.mean(axis=0)))
+        return np.hstack(parts)
 
     def columns(self, columns: np.ndarray) -> np.ndarray:
-        """Return derivatives of poses, (n, 6, ..), in the unit of rows, (n, 3 or 6, ..)."""
-        if self.one.held is None:
-            return columns[:, :3]
-        return np.concatenate([columns[:, :3], self.lever * columns[:, 3:]], axis=1)
+        """Return derivatives of poses and motors, (n, 6 + c, p), in the unit of rows."""
+        parts = [columns[:, :3]]
+        if self.one.held is not None:
+            parts.append(self.lever * columns[:, 3:6])
+        if self.one.seen.motors is not None:
+            of_motors = columns[:, 6:]
+            parts.append(self._unit[:, None] * (of_motors - of_motors.mean(axis=0)))
+        return np.concatenate(parts, axis=1)
 
     def by_frame(self, path: SimulatedPath, time: np.ndarray, size: int) -> np.ndarray:
-        """Return derivatives of rows by frame, clock and probe, (k, 3 or 6, size).
+        """Return derivatives of rows by frame, clocks and probe, (k, 3 or 6 + c, size).
 
         Args:
             path: Where the simulated tool is.
             time: Times on the command's clock [s], (k,).
-            size: Number of these unknowns, 7 or 10.
+            size: Number of these unknowns, 7, 10 or 11.
         """
         seen = self.one.seen
-        frame = np.zeros((len(time), 6, size))
+        of_motors = path.motors(time, 1)
+        frame = np.zeros((len(time), 6 + of_motors.shape[1], size))
         arm = path.position(time) - seen.position.mean(axis=0)
         for axis in range(3):
             frame[:, axis, axis] = frame[:, 3 + axis, 3 + axis] = 1.0
@@ -90,8 +107,10 @@ class Residual:
         frame[:, :3, 6] = path.position(time, 1)
         if self.one.held is not None:
             held = self.one.held(self._inside(time))
-            frame[:, 3:, 6] = held.apply(self.one.held(self._inside(time), 1))
-            frame[:, 3:, 7:] = held.as_matrix()
+            frame[:, 3:6, 6] = held.apply(self.one.held(self._inside(time), 1))
+            frame[:, 3:6, 7:10] = held.as_matrix()
+        if seen.motors is not None:
+            frame[:, 6:, 6] = frame[:, 6:, 10] = of_motors
         return self.columns(frame)
 
     def _turned(self, time: np.ndarray) -> np.ndarray:
