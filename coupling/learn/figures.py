@@ -6,6 +6,7 @@ import numpy as np
 
 from coupling.learn.judge import LearnedParameter
 from coupling.learn.learning import Learned
+from coupling.learn.measurement import MeasuredPath
 from coupling.learn.residual import Residual
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 from coupling.results.learned_result import (
@@ -36,6 +37,14 @@ def _parameter(own: LearnedParameter) -> LearnedParameterResult:
     return LearnedParameterResult.of(own, factor_low=low, factor_high=high)
 
 
+def _of_motors(one: MeasuredPath) -> dict[str, float]:
+    """Return the deviations by which columns of motors count [rad], [N m], by name."""
+    motors = one.seen.motors
+    if motors is None:
+        return {}
+    return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
+
+
 def _pass(found: Learned, number: int) -> LearnedPassResult:
     one, source = found.passes[number], found.sources[number]
     size = (len(found.fit.z) - len(found.parameters)) // len(found.passes)
@@ -50,6 +59,7 @@ def _pass(found: Learned, number: int) -> LearnedPassResult:
         frame_turn_rad=own[3:6],
         clock_s=own[6],
         orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
+        motors=_of_motors(one),
         time=SlowPart.of(one.seen.time).time,
         left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
