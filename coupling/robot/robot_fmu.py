@@ -201,7 +201,7 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        values = {"mode": "dynamic", **changed}
+        values: dict[str, float | str] = {"mode": "dynamic", **changed}
         rows = self._run(command, wrench, values, joints=joints, what=what)
         path = ToolPath(wrench.instants, rows[:, : len(POSE)])
         blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
