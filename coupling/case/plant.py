@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from coupling.case.robots import (
@@ -33,11 +34,15 @@ def _as_list(value: object) -> object:
 # One factor for all joints, or one for each.
 _Several = Annotated[list[NotNegative], Field(min_length=1)]
 _SeveralPositive = Annotated[list[Positive], Field(min_length=1)]
+_SeveralAngles = Annotated[list[float], Field(min_length=1)]
 Factors = Annotated[
     _Several, BeforeValidator(_as_list, json_schema_input_type=NotNegative | _Several)
 ]
 PositiveFactors = Annotated[
     _SeveralPositive, BeforeValidator(_as_list, json_schema_input_type=Positive | _SeveralPositive)
+]
+Angles = Annotated[
+    _SeveralAngles, BeforeValidator(_as_list, json_schema_input_type=float | _SeveralAngles)
 ]
 
 
@@ -53,6 +58,8 @@ class _PlantRobotTable(Schema):
     hysteresis_factor: Factors = [1.0]
     friction_factor: Factors = [1.0]
     servo_gain_factor: PositiveFactors = [1.0]
+    kinematic_error_factor: Factors = [1.0]
+    kinematic_error_phase_deg: Angles = [0.0]
     payload_kg: NotNegative = 0.0
     payload_position_m: Vector3 | None = None
 
@@ -95,15 +102,18 @@ class _PlantRobotTable(Schema):
             tuple(self.hysteresis_factor),
             tuple(self.friction_factor),
             tuple(self.servo_gain_factor),
+            tuple(self.kinematic_error_factor),
+            tuple(np.deg2rad(self.kinematic_error_phase_deg).tolist()),
             self.payload_kg,
             None if place is None else tuple(place),
         )
         curve = self.torque_curve or torque_curve
-        for name in FACTORS:
+        keys = {name: f"{name}_factor" for name in FACTORS}
+        for name, key in {**keys, "kinematic_error_phase": "kinematic_error_phase_deg"}.items():
             count = len(getattr(difference, name))
             if count not in (1, len(robot.joints)):
                 raise CaseError(
-                    f"{name}_factor: expected one number, or {len(robot.joints)}, one for each joint,"
+                    f"{key}: expected one number, or {len(robot.joints)}, one for each joint,"
                     f" got {count}"
                 )
         for name in ("friction", "servo_gain"):
@@ -111,7 +121,11 @@ class _PlantRobotTable(Schema):
                 raise CaseError(
                     f'{name}_factor: expected drive = "servo" beside it, got "{moved}", which knows none'
                 )
-        return PlantRobot(difference.description(robot), curve, difference, moved)
+        try:
+            described_so = difference.description(robot)
+        except ValueError as cause:  # kinematic errors that no gear has
+            raise CaseError(f"kinematic_error_factor: {cause}") from cause
+        return PlantRobot(described_so, curve, difference, moved)
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""
@@ -227,6 +241,8 @@ class StudyTable(Schema):
         hysteresis_factor: Factor of the slip torques of the gears that have elements.
         friction_factor: Factor of the friction of motors, at rest and viscous.
         servo_gain_factor: Factor of the gains of their servos.
+        kinematic_error_factor: Factor of the amplitudes of gears' kinematic errors.
+        kinematic_error_phase_deg: What is added to the phases of their sines.
         force_factor: Factor of the process's whole wrench.
         payload_kg: Mass that the tool of the first robot carries in addition.
         payload_position_m: Its place in the last body's frame; the TCP unless given.
@@ -243,6 +259,8 @@ class StudyTable(Schema):
     hysteresis_factor: Uncertain = None
     friction_factor: Uncertain = None
     servo_gain_factor: Uncertain = None
+    kinematic_error_factor: Uncertain = None
+    kinematic_error_phase_deg: Uncertain = None
     force_factor: Uncertain = None
     payload_kg: Uncertain = None
     payload_position_m: Vector3 | None = None
@@ -252,7 +270,7 @@ class StudyTable(Schema):
         for name, spread in self.spreads().items():
             if name in ("stiffness_factor", "servo_gain_factor") and spread.least <= 0.0:
                 raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
-            if spread.least < 0.0:
+            if spread.least < 0.0 and name != PHASE:
                 raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
         return self
 
@@ -263,7 +281,8 @@ class StudyTable(Schema):
         return found or dict(DEFAULT_SPREADS)
 
 
-SPREADS = (*(f"{name}_factor" for name in FACTORS), "force_factor", "payload_kg")
+PHASE = "kinematic_error_phase_deg"
+SPREADS = (*(f"{name}_factor" for name in FACTORS), PHASE, "force_factor", "payload_kg")
 DEFAULT_SPREADS = {
     "stiffness_factor": Distribution(low=0.98, high=1.02),
     "damping_factor": Distribution(low=0.8, high=1.2),
@@ -271,5 +290,7 @@ DEFAULT_SPREADS = {
     "hysteresis_factor": Distribution(low=0.7, high=1.3),
     "friction_factor": Distribution(low=0.7, high=1.3),
     "servo_gain_factor": Distribution(low=0.8, high=1.2),
+    "kinematic_error_factor": Distribution(low=0.7, high=1.3),
+    "kinematic_error_phase_deg": Distribution(low=-180.0, high=180.0),
     "force_factor": Distribution(low=0.95, high=1.05),
 }

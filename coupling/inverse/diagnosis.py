@@ -131,11 +131,7 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     """Return the diagnosis of every gear under its loads."""
     model = robot.model
     backlash, damping = robot.backlash, robot.damping_in_backlash
-    held = [
-        own.torque(np.minimum(own.slip_angle, b))
-        for own, b in zip(robot.elements, backlash, strict=True)
-    ]
-    none = np.maximum(no_torque(backlash, damping), held)
+    none = np.maximum(no_torque(backlash, damping), robot.held_in_backlash)
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     changes = backlash_reversals(step, loads.torque, backlash, damping)
     slipping = np.array([own.count > 0 for own in robot.elements], dtype=bool)

@@ -118,6 +118,12 @@ class MovingRobot:
         return np.where(none, 0.0, self._gears.backlash)
 
     @property
+    def held_in_backlash(self) -> np.ndarray:
+        """Torque up to which unloaded elements hold each gear in its backlash [N m], (gears,)."""
+        pairs = zip(self.elements, self.backlash, strict=True)
+        return np.array([own.torque(np.minimum(own.slip_angle, b)) for own, b in pairs])
+
+    @property
     def damping_in_backlash(self) -> np.ndarray:
         """Damping that turns the gears in their backlash [N m s/rad], (gears,)."""
         return damping_in_backlash(self._gear_curve, self._gears.damping, self.elements)

@@ -80,7 +80,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.
-    exact = np.array([[gear.margin for gear in gears]])
+    exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
     return EvaluatedSetting(setting, content, figures, cost, gears)

@@ -90,6 +90,7 @@ def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -
         conditioning=figures.conditioning[0],
         limit_margin_rad=figures.limit_margin[0],
         rate_share=figures.rate_share[0],
+        motor_share=figures.motor_share[0],
         gears=[
             GearResult.of(gear, swing_Nm=swing)
             for gear, swing in zip(own.gears, figures.swing[0], strict=True)

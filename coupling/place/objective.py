@@ -38,6 +38,7 @@ class PlaceDemands:
             "a joint too near to its limit": figures.limit_margin < self.joint_margin,
             "too near to a singular posture": figures.conditioning < self.conditioning,
             "a joint too fast": figures.rate_share > 1.0,
+            "a motor too weak": figures.motor_share > 1.0,
         }
         left = np.ones(len(figures), dtype=bool)
         for what, wrong in reasons.items():
@@ -60,14 +61,18 @@ class PlaceDemands:
         return share
 
     def exposure(self, figures: ScreenFigures) -> np.ndarray:
-        """Return the error of the tool at rest by backlashes that are 20 % off, summed [m], (n,)."""
-        exposed: np.ndarray = np.sum(self.risk(figures) * figures.miss, axis=1)
+        """Return the error of the tool at rest by what is not known of gears, summed [m], (n,).
+
+        Backlashes 20 % off count where gears may reverse, slip torques 30 % off wherever torques change:
+        elements know no side on which they are not loaded.
+        """
+        exposed: np.ndarray = np.sum(self.risk(figures) * figures.miss + figures.slip_miss, axis=1)
         return exposed
 
 
 Cost = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
-# Cost [m] of displacement by the process and of exposure to backlash [m], (n,) each.
+# Cost [m] of displacement by the process and of exposure to backlash and hysteresis [m], (n,) each.
 OBJECTIVES: dict[Objective, Cost] = {
     "stiffness": lambda moved, exposed: moved + _BESIDE * exposed,
     "backlash": lambda moved, exposed: exposed + _BESIDE * moved,

@@ -25,7 +25,7 @@ class PartMap:
         across, up: Names of the axes.
         first, second: Their values [m], (a,) and (b,).
         moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
-        exposure: Error of the tool at rest by backlashes 20 % off [m], (b, a); NaN there as well.
+        exposure: Error of the tool at rest by what is not known of gears [m], (b, a); NaN there as well.
         changing: Number of gears with backlash whose torque changes sign, (b, a).
     """
 

@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from coupling.case.file import Case
 from coupling.case.place import Objective
 from coupling.case.robots import described
-from coupling.errors import CaseError, require_no_hysteresis
+from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
+from coupling.place.gear_loops import GearLoops
 from coupling.place.objective import PlaceDemands, PlaceObjective
 from coupling.place.screen import Screen
 from coupling.place.settings import LENGTHS, NAMES, CellLayout, Ranges
@@ -38,7 +39,7 @@ class Placing:
     Attributes:
         case: The case.
         robot: Its robot as its file describes it.
-        backlash: Half width of the backlash of its gears [rad], (gears,).
+        gears: Backlash and hysteresis of its gears.
         cell: What all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (8,).
         ranges: Ranges of the settings.
@@ -49,7 +50,7 @@ class Placing:
 
     case: Case
     robot: Robot
-    backlash: np.ndarray
+    gears: GearLoops
     cell: CellLayout
     present: np.ndarray
     ranges: Ranges
@@ -59,7 +60,7 @@ class Placing:
 
     def screen(self, stations: Stations) -> Screen:
         """Return the screen of settings at some places of the path."""
-        return Screen(self.robot, self.backlash, self.case.robots[0].home, self.cell, stations)
+        return Screen(self.robot, self.gears, self.case.robots[0].home, self.cell, stations)
 
     def content(self, setting: np.ndarray, home: np.ndarray) -> dict[str, Any]:
         """Return the case in another setting, as the content of a case file.
@@ -99,12 +100,10 @@ def require_one_robot(case: Case) -> None:
 
     Raises:
         CaseError: If it has two robots, or its robot not six joints, or no gear that gives way.
-        HysteresisError: If one has hysteresis.
     """
     if len(case.robots) > 1:
         raise CaseError(f"{case.name}: expected a case of one robot, got one with [support]")
     robot = case.robots[0].description
-    require_no_hysteresis(robot, "place")
     if len(robot.joints) != _JOINTS:
         raise CaseError(
             f"{case.name}: expected a robot of {_JOINTS} joints, got {len(robot.joints)}"
@@ -124,7 +123,8 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         objective: Objective in place of the case's own.
 
     Raises:
-        CaseError: If nothing is free, or the objective is backlash and its gears have none.
+        CaseError: If nothing is free, or the objective is backlash and its gears have none, nor
+            hysteresis.
         ProcessError: If the process has no answer.
     """
     require_one_robot(case)
@@ -138,10 +138,10 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
             f"{case.name}: place: expected a range that is one, got nothing that is free"
         )
     wanted = objective or table.optimise
-    backlash = MovingRobot(placed.description, placed.torque_curve).backlash
-    if wanted == "backlash" and not backlash.any():
+    gears = GearLoops.of(MovingRobot(placed.description, placed.torque_curve))
+    if wanted == "backlash" and not (gears.backlash.any() or gears.slip_torque.any()):
         raise CaseError(
-            f"{case.name}: expected gears with backlash to optimise, got"
+            f"{case.name}: expected gears with backlash or hysteresis to optimise, got"
             f" {robot.name} without any: optimise stiffness"
         )
     gravity = np.array(robot.gravity)
@@ -158,7 +158,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         float(np.deg2rad(table.joint_margin_deg)), table.least_conditioning, table.clear_share
     )
     goal = PlaceObjective(wanted, demands, bool(np.any(stations.wrench)))
-    return Placing(case, robot, backlash, cell, present, ranges, in_part, stations, goal)
+    return Placing(case, robot, gears, cell, present, ranges, in_part, stations, goal)
 
 
 def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from coupling.inverse.reversals import backlash_miss, margin
+from coupling.place.gear_loops import GearLoops
 from coupling.place.moved import MovedPath, split, waves_of
 from coupling.place.settings import CellLayout
 from coupling.place.stations import Stations
@@ -37,9 +38,12 @@ class ScreenFigures:
         rate_share: Largest rate of a joint over its limit [1], (n,); 0 without limits.
         deviation: Displacement of the TCP by the process's wrench [m], (n,).
         compliance: Compliance of the TCP in its softest direction [m/N], (n,).
-        margin: Distance of the torque of each gear from zero, `reversals.margin` [N m], (n, g).
+        margin: Distance of the torque of each gear from zero, `reversals.margin`, or from what its
+            elements hold in its backlash [N m], (n, g).
         swing: Range of each gear's torque [N m], (n, g).
         miss: Error of the tool at rest by a backlash 20 % off, `reversals.backlash_miss` [m], (n, g).
+        slip_miss: The same by slip torques 30 % off, `GearLoops.slip_miss` [m], (n, g).
+        motor_share: Largest torque of a motor over its limit [1], (n,); 0 without limits.
     """
 
     reached: np.ndarray
@@ -51,6 +55,8 @@ class ScreenFigures:
     margin: np.ndarray
     swing: np.ndarray
     miss: np.ndarray
+    slip_miss: np.ndarray
+    motor_share: np.ndarray
 
     def __len__(self) -> int:
         return len(self.reached)
@@ -77,7 +83,8 @@ class Batch:
         rate: Joint rates [rad/s], (k, joints, n).
         torque: Torque that the links need of the gears, with inertia [N m], (k, gears, n).
         lever: Displacement of the TCP by their wind-up [m/rad], (k, gears, n).
-        deviation, compliance, conditioning: As of `ScreenFigures` [m], [m/N], [1], (k, n).
+        deviation, compliance, conditioning, motor_share: As of `ScreenFigures` [m], [m/N], [1], [1],
+            (k, n).
     """
 
     q: np.ndarray
@@ -87,12 +94,13 @@ class Batch:
     deviation: np.ndarray
     compliance: np.ndarray
     conditioning: np.ndarray
+    motor_share: np.ndarray
 
     @classmethod
     def unknown(cls, places: int, joints: int, gears: int, settings: int) -> Batch:
         """Return a batch of NaN."""
         rows = ((places, joints, settings),) * 2 + ((places, gears, settings),) * 2
-        return cls(*(np.full(shape, np.nan) for shape in rows + ((places, settings),) * 3))
+        return cls(*(np.full(shape, np.nan) for shape in rows + ((places, settings),) * 4))
 
     def put(self, places: np.ndarray, settings: np.ndarray, values: Batch) -> None:
         """Write values at places (p,) in settings (s,), numbers of both; the values as (.., p s)."""
@@ -117,7 +125,7 @@ class Screen:
 
     Args:
         robot: The robot as its file describes it.
-        backlash: Half width of the backlash of its gears [rad], (gears,).
+        gears: Backlash and hysteresis of its gears.
         home: Joint angles from which the tool is led to the part [rad], (joints,).
         cell: What all settings share.
         stations: Places of the path to look at.
@@ -130,18 +138,24 @@ class Screen:
     def __init__(
         self,
         robot: Robot,
-        backlash: np.ndarray,
+        gears: GearLoops,
         home: np.ndarray,
         cell: CellLayout,
         stations: Stations,
     ) -> None:
-        self.stations, self._cell, self._home, self._backlash = stations, cell, home, backlash
+        self.stations, self._cell, self._home, self._gears = stations, cell, home, gears
         self._robot, self._serial = robot, SerialRobot(robot)
         chain, parameters = build_chain(robot), Parameters.of(robot)
         self._softness = 1.0 / parameters.stiffness
         self.gear_joint = chain.elastic_joint[chain.torsions]
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
         self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
+        self._errors = chain.kinematic_errors
+        self._motors = [
+            (gear, joint, drive, drive.torque_limit)
+            for gear, joint in enumerate(self.gear_joint.tolist())
+            if (drive := robot.joints[joint].drive) and drive.torque_limit is not None
+        ]
         self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
         poses = stations.poses
         self._waves = waves_of(poses, _NEAR)
@@ -196,15 +210,35 @@ class Screen:
         push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
         gears = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
         deviation, compliance = self._given_way(arms, push)
+        torque = np.stack([push[k] for k in gears]) - load[self.gear_joint]
         return Batch(
             q=q,
             rate=moving.rate,
-            torque=np.stack([push[k] for k in gears]) - load[self.gear_joint],
+            torque=torque,
             lever=np.stack([np.sqrt(dot(arms[k], arms[k])) for k in gears]),
             deviation=deviation,
             compliance=compliance,
             conditioning=moving.conditioning,
+            motor_share=self._motor_share(q, moving, torque),
         )
+
+    def _motor_share(self, q: np.ndarray, moving: FollowingRobot, torque: np.ndarray) -> np.ndarray:
+        """Return the largest torque of a motor over its limit [1], (n,).
+
+        That of `coupling.inverse.servo`, eq. (1), with motors that move as the links do.
+        """
+        share = np.zeros(q.shape[1])
+        if not self._motors:
+            return share
+        outputs = np.stack([own.T for own in (q, moving.rate, moving.acceleration)])
+        motors = self._errors.at_motor(outputs)
+        slope = self._errors.slope(motors[0])
+        for gear, joint, drive, limit in self._motors:
+            _, rate, acceleration = motors[..., joint]
+            of_friction = drive.friction_torque(drive.friction, np.sign(rate), rate, torque[gear])
+            needed = drive.inertia * acceleration - slope[:, joint] * torque[gear] + of_friction
+            share = np.maximum(share, np.abs(needed) / limit)
+        return share
 
     def _elastic_axes(self, now: FollowingRobot) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Return axes and levers of all elastic coordinates, (3, n) each."""
@@ -234,6 +268,7 @@ class Screen:
         q = self._unwound(batch.q)
         from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
         share = np.abs(batch.rate) / self._rates[:, None]
+        swing, lever = np.ptp(batch.torque, axis=0).T, batch.lever.max(axis=0).T
         return ScreenFigures(
             reached=np.isfinite(batch.q[0, 0]),
             limit_margin=from_limits.min(axis=(0, 1)),
@@ -241,9 +276,11 @@ class Screen:
             rate_share=share.max(axis=(0, 1)),
             deviation=batch.deviation.max(axis=0),
             compliance=batch.compliance.max(axis=0),
-            margin=margin(batch.torque).T,
-            swing=np.ptp(batch.torque, axis=0).T,
-            miss=backlash_miss(self._backlash[:, None], batch.lever.max(axis=0)).T,
+            margin=margin(batch.torque).T - self._gears.held,
+            swing=swing,
+            miss=backlash_miss(self._gears.backlash, lever),
+            slip_miss=self._gears.slip_miss(swing, lever),
+            motor_share=batch.motor_share.max(axis=0),
         )
 
     def _unwound(self, q: np.ndarray) -> np.ndarray:

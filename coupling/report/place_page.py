@@ -70,7 +70,7 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     ]
     moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
-        *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
+        *("setting", moved, f"{figures.unknown} [um]", "backlash reversals (gear: times)"),
         *("conditioning", "from joint limits [deg]", "what is free"),
     )
     lost = "As it is, the robot cannot follow the path."
@@ -119,7 +119,7 @@ def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figur
     drawn = []
     for own in maps:
         for values, what, top in zip(
-            (own.moved, own.exposure), (moved, "backlash 20 % off"), tops, strict=True
+            (own.moved, own.exposure), (moved, figures.unknown), tops, strict=True
         ):
             figure = go.Figure()
             figure.add_heatmap(
@@ -179,13 +179,14 @@ def _hint(own: PartMap, i: int, j: int) -> str:
     if not np.isfinite(own.moved[i, j]):
         return f"{place}: not possible"
     return (
-        f"{place}: displacement {_UM * own.moved[i, j]:.0f} um, backlash {_UM * own.exposure[i, j]:.1f}"
+        f"{place}: displacement {_UM * own.moved[i, j]:.0f} um, gears {_UM * own.exposure[i, j]:.1f}"
         f" um, {own.changing[i, j]:.0f} gears reverse"
     )
 
 
 def _gears(figures: PlacementResult) -> Section:
     """Return what the gears go through, as it is and at the best."""
+    slips = "hysteresis" in figures.unknown
     rows = [
         (
             f"{name}, joint {gear.joint}",
@@ -194,6 +195,7 @@ def _gears(figures: PlacementResult) -> Section:
             f"{gear.margin_Nm:.0f}",
             f"{gear.swing_Nm:.0f}",
             f"{_UM * gear.backlash_20_percent_m:.0f}",
+            *([f"{_UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
         )
         for name, own in figures.named[: 1 if figures.present is None else 2]
         for gear in own.gears
@@ -201,6 +203,7 @@ def _gears(figures: PlacementResult) -> Section:
     header = (
         *("gear", "backlash reversals", "in backlash [s]", "clear of zero by [N m]", "swing [N m]"),
         "backlash 20 % off [um]",
+        *(["hysteresis 30 % off [um]"] if slips else []),
     )
     return Section("Gears", (_GEARS, Table(header, rows)))
 
@@ -209,15 +212,16 @@ def _map_note(figures: PlacementResult) -> Note:
     what = "the process" if figures.forced else "100 N"
     return Note(
         "What each place of the part comes to with tool and base held as they are now, or as the best"
-        f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do at"
-        " rest. White: out of reach, too near to a limit or to a singular posture. The colours end where"
+        f" setting holds them: displacement by {what}, and what gears with {figures.unknown} do at rest."
+        " White: out of reach, too near to a limit or to a singular posture. The colours end where"
         " 95 % of the places do."
     )
 
 
 _TABLE = Note(
     "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
-    " rest at gears that may reverse, summed (in motion several times as much); backlash reversals"
+    " rest at gears that may reverse (in motion several times as much), and slip torques of hysteresis"
+    " that are 30 % off wherever torques change, summed; backlash reversals"
     " along the whole path; distance from singular postures (1 over the norm of the inverse Jacobian,"
     " lengths in units of the reach)."
 )

@@ -57,7 +57,8 @@ def sentence(figures: RunResult, process: str) -> str:
 def _of_gears(figures: RunResult) -> str:
     """Return what an error of the backlash would do, and those of what not every robot has."""
     told = [_of_backlash(figures)]
-    for name, where in (("hysteresis", "gears"), ("friction", "motors"), ("servo gain", "motors")):
+    others = {"hysteresis": "gears", "friction": "motors", "servo gain": "motors"}
+    for name, where in {**others, "kinematic error": "gears"}.items():
         rows = [row for row in figures.robustness if row.name.startswith(name)]
         told += [_worst(rows, where)] if rows else []
     return "; ".join(told)

@@ -51,6 +51,7 @@ class LearnedPassResult(PassResult):
     """A measured pass that a robot was learned from."""
 
     orientation_noise_rad: float | None
+    motors: dict[str, float] = {}
     left_robot_file_m: list[float]
     left_learned_m: list[float]
 

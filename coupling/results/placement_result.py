@@ -33,6 +33,7 @@ class SettingResult(ResultPart):
     conditioning: float
     limit_margin_rad: float | None
     rate_share: float
+    motor_share: float = 0.0
     gears: tuple[GearResult, ...]
 
 
@@ -67,6 +68,12 @@ class PlacementResult(ResultFile):
     best: Annotated[tuple[SettingResult, ...], Field(min_length=1)]
     maps: tuple[MapResult, ...]
     version: str
+
+    @property
+    def unknown(self) -> str:
+        """What is taken to be off of the gears, in words."""
+        slips = any(gear.hysteresis_30_percent_m is not None for gear in self.best[0].gears)
+        return f"backlash 20 %{', hysteresis 30 %' if slips else ''} off"
 
     @property
     def named(self) -> list[tuple[str, SettingResult]]:

@@ -16,7 +16,7 @@ _NOTHING = (0.0, 0.0, 0.0)
 # Parameters that may differ by a factor, in the order in which they are told; those of gears and tilts
 # are parameters of FMUs.
 _ELASTIC = ("stiffness", "damping", "backlash", "hysteresis")
-FACTORS = (*_ELASTIC, "friction", "servo_gain")
+FACTORS = (*_ELASTIC, "friction", "servo_gain", "kinematic_error")
 _ABOVE_ZERO = ("stiffness", "servo_gain")
 
 
@@ -29,6 +29,8 @@ class ModelMismatch:
             at their joints; one for all joints, or one for each, (joints,).
         friction: Factors of the friction of motors, at rest and viscous; likewise.
         servo_gain: Factors of the gains Kv, Kp and Ki of their servos, > 0; likewise.
+        kinematic_error: Factors of the amplitudes of the gears' kinematic errors; likewise.
+        kinematic_error_phase: What is added to the phases of their sines [rad]; likewise.
         payload: Mass that the last body carries in addition, as a point [kg], >= 0.
         payload_position: Place of that mass in the last body's frame [m], (3,); None: at the TCP.
 
@@ -46,6 +48,8 @@ class ModelMismatch:
     hysteresis: Vector = (1.0,)
     friction: Vector = (1.0,)
     servo_gain: Vector = (1.0,)
+    kinematic_error: Vector = (1.0,)
+    kinematic_error_phase: Vector = (0.0,)
     payload: float = 0.0
     payload_position: Vector | None = None
 
@@ -59,14 +63,20 @@ class ModelMismatch:
                 raise ValueError(
                     f"{name}: expected finite factors {bound}, got {list(factors.tolist())}"
                 )
+        if not np.all(np.isfinite(self.kinematic_error_phase)):
+            raise ValueError(
+                "kinematic_error_phase: expected finite angles [rad], got"
+                f" {list(self.kinematic_error_phase)}"
+            )
         if not (np.isfinite(self.payload) and self.payload >= 0.0):
             raise ValueError(f"payload: expected a finite mass >= 0 [kg], got {self.payload}")
 
     def description(self, robot: Robot) -> Robot:
-        """Return a robot with the payload and with other motors; other factors are in `parameters`.
+        """Return a robot with the payload, other motors and errors; other factors are in `parameters`.
 
         Raises:
-            ValueError: If there are neither one nor as many factors as joints.
+            ValueError: If there are neither one nor as many factors as joints, or kinematic errors
+                become larger than those of any gear.
 
         Example:
             >>> from coupling.files.robot_file import find_robot, load_robot
@@ -74,7 +84,7 @@ class ModelMismatch:
             >>> ModelMismatch().description(robot) is robot
             True
         """
-        robot = self._with_motors(robot)
+        robot = self._with_errors(self._with_motors(robot))
         if self.payload == 0.0:
             return robot
         place = robot.tcp_position if self.payload_position is None else self.payload_position
@@ -100,8 +110,31 @@ class ModelMismatch:
 
     def shows(self, robot: Robot, torque_curve: str, drive: str) -> bool:
         """Return whether a robot whose drives are "ideal" or have a "servo" moves otherwise for it."""
-        own = self if drive != IDEAL else replace(self, friction=(1.0,), servo_gain=(1.0,))
+        own = self.under(drive)
         return bool(own.parameters(robot, torque_curve)) or own.description(robot) != robot
+
+    def under(self, drive: str) -> ModelMismatch:
+        """Return what of it shows under drives that are "ideal", which have no motors, or a "servo"."""
+        return self if drive != IDEAL else replace(self, friction=(1.0,), servo_gain=(1.0,))
+
+    def _with_errors(self, robot: Robot) -> Robot:
+        """Return a robot with other amplitudes and phases of its gears' kinematic errors."""
+        if set(self.kinematic_error) == {1.0} and set(self.kinematic_error_phase) == {0.0}:
+            return robot
+        factors = self._by_joint("kinematic_error", robot)
+        shifts = self._by_joint("kinematic_error_phase", robot)
+        joints = [
+            replace(
+                joint,
+                kinematic_error=tuple(
+                    replace(sine, amplitude=factor * sine.amplitude, phase=sine.phase + shift)
+                    for sine in joint.kinematic_error
+                    if factor > 0.0
+                ),
+            )
+            for joint, factor, shift in zip(robot.joints, factors, shifts, strict=True)
+        ]
+        return replace(robot, joints=tuple(joints))
 
     def _with_motors(self, robot: Robot) -> Robot:
         """Return a robot with other friction and gains."""
@@ -126,7 +159,7 @@ class ModelMismatch:
         factors, count = getattr(self, key), len(robot.joints)
         if len(factors) not in (1, count):
             raise ValueError(
-                f"{key}: expected one factor, or {count}, one for each joint, got {len(factors)}"
+                f"{key}: expected one number, or {count}, one for each joint, got {len(factors)}"
             )
         return [float(factor) for factor in np.broadcast_to(factors, count)]
 

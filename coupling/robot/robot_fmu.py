@@ -182,8 +182,30 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, {"mode": "dynamic"}, joints=joints)[:, len(POSE) :]
-        return MotorHistory(tuple(joints), wrench.instants, *np.hsplit(rows, len(_OF_MOTORS)))
+        return self.with_motors(command, wrench, joints)[1]
+
+    def with_motors(
+        self,
+        command: JointPath,
+        wrench: WrenchHistory,
+        joints: Sequence[int],
+        changed: Mapping[str, float] = MappingProxyType({}),
+        what: str = "",
+    ) -> tuple[ToolPath, MotorHistory]:
+        """Run a command in dynamic mode and return the TCP's path and what motors do on it.
+
+        Args:
+            command, wrench, changed, what: As for `simulate`.
+            joints: Joints that have the motors, from 0.
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        values: dict[str, float | str] = {"mode": "dynamic", **changed}
+        rows = self._run(command, wrench, values, joints=joints, what=what)
+        path = ToolPath(wrench.instants, rows[:, : len(POSE)])
+        blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
+        return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
 
     def _run(
         self,

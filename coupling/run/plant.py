@@ -173,6 +173,11 @@ def _of_difference(difference: ModelMismatch) -> list[str]:
             phrases.append(
                 f"{name.replace('_', ' ')} x {', '.join(f'{factor:g}' for factor in factors)}"
             )
+    if set(difference.kinematic_error_phase) != {0.0}:
+        shifts = np.rad2deg(difference.kinematic_error_phase)
+        phrases.append(
+            f"kinematic error's phase + {', '.join(f'{shift:g}' for shift in shifts)} deg"
+        )
     if difference.payload:
         phrases.append(f"payload + {difference.payload:g} kg")
     return phrases

@@ -51,6 +51,10 @@ VARIATIONS = (
     RobotVariation("friction -30 %", ModelMismatch(friction=(0.7,))),
     RobotVariation("servo gain +20 %", ModelMismatch(servo_gain=(1.2,))),
     RobotVariation("servo gain -20 %", ModelMismatch(servo_gain=(0.8,))),
+    # The mean square of what a sine does more with any phase is that of one a quarter turn on.
+    RobotVariation(
+        "kinematic error, phase unknown", ModelMismatch(kinematic_error_phase=(0.5 * np.pi,))
+    ),
     RobotVariation("force +5 %", force=1.05),
 )
 
@@ -88,7 +92,7 @@ def replayed(
         cell: The robots.
         models: What simulates each of them, in their order.
         found: The command.
-        simulate: What simulates a robot with other motors.
+        simulate: What simulates a robot with other motors or kinematic errors.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing.
@@ -103,7 +107,7 @@ def replayed(
         pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
         if not (changes(models, differences) or pushes):
             continue
-        others = [_with_motors(model, variation.difference, simulate) for model in models]
+        others = [_described(model, variation.difference, simulate) for model in models]
         path = differing(cell, others, differences, variation.name).simulate(
             found.joints, loaded.scaled(variation.force), "dynamic"
         )
@@ -119,12 +123,12 @@ def changes(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatc
     return any(own.shows(model.robot, model.torque_curve, model.drive) for model, own in pairs)
 
 
-def _with_motors(
+def _described(
     model: SimulatedModel, difference: ModelMismatch, simulate: Simulate
 ) -> SimulatedModel:
-    """Return a model with the motors of a difference; ideal drives have none."""
-    other = difference.description(model.robot)
-    if model.drive == IDEAL or other is model.robot:
+    """Return a model with the motors, which ideal drives have not, and errors of a difference."""
+    other = difference.under(model.drive).description(model.robot)
+    if other == model.robot:
         return model
     return simulate(other, model.torque_curve, model.drive)
 

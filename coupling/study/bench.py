@@ -94,7 +94,7 @@ class RobotPool:
         """
         sampled = self._work.parameters.sampled(values)
         try:
-            # An own payload takes an FMU of its own, which goes with the sample.
+            # An own payload or kinematic error takes an FMU of its own, which goes with the sample.
             with Models(self._work.kind) as own:
                 path, coupling = self._run(sampled, own)
         except HostError:
@@ -124,7 +124,10 @@ class RobotPool:
     def _sampled_cell(self, sampled: SampledRobots, own: Models) -> Cell:
         simulated = []
         for robot, difference in zip(self._work.robots, sampled.differences, strict=True):
-            description = difference.description(robot.description)
+            try:
+                description = difference.description(robot.description)
+            except ValueError as cause:  # kinematic errors that no gear has
+                raise SimulationError(str(cause)) from cause
             models = self._models if description is robot.description else own
             simulated.append(models.of(description, robot.torque_curve, robot.drive))
         return differing(self._cell, simulated, sampled.differences, "sampled parameters")

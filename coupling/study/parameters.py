@@ -10,11 +10,19 @@ import numpy as np
 from scipy.stats import truncnorm
 
 from coupling.case.file import Case, PlacedRobot
-from coupling.case.plant import CUT_OFF, Distribution, StudyTable
+from coupling.case.plant import CUT_OFF, PHASE, Distribution, StudyTable
 from coupling.robot.mismatch import FACTORS, ModelMismatch
 
 # Keys of what not every robot has.
-_NOT_EVERY = ("hysteresis_factor", "friction_factor", "servo_gain_factor")
+_NOT_EVERY = (
+    "hysteresis_factor",
+    "friction_factor",
+    "servo_gain_factor",
+    "kinematic_error_factor",
+    PHASE,
+)
+# Keys that may be one for each joint.
+_OF_JOINTS = (*(f"{name}_factor" for name in FACTORS), PHASE)
 
 
 @dataclass(frozen=True)
@@ -135,24 +143,30 @@ class StudyParameters:
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
-            factors = {
-                key: self._factors(by_name, f"{key}_factor", robot, joints) for key in FACTORS
-            }
+            own = {_field(key): self._of_joints(by_name, key, robot, joints) for key in _OF_JOINTS}
             payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
             differences.append(
-                ModelMismatch(**factors, payload=payload, payload_position=self.payload_position)
+                ModelMismatch(**own, payload=payload, payload_position=self.payload_position)
             )
         return SampledRobots(tuple(differences), by_name.get("force_factor", 1.0))
 
-    def _factors(
+    def _of_joints(
         self, by_name: Mapping[str, float], key: str, robot: str, joints: int
     ) -> tuple[float, ...]:
-        """Return one factor for all joints, or one for each."""
+        """Return one factor, or shift of phases [rad], for all joints, or one for each."""
+        unit, none = (np.deg2rad(1.0), 0.0) if key == PHASE else (1.0, 1.0)
         if key in by_name:
-            return (by_name[key],)
+            return (float(unit * by_name[key]),)
         who = _who(robot, len(self.robots))
-        each = [by_name.get(f"{who}{key}[{i + 1}]", 1.0) for i in range(joints)]
-        return tuple(each) if any(factor != 1.0 for factor in each) else (1.0,)
+        each = [
+            float(unit * by_name.get(f"{who}{key}[{i + 1}]", none / unit)) for i in range(joints)
+        ]
+        return tuple(each) if any(own != none for own in each) else (none,)
+
+
+def _field(key: str) -> str:
+    """Return the attribute of `ModelMismatch` that a key stands for."""
+    return key.removesuffix("_deg" if key == PHASE else "_factor")
 
 
 def _who(robot: str, robots: int) -> str:
@@ -161,7 +175,7 @@ def _who(robot: str, robots: int) -> str:
 
 def _names(key: str, table: StudyTable, case: Case) -> tuple[str, ...]:
     """Return the names of a key's parameters."""
-    if table.joints == "alike" or key.removesuffix("_factor") not in FACTORS:
+    if table.joints == "alike" or key not in _OF_JOINTS:
         return (key,)
     return tuple(
         f"{_who(robot.name, len(case.robots))}{key}[{i + 1}]"
@@ -175,7 +189,7 @@ def _shows(key: str, case: Case, loaded: bool) -> bool:
     """Return whether a parameter changes anything in a case."""
     if key == "force_factor":
         return loaded
-    if key.removesuffix("_factor") not in FACTORS:
+    if key not in _OF_JOINTS:
         return True
     return any(
         _changes(robot, key, i)
@@ -185,7 +199,8 @@ def _shows(key: str, case: Case, loaded: bool) -> bool:
 
 
 def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
-    """Return whether a factor at one joint changes a parameter of the robot."""
-    factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
-    changed: dict[str, Any] = {key.removesuffix("_factor"): factors}
+    """Return whether a factor, or a phase, at one joint changes a parameter of the robot."""
+    other, none = (1.0, 0.0) if key == PHASE else (0.5, 1.0)
+    own = tuple(other if i == joint else none for i in range(len(robot.description.joints)))
+    changed: dict[str, Any] = {_field(key): own}
     return ModelMismatch(**changed).shows(robot.description, robot.torque_curve, robot.drive)

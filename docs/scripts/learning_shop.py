@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import tomlkit
@@ -60,7 +60,7 @@ class Shop:
         self._count = 0
         self._first = self._compensated(tomlkit.dumps(data))
 
-    def __enter__(self) -> Shop:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:

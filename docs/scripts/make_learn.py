@@ -21,6 +21,7 @@ import tomlkit
 from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned
 from docs.scripts.learning_coverage import beyond, coverage
+from docs.scripts.learning_motors import motors
 from docs.scripts.learning_others import others
 from docs.scripts.learning_shop import Shop, cone
 from docs.scripts.learning_studies import (
@@ -194,6 +195,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "beyond": beyond,
     "trials": trials,
     "others": others,
+    "motors": motors,
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from line_case import moving_line
 from motor_file import with_motors
@@ -25,7 +26,7 @@ from coupling.study.bench import RobotPool
 from coupling.study.conduct import _work
 from coupling.study.parameters import StudyParameters
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
+from elastic_robot.gear_parts import Drive, KinematicError
 
 MOTORS = {
     "friction +30 %": (1.3, 1.0),
@@ -157,3 +158,106 @@ def test_a_study_samples_motors_where_they_move(finished, tmp_path):
     assert same.deviation.maximum == pytest.approx(after, abs=1e-12)
     robot = changed_by_hand(case.robots[0].description, 0.75, 1.1)
     assert other.deviation.maximum == pytest.approx(left(robot, stored, tmp_path), abs=1e-12)
+
+
+SINES = (KinematicError(3e-5, 1.0, 0.4), KinematicError(2e-5, 120.0))
+
+
+def turned_by_hand(robot: Robot, factor: float, shift: float) -> Robot:
+    """Every gear's sines as complex amplitudes a e^(ip), times factor e^(i shift)."""
+    joints = []
+    for joint in robot.joints:
+        sines = []
+        for e in joint.kinematic_error:
+            phasor = factor * e.amplitude * np.exp(1j * (e.phase + shift))
+            sines.append(KinematicError(abs(phasor), e.order, float(np.angle(phasor))))
+        joints.append(replace(joint, kinematic_error=tuple(sines)))
+    return replace(robot, joints=tuple(joints))
+
+
+def with_sines(folder: Path, drive: str = "ideal", more: str = "") -> Case:
+    case = case_of(folder, f'drive = "{drive}"', more)
+    (placed,) = case.robots
+    joints = [replace(j, kinematic_error=SINES) for j in placed.description.joints]
+    own = replace(placed.description, joints=tuple(joints))
+    return replace(case, robots=(replace(placed, description=own),))
+
+
+def sines_of(robot: Robot) -> np.ndarray:
+    return np.array(
+        [
+            (e.amplitude, e.order, np.exp(1j * e.phase))
+            for j in robot.joints
+            for e in j.kinematic_error
+        ]
+    )
+
+
+def test_other_kinematic_errors_are_those_of_turned_phasors(tmp_path):
+    """Factors and phases for all joints or one each; 0 leaves none; they show under any drives."""
+    robot = with_sines(tmp_path).robots[0].description
+    own = ModelMismatch(kinematic_error=(1.5,), kinematic_error_phase=(0.7,))
+    hand = turned_by_hand(robot, 1.5, 0.7)
+    np.testing.assert_allclose(sines_of(own.description(robot)), sines_of(hand), rtol=1e-14)
+    assert own.parameters(robot, "backlash") == {}
+    assert all(own.shows(robot, "backlash", drive) for drive in ("ideal", "servo"))
+    assert not any(
+        j.kinematic_error for j in ModelMismatch(kinematic_error=(0,)).description(robot).joints
+    )
+    one = ModelMismatch(kinematic_error_phase=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)).description(robot)
+    assert [a == b for a, b in zip(one.joints, robot.joints, strict=True)] == [
+        i != 2 for i in range(6)
+    ]
+    bare = load_robot(find_robot("icme2008"))
+    assert not own.shows(bare, "backlash", "servo")
+    with pytest.raises(ValueError, match="kinematic_error_phase: expected finite"):
+        ModelMismatch(kinematic_error_phase=(np.nan,))
+    with pytest.raises(ValueError, match="kinematic_error_phase: expected one number, or 6"):
+        ModelMismatch(kinematic_error_phase=(0.1, 0.2)).description(robot)
+
+
+def test_a_run_has_a_row_of_kinematic_errors_with_an_unknown_phase(tmp_path):
+    """It is its command on a robot whose sines are a quarter turn on; without sines there is none."""
+    name = "kinematic error, phase unknown"
+    case = with_sines(tmp_path)
+    run = run_compensation(case)
+    (tmp_path / "out").mkdir()
+    write_run(tmp_path / "out", case, run)
+    rows = {row.name: row.deviation.maximum for row in run.robustness}
+    other = turned_by_hand(case.robots[0].description, 1.0, 0.5 * np.pi)
+    file = build_fmu(other, tmp_path / "own.fmu", BuildOptions("native"))
+    with RobotFmu(file, "backlash") as fmu:
+        path = fmu.simulate(run.correction.joints, run.correction.answer.wrench, "dynamic")
+    assert rows[name] == pytest.approx(measure(path, run.correction.desired).maximum, abs=1e-12)
+    assert rows[name] > 20e-6
+    bare = run_compensation(case_of(tmp_path, 'drive = "ideal"'))
+    assert name not in {row.name for row in bare.robustness}
+
+
+def test_plants_and_studies_have_other_kinematic_errors(tmp_path):
+    """Degrees become radians; what changes nothing is no parameter; errors of no gear are refused."""
+    keys = "kinematic_error_factor = 0.5\nkinematic_error_phase_deg = [90.0, 0.0, 0.0, 0.0, 0.0, -30.0]"
+    case = case_of(tmp_path, 'drive = "ideal"', f"[plant]\n{keys}")
+    (plant,) = case.plant.robots
+    assert plant.difference.kinematic_error == (0.5,)
+    assert plant.difference.kinematic_error_phase == pytest.approx(
+        [0.5 * np.pi, 0.0, 0.0, 0.0, 0.0, -np.pi / 6.0], rel=1e-15
+    )
+    assert in_words(case.plant, case.robots) == (
+        "kinematic error x 0.5",
+        "kinematic error's phase + 90, 0, 0, 0, 0, -30 deg",
+    )
+    with pytest.raises(CaseError, match="kinematic_error_phase_deg: expected one number, or 6"):
+        case_of(tmp_path, "", "[plant]\nkinematic_error_phase_deg = [1.0, 2.0]")
+    usual = StudyParameters.of(with_sines(tmp_path), loaded=False)
+    ends = {entry.name: entry.range for entry in usual.entries}
+    assert ends["kinematic_error_factor"] == pytest.approx((0.7, 1.3))
+    assert ends["kinematic_error_phase_deg"] == pytest.approx((-180.0, 180.0))
+    bare = StudyParameters.of(case_of(tmp_path), loaded=False)
+    assert not any("kinematic" in name for name in (*bare.names, *bare.silent))
+    table = "[study]\nkinematic_error_phase_deg = [-90.0, 90.0]\njoints = 'each'"
+    each = StudyParameters.of(with_sines(tmp_path, more=table), loaded=False)
+    assert each.names == tuple(f"kinematic_error_phase_deg[{i}]" for i in range(1, 7))
+    (sampled,) = each.sampled([0.0, 45.0, 0.0, 0.0, 0.0, 0.0]).differences
+    assert sampled.kinematic_error == (1.0,)
+    assert sampled.kinematic_error_phase == pytest.approx((0.0, np.pi / 4.0, 0.0, 0.0, 0.0, 0.0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.stats import chi2
@@ -16,7 +17,8 @@ from coupling.errors import SimulationError
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
-from coupling.identification.runs.residual import Residual, SlowPart, noise_of
+from coupling.identification.runs.residual import Residual, noise_of
+from coupling.identification.runs.slow_part import SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
@@ -30,8 +32,6 @@ _DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
 SETTLED = 0.3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
-# Median length of a row of noise of size 1, by the number of its coordinates.
-_LENGTHS = {count: float(np.sqrt(chi2.median(count))) for count in (3, 6)}
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,12 @@ class DescentPoint:
     slow: tuple[np.ndarray, ...]
     scale: float
     cost: float
+
+
+@cache
+def _length(count: int) -> float:
+    """Return the median length of a row of noise of size 1, of so many coordinates."""
+    return float(np.sqrt(chi2.median(count)))
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:
@@ -128,7 +134,7 @@ class Descent:
         if scale is None:
             # Rows of more coordinates are longer for the same noise.
             alike = [
-                size * _LENGTHS[3] / _LENGTHS[rest.shape[1]]
+                size * _length(3) / _length(rest.shape[1])
                 for size, rest in zip(sizes, slow, strict=True)
             ]
             scale = max(FLOOR, _SCALE * float(np.median(np.concatenate(alike))))

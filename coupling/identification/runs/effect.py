@@ -38,6 +38,8 @@ _SELDOM = 4
 # Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
 # is measured [rad], are left to the gears' equation.
 _NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
+# Those that change what motors do by less than this part of its deviation are left to it, too.
+_NEGLIGIBLE_PART = 0.05
 
 T = TypeVar("T")
 
@@ -76,7 +78,9 @@ class ParameterEffect:
         self._model = moving.model
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
+        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
+
+        Behind them is what these do to angles [rad] and torques [N m] of motors that were recorded.
 
         Args:
             x: Log factors around which, (P,).
@@ -90,7 +94,8 @@ class ParameterEffect:
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self.parameters, x))
         settling = own.damping / own.stiffness  # [s]
-        columns = np.empty((len(time), 6, len(x)))
+        motors = () if self._pass.seen.motors is None else self._pass.seen.motors.columns
+        columns = np.zeros((len(time), 6 + len(motors), len(x)))
         for k, parameter in enumerate(self.parameters):
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])
@@ -98,22 +103,31 @@ class ParameterEffect:
                 moved = -behind[:, angle]
             elif parameter.kind == "friction":
                 angle = int(model.gears[parameter.gear])
-                moved = np.interp(inside, self._time, self._by_friction(parameter, x[k]))
+                joint = int(model.chain.elastic_joint[parameter.coordinate])
+                told = self._by_friction(parameter, joint, x[k])
+                moved = np.interp(inside, self._time, told["motor"])
+                for c, (kind, of) in enumerate(motors):
+                    if of == joint:
+                        columns[:, 6 + c, k] = np.interp(inside, self._time, told[kind])
             else:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
-            columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
+            columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
 
-    def _by_friction(self, parameter: RobotParameter, log: float) -> np.ndarray:
-        """Return how a motor's angle follows the log factor of its friction [rad], (k,)."""
-        joint = int(self._model.chain.elastic_joint[parameter.coordinate])
+    def _by_friction(
+        self, parameter: RobotParameter, joint: int, log: float
+    ) -> dict[str, np.ndarray]:
+        """Return how a motor's angle [rad] and torque [N m] follow its friction's log factor, (k,)."""
         drive, column = self._robot.joints[joint].drive, int(self._model.gears[parameter.gear])
         assert drive is not None
         angle, rate = (self.theta.at(self._time, order)[:, column] for order in (0, 1))
         own = replace(drive, friction=parameter.value * float(np.exp(log)))
-        return moved_by_friction(own, self._time, angle, rate)
+        return {
+            "motor": moved_by_friction(own, self._time, angle, rate),
+            "motor_torque": friction_at_rest(own, angle, rate),
+        }
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:
@@ -157,14 +171,18 @@ class SecantEffect:
         moved = self._plain - self._plain.mean(axis=0)
         shifts, turns = (
             prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
-            for own in (moved[:, :3], moved[:, 3:])
+            for own in (moved[:, :3], moved[:, 3:6])
         )
         turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
         vibrates = np.array([own.vibrates for own in effect.parameters])
-        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates)
+        told = np.zeros(len(prior), dtype=bool)
+        if one.seen.motors is not None:
+            by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
+            told = (by_motors > _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]).any(axis=0)
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | told)
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
+        """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
 
         Args:
             x: Log factors around which, (P,).
@@ -179,7 +197,7 @@ class SecantEffect:
         return columns
 
     def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
-        """Return how the tool stands for several log factors."""
+        """Return how the tool stands, and what motors do, for several log factors."""
 
         def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
             return self._pass.simulated(fmu, changed(self._parameters, x)).pose(time)
@@ -231,8 +249,7 @@ def moved_by_friction(
         >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
         -0.02
     """
-    part = presliding(angle, drive.slip_angle)
-    torque = drive.friction_torque(drive.friction, part, rate, np.zeros(1)) - drive.viscous * rate
+    torque = friction_at_rest(drive, angle, rate)
     kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
     loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
     # Without an integral both sides have a factor p.
@@ -240,3 +257,17 @@ def moved_by_friction(
     numerator, denominator, _ = cont2discrete(by, float(time[1] - time[0]), "foh")
     moved: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
     return moved
+
+
+def friction_at_rest(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Return a motor's friction without what is viscous or grows with the load [N m], (n,).
+
+    It is the derivative of its torque by the log factor of the friction, but for what its rotor does.
+
+    Args:
+        drive: The drive.
+        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+    """
+    part = presliding(angle, drive.slip_angle)
+    torque: np.ndarray = drive.friction_torque(drive.friction, part, rate, np.zeros(1))
+    return torque - drive.viscous * rate

@@ -23,7 +23,8 @@ from coupling.identification.runs.descent import FLOOR, MOST_PASSES, SETTLED, De
 from coupling.identification.runs.effect import SecantEffect, side_by_side
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
-from coupling.identification.runs.residual import CUT_OFF, SlowPart, UnexplainedPart
+from coupling.identification.runs.residual import UnexplainedPart
+from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,14 +23,16 @@ from coupling.identification.runs.judge import (
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
-from coupling.identification.runs.residual import SlowPart
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_alike
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.parameters import with_values
+from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
 from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
 
 # The frame of a device that stands anywhere: nothing is known of it.
 ANYWHERE = FramePrior(shift=1.0, turn=1.0)
@@ -145,15 +147,22 @@ class Learned:
     @property
     def warnings(self) -> list[str]:
         """What the user should look at."""
+        unused = [
+            f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
+            f" {IDEAL}, or no joint of theirs has a motor in the robot file"
+            for own, one in zip(self.sources, self.passes, strict=True)
+            if own.seen.motors is not None and one.seen.motors is None
+        ]
         if not self.unexplained or self.refusal:
-            return []
+            return unused
         return [
+            *unused,
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
             " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
             " intervals are"
             f" {self.widened:.2g} times as wide for it, and what is hardly identifiable stays near the"
-            " file"
+            " file",
         ]
 
 
@@ -195,10 +204,12 @@ def _learned(
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         passes.append(source.whole(options.own_frame, model))
     parameters = learnable(first.robot, first.torque_curve, first.drive)
+    passes = [_with_motors(one, first) for one in passes]
     effects = []
     for number, one in enumerate(passes):
         watch(Progress("learning: what the parameters do", number, len(passes) + 1))
         effects.append(ParameterEffect(first.robot, first.torque_curve, parameters, one))
+        passes[number] = _weighed(one, effects[-1], fmus[0])
     problem = FitProblem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     fitter = Fitter(problem)
@@ -223,6 +234,26 @@ def _learned(
     found = any(own.identifiable for own in verdicts)
     whole = gears if found else diagnose(moving, last.wanted_whole)
     return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
+
+
+def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
+    """Return a measured run with what was recorded of motors that its robot has, and of no others."""
+    motors = one.seen.motors
+    if motors is not None:
+        motors = None if source.drive == IDEAL else motors.of(source.robot, one.seen.name)
+    return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> MeasuredPath:
+    """Return a measured run whose motors count by what no parameter explains of them."""
+    motors, time = one.seen.motors, one.seen.time
+    if motors is None:
+        return one
+    path = one.simulated(fmu, {})
+    columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
+    columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
+    motors = motors.weighed(time, path.motors(time), columns)
+    return replace(one, seen=replace(one.seen, motors=motors))
 
 
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
+from coupling.identification.runs.motors import MotorsSeen
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -28,7 +29,7 @@ _FEWEST = 20
 
 @dataclass(frozen=True)
 class Measurement:
-    """Positions, and orientations, that a measuring device has recorded.
+    """Positions, and orientations, that a measuring device has recorded, and what motors did then.
 
     Attributes:
         name: Name of the file.
@@ -36,17 +37,23 @@ class Measurement:
         position: Positions of the TCP [m], (n, 3).
         rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
             where not measured.
+        motors: Angles and torques of motors; None where not recorded.
     """
 
     name: str
     time: np.ndarray
     position: np.ndarray
     rotation: Rotation | None = None
+    motors: MotorsSeen | None = None
 
     def at_rows(self, rows: np.ndarray) -> Measurement:
         """Return some of its rows."""
         rotation = None if self.rotation is None else self.rotation[rows]
-        return replace(self, time=self.time[rows], position=self.position[rows], rotation=rotation)
+        motors = self.motors and self.motors.at_rows(rows)
+        position = self.position[rows]
+        return replace(
+            self, time=self.time[rows], position=position, rotation=rotation, motors=motors
+        )
 
     def transformed(self, frame: Frame) -> Measurement:
         """Return the same in another frame, in which `frame` is the present one."""
@@ -91,8 +98,13 @@ class MeasuredPath:
 
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         """Return where the tool is on a robot with other parameters."""
-        path = fmu.simulate(self.command, self.wrench, "dynamic", changed, "learned parameters")
-        return SimulatedPath(path, None if self.held is None else self.desired)
+        reference = None if self.held is None else self.desired
+        what, seen = "learned parameters", self.seen.motors
+        if seen is None:
+            path = fmu.simulate(self.command, self.wrench, "dynamic", changed, what)
+            return SimulatedPath(path, reference)
+        path, motors = fmu.with_motors(self.command, self.wrench, seen.joints, changed, what)
+        return SimulatedPath(path, reference, seen.of_history(motors))
 
 
 class SimulatedPath:
@@ -102,13 +114,20 @@ class SimulatedPath:
         path: The path of one tool.
         reference: Path at the same times from whose orientations its own count; None where they do
             not count.
+        motors: What motors do at the path's times, in c columns of `MotorsSeen`, (n, c).
 
     Attributes:
         path: The path.
     """
 
-    def __init__(self, path: ToolPath, reference: ToolPath | None = None) -> None:
+    def __init__(
+        self,
+        path: ToolPath,
+        reference: ToolPath | None = None,
+        motors: np.ndarray | None = None,
+    ) -> None:
         self.path, self._reference = path, reference
+        self._of_motors = np.empty((len(path.time), 0)) if motors is None else motors
         self._position = CubicSpline(path.time, path.position[0])
 
     def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
@@ -123,13 +142,22 @@ class SimulatedPath:
         values: np.ndarray = self._turn(self._inside(time))
         return values
 
+    def motors(self, time: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return what motors do, or its rates, as in columns of `MotorsSeen`, (n, c)."""
+        values: np.ndarray = self._motors(self._inside(time), order)
+        return values
+
     def pose(self, time: np.ndarray) -> np.ndarray:
-        """Return positions [m] and turns from the reference [rad], (n, 6)."""
-        return np.hstack([self.position(time), self.turn(time)])
+        """Return positions [m], turns from the reference [rad], and what motors do, (n, 6 + c)."""
+        return np.hstack([self.position(time), self.turn(time), self.motors(time)])
 
     def rotation(self, time: np.ndarray) -> Rotation:
         """Return rotations base_from_tool."""
         return RotationSpline(self.path.time, self.path.rotations[0])(self._inside(time))
+
+    @cached_property
+    def _motors(self) -> CubicSpline:
+        return CubicSpline(self.path.time, self._of_motors)
 
     @cached_property
     def _turn(self) -> CubicSpline:
@@ -166,4 +194,4 @@ def read_seen(path: Path) -> Measurement:
         if off.max() > _UNIT:
             raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
         rotation = Rotation.from_quat(quaternion)
-    return Measurement(path.name, time, position, rotation)
+    return Measurement(path.name, time, position, rotation, MotorsSeen.read(table))

@@ -14,11 +14,11 @@ from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 
 # Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
-# probe's turn on the tool.
-_FRAME, _WITH_PROBE = 7, 10
+# probe's turn on the tool, with motors how late these were recorded.
+_FRAME, _WITH_PROBE, _WITH_MOTORS = 7, 10, 11
 
 # Derivatives of the tool's pose by log factors, around x (P,) at times (n,): [m] and, base axes, [rad],
-# (n, 6, P).
+# then of c columns of motors [rad], [N m], (n, 6 + c, P).
 PoseDerivatives = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -31,17 +31,20 @@ class FramePrior:
         turn: Turn of the frame [rad].
         time: Offset of the clock [s].
         probe: Turn of the probe on the tool, of which the mean is known [rad].
+        motors: Time between records of the motors and of the tool [s].
     """
 
     shift: float = 1e-3
     turn: float = 1e-3
     time: float = 0.1
     probe: float = 1e-2
+    motors: float = 0.02
 
     @property
     def prior(self) -> np.ndarray:
-        """As many as a frame has numbers, (10,)."""
-        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time] + [self.probe] * 3)
+        """As many as a frame has numbers, (11,)."""
+        frame = [self.shift] * 3 + [self.turn] * 3 + [self.time]
+        return np.array(frame + [self.probe] * 3 + [self.motors])
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,12 @@ class FitProblem:
 
     @property
     def frame_size(self) -> int:
-        """Number of unknowns of each measured run beside the parameters, 7, or 10 with orientations."""
+        """Number of unknowns of each measured run beside the parameters.
+
+        7, or 10 where orientations were measured, or 11 where motors were recorded.
+        """
+        if any(one.seen.motors is not None for one in self.passes):
+            return _WITH_MOTORS
         return _FRAME if all(one.held is None for one in self.passes) else _WITH_PROBE
 
     @property
@@ -99,7 +107,7 @@ class FitProblem:
         )
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:
-        """Return frame, clock and, with orientations, probe of a measured run, (7,) or (10,)."""
+        """Return frame, clock, probe and the motors' clock of a measured run, as far as there are."""
         return z[self.rows_of(number)]
 
     def rows_of(self, number: int) -> slice:

@@ -10,7 +10,9 @@ from coupling.errors import LearnError
 from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.runs.judge import LearnedParameter
 from coupling.identification.runs.learning import Learned
-from coupling.identification.runs.residual import CUT_OFF, Residual, SlowPart
+from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.residual import Residual
+from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
 from coupling.identification.verdict import interval_words
 from coupling.results.learned_result import (
     LearnedParameterResult,
@@ -40,6 +42,14 @@ def _parameter(own: LearnedParameter) -> LearnedParameterResult:
     return LearnedParameterResult.of(own, factor_low=low, factor_high=high)
 
 
+def _of_motors(one: MeasuredPath) -> dict[str, float]:
+    """Return the deviations by which columns of motors count [rad], [N m], by name."""
+    motors = one.seen.motors
+    if motors is None:
+        return {}
+    return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
+
+
 def _pass(found: Learned, number: int) -> LearnedPassResult:
     one, source = found.passes[number], found.sources[number]
     size = (len(found.fit.z) - len(found.parameters)) // len(found.passes)
@@ -54,6 +64,7 @@ def _pass(found: Learned, number: int) -> LearnedPassResult:
         frame_turn_rad=own[3:6],
         clock_s=own[6],
         orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
+        motors=_of_motors(one),
         time=SlowPart.of(one.seen.time).time,
         left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1),

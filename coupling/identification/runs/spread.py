@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.fit import Fitter, ParameterFit
-from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.parameters import changed, prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual, noise_of
@@ -90,9 +89,13 @@ def spread_of(
             if one.held is not None:
                 turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
                 rotation = Rotation.from_rotvec(turns) * path.rotation(one.seen.time)
-            passes.append(
-                replace(one, seen=Measurement(one.seen.name, one.seen.time, position, rotation))
-            )
+            motors = one.seen.motors
+            if motors is not None:
+                values = path.motors(one.seen.time)
+                values = values + motors.deviation * rng.standard_normal(values.shape)
+                motors = replace(motors, values=values)
+            seen = replace(one.seen, position=position, rotation=rotation, motors=motors)
+            passes.append(replace(one, seen=seen))
         again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
         errors.append(again.z[:count] - x)
         told(number + 1, draws)

@@ -13,8 +13,8 @@ from coupling.identification.runs.descent import Descent, size_of
 from coupling.identification.runs.judge import judged
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
-from coupling.identification.runs.residual import SlowPart
 from coupling.identification.runs.results import remark
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.spread import spread_of_fit
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coupling.identification.runs.fit import next_horizon
-from coupling.identification.runs.residual import SlowPart
+from coupling.identification.runs.slow_part import SlowPart
 
 TIME = np.arange(0.0, 10.0, 0.004)
 MEAN = SlowPart.of(TIME)

@@ -20,7 +20,7 @@ from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.judge import floating
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.parameters import changed, factors_between, robot_with
-from coupling.identification.runs.residual import SlowPart
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import read_source
 from coupling.identification.runs.spread import spread_of, spread_of_fit
 from coupling.inverse.diagnosis import diagnose

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import LearnError
 from coupling.identification.runs.alignment import aligned
 from coupling.identification.runs.measurement import Measurement, read_seen
-from coupling.identification.runs.residual import SlowPart
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.histories import ToolPath
 
 HEADER = "time,x,y,z"
