@@ -27,8 +27,8 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.windows import solve_links
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import ChangedRobot
 from coupling.run.robustness import VARIATIONS, SimulatedModel
 

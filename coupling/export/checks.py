@@ -10,7 +10,8 @@ import numpy as np
 from coupling.case.file import Case, PlacedRobot
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Language
 from coupling.results.run_result import DriveMotion
 from coupling.robot.inverse_kinematics import InverseKinematics

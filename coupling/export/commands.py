@@ -26,7 +26,8 @@ from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.mounting import AS_DESCRIBED
 from coupling.run.stored_run import read_run
 

@@ -18,7 +18,7 @@ from coupling.export.job import ExportJob
 from coupling.export.spline_points import spline_points
 from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.run.models import Models, cell_of
 
 # Programs that are tried, with closer points where the last one loses too much.

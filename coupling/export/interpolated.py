@@ -15,7 +15,8 @@ from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.program import HERE, ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot

@@ -18,7 +18,8 @@ from coupling.export.postures import nearest_singular
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.export_result import NearestSingularity
 from coupling.robot.cell import Member
 

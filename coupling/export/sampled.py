@@ -13,7 +13,8 @@ from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics

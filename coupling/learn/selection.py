@@ -21,7 +21,7 @@ from coupling.learn.next_command import CommandPlan
 from coupling.learn.parameters import robot_with
 from coupling.learn.repeatability import Hypotheses
 from coupling.learn.repeating import RepeatablePart, as_before
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.results.forecast import PassForecast
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models

@@ -17,7 +17,8 @@ from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 from coupling.errors import CaseError
 from coupling.files.csv_table import CORRECTION_COLUMNS, read_table, write_table
 from coupling.path.frame import Frame
-from coupling.path.histories import ToolPath, require_history
+from coupling.path.histories import ToolPath
+from coupling.path.time_axis import require_history
 
 _POSITION = ("x", "y", "z")
 # A path is the one that was measured if its points are as near as this [m]: a part that is touched off

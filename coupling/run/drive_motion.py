@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.results.run_result import DriveMotion
 
 # Times per row at which a command is looked at.

@@ -13,7 +13,8 @@ from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, SmoothedProcess

@@ -9,7 +9,8 @@ import numpy as np
 
 from coupling.case.file import PlacedRobot
 from coupling.inverse.servo import presliding
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
 from coupling.robot.robot import LimitWarning

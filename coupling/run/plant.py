@@ -11,7 +11,8 @@ from coupling.case.file import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
 from coupling.robot.cell import Cell
 from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant

@@ -17,7 +17,7 @@ from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
 from coupling.path.controller import on_cycle
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.process.force_laws import ForceReaction
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError

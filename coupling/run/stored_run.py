@@ -19,7 +19,8 @@ from coupling.files.csv_table import (
     read_table,
 )
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import AnswerResult, RunState

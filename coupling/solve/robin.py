@@ -8,7 +8,8 @@ import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.process.base import joined, own_blocks
 from coupling.robot.robot import SimulatedRobot

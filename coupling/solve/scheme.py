@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from elastic_robot.fmi.interface import Mode

@@ -12,7 +12,8 @@ from coupling.errors import HostError, ProcessError, SimulationError
 from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
 from coupling.run.kept_process import kept_process

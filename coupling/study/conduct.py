@@ -19,7 +19,8 @@ from coupling.events import Progress, Watch
 from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.bands import samples_for

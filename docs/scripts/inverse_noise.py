@@ -13,7 +13,8 @@ import tomlkit
 from coupling.case.file import Case, load_case
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
 from docs.scripts.page import table

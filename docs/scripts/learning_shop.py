@@ -21,7 +21,8 @@ from coupling.learn.measurement import Measurement
 from coupling.learn.next_inputs import next_case_text
 from coupling.learn.robot_file import learned_text
 from coupling.learn.source import MeasuredFile, read_source
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models

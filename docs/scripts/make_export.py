@@ -18,7 +18,7 @@ from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of

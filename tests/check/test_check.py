@@ -18,7 +18,8 @@ from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.report.check_page import joint_table
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions

@@ -13,8 +13,9 @@ from coupling.learn.measurement import MeasuredPath, Measurement
 from coupling.learn.parameters import changed, learnable, prior_of, robot_with
 from coupling.learn.problem import FitProblem
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models

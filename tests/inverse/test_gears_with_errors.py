@@ -26,8 +26,9 @@ from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter

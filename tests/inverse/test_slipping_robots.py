@@ -20,7 +20,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkMotion
 from coupling.inverse.response import AlongMotion
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.path.joint_path import JointPath
 from coupling.place.placing import require_one_robot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter

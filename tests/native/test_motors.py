@@ -16,7 +16,8 @@ from random_robots import driven, make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematics import base_from_tool

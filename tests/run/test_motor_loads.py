@@ -21,8 +21,9 @@ from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.report.drives import drives
 from coupling.report.page import run_summary

@@ -20,7 +20,8 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import AT_THE_ORIGIN
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import run_summary
