@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.path.controller import Controller, on_cycle
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory

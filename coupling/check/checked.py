@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.check.backlash import WrongGears, wrong_gears
 from coupling.check.room import Clearance, room_around
 from coupling.errors import BuildError, HostError, SimulationError

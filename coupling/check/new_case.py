@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import tomlkit
 from tomlkit import TOMLDocument
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, one_of
-from coupling.files.examples import example
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
 from coupling.files.whole_file import make_folder_of, write_whole
@@ -145,6 +146,22 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
 
 # Robot of the examples, for which they are as they stand.
 _NAME_IN_EXAMPLES = "icme2008"
+
+
+def example(name: str) -> Path:
+    """Return an example's file.
+
+    Args:
+        name: Its place in the folder of examples, such as "cases/cone.toml".
+
+    Example:
+        >>> example("cases/cone.toml").is_file()
+        True
+    """
+    package = Path(str(resources.files("coupling.files")))
+    checkout = package.parents[1]
+    here = checkout if (checkout / "pyproject.toml").is_file() else package
+    return here / "examples" / name
 
 
 def _example_name(start: Start, process: str, two_robots: bool) -> str:

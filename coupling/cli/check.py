@@ -12,7 +12,7 @@ from coupling.cli.console import console
 from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
 
 
 def check(

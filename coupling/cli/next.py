@@ -19,7 +19,7 @@ from coupling.events import Watch
 from coupling.files.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
     from coupling.learn.device import FrameKnown
     from coupling.learn.next_command import CommandPlan
     from coupling.learn.next_options import NextOptions

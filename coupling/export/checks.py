@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot, load_case
+from coupling.case.case import Case, PlacedRobot
+from coupling.case.file import load_case
 from coupling.case.robots import drive_of
 from coupling.errors import ProgramError
 from coupling.export.checks import (

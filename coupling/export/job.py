@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.checks import require_limits

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, part_frame, tool_frame
 from coupling.export.postures import Postures

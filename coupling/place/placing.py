@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.case.place import Objective
 from coupling.case.robots import described
 from coupling.errors import CaseError, require_no_hysteresis

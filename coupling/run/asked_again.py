@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError
 from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable

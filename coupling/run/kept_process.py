@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.events import Watch, unwatched
 from coupling.process import Process, ProcessTable
 from coupling.process.checked import CheckedProcess

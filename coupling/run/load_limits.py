@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.files.ratings import Ratings
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.histories import WrenchHistory

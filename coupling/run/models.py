@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.events import Watch, unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu_export.build import BuildOptions, build_fmu

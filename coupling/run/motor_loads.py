@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.inverse.servo import presliding
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath

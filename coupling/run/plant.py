@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory

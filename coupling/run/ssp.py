@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 import elastic_robot
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu

@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.case.file import Case, PlacedRobot, load_case
+from coupling.case.case import Case, PlacedRobot
+from coupling.case.file import load_case
 from coupling.errors import HostError, ProcessError, SimulationError
 from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder

@@ -12,7 +12,7 @@ import numpy as np
 import tomlkit
 
 import elastic_robot
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.case.plant import StudyTable
 from coupling.errors import CaseError, StudyError
 from coupling.events import Progress, Watch

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory

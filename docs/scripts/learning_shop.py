@@ -15,7 +15,8 @@ import numpy as np
 import tomlkit
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.learn.learning import Learned, LearnOptions, learn
 from coupling.learn.measurement import Measurement
 from coupling.learn.next_inputs import next_case_text

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import BPoly
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion

@@ -19,7 +19,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
 from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of

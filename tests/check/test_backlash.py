@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from line_case import line_case
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.check.backlash import right_command
 from coupling.check.checked import checked
 from coupling.files.robot_file import find_robot

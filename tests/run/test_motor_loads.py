@@ -13,7 +13,8 @@ from command_line import command
 from line_case import line_case, moving_line
 from motor_file import with_motors
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.check.checked import checked
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu

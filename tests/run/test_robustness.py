@@ -14,7 +14,7 @@ from line_case import line_case
 from scipy.integrate import trapezoid
 from scipy.interpolate import BPoly
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
