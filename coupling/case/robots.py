@@ -65,7 +65,7 @@ def drive_of(robot: Robot, asked: OneOfDrives | None, kind: str) -> OneOfDrives:
 
     Args:
         robot: The robot.
-        asked: What the case says; None: nothing.
+        asked: Value in the case; None: none.
         kind: Kind of its FMU.
 
     Raises:

@@ -73,7 +73,7 @@ Repeatability = Annotated[
         help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm where nothing is said.",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Of the robots that are possible.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the robots that are possible.")]
 
 
 def next_command(

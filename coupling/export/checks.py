@@ -31,7 +31,7 @@ def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[D
 
     Args:
         command: Motion of one robot.
-        limits: What its drives can do.
+        limits: Limits of its drives.
         who: The robot, for messages.
 
     Raises:

@@ -39,7 +39,7 @@ def export_run(
 
     Args:
         folder: The run folder.
-        options: What is to be written.
+        options: Options of the export.
         watch: Function that is told how far the work is.
 
     Raises:
@@ -55,7 +55,7 @@ def export_commands(
 
     Args:
         commands: The command of each robot.
-        options: What is to be written.
+        options: Options of the export.
         watch: Function that is told how far the work is.
 
     Raises:
@@ -135,8 +135,8 @@ def straight_error(
 
     Args:
         curve: The motion.
-        time: Of its samples [s], (n,).
-        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+        time: Times of its samples [s], (n,).
+        tolerance: Largest distance of the way at the tool, at every sample [m], (n,).
         start, end: Rows of the samples.
     """
     if end - start < 2:
@@ -157,9 +157,9 @@ def straight_points(
 
     Args:
         curve: The motion.
-        time: Of its samples [s], (n,).
-        candidates: Rows that may be points, rising, with the first and the last one, (m,).
-        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+        time: Times of its samples [s], (n,).
+        candidates: Numbers of rows that may be points, rising, the first and the last among them, (m,).
+        tolerance: Largest distance of the way at the tool, at every sample [m], (n,).
 
     Returns:
         Chosen rows, rising.  From a candidate to the next one a way is taken whatever it leaves.

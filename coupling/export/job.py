@@ -33,7 +33,7 @@ class CheckedProgram:
 
     Attributes:
         exported: The program.
-        lost: Times at which the moving robot's tool is farther off than the tolerance [s].
+        lost: Times at which the moving robot's tool is farther off than the tolerance [s], (k,).
     """
 
     exported: ExportedProgram
@@ -47,8 +47,8 @@ class ExportJob:
     Attributes:
         command: Its command, and what this needs.
         member: The robot in its cell.
-        limits: What its drives can do.
-        options: What is to be written, with name and cycle.
+        limits: Limits of its drives.
+        options: Options of the export, with name and cycle.
         watch: Function that is told how far the work is.
     """
 
@@ -85,11 +85,11 @@ class ExportJob:
     def judged(
         self, sampled: SampledCommand, rows: np.ndarray, points_tolerance: float
     ) -> CheckedProgram:
-        """Return the program through chosen rows, judged by what its files do.
+        """Return the program through chosen rows, by their numbers (k,), judged by what its files do.
 
         Args:
             sampled: Motion of the drives.
-            rows: The rows.
+            rows: Numbers of the rows, (k,).
             points_tolerance: Smallest tolerance that they keep [m].
 
         Raises:

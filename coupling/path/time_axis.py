@@ -42,7 +42,7 @@ def require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool
 def of_tools(
     time: np.ndarray, values: np.ndarray, columns: int, name: str, jumps: bool = False
 ) -> np.ndarray:
-    """Return checked values (tools, n, columns), from those of a single tool as well."""
+    """Return checked values, any unit, (tools, n, columns), from those of a single tool as well."""
     stacked = values[None] if values.ndim == 2 else values
     if stacked.ndim != 3 or len(stacked) == 0 or stacked.shape[2] != columns:
         raise ValueError(

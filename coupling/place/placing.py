@@ -39,7 +39,7 @@ class Placing:
         case: The case.
         robot: Its robot as its file describes it.
         backlash: Half width of the backlash of its gears [rad], (gears,).
-        cell: What all settings share.
+        cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (8,).
         ranges: Ranges of the settings.
         wrench: Response of its process to its desired path, part axes.

@@ -119,7 +119,7 @@ class Screen:
         robot: The robot as its file describes it.
         backlash: Half width of the backlash of its gears [rad], (gears,).
         home: Joint angles from which the tool is led to the part [rad], (joints,).
-        cell: What all settings share.
+        cell: Layout that all settings share.
         stations: Places of the path to look at.
 
     Attributes:

@@ -17,7 +17,7 @@ def next_page(title: str, found: NextResult) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
-        title: Which command, from what.
+        title: Title of the page.
         found: Its figures, the content of next.json.
     """
     sections = [

@@ -199,7 +199,13 @@ def _gears(figures: PlacementResult) -> Section:
         for gear in own.gears
     ]
     header = (
-        *("gear", "backlash reversals", "in backlash [s]", "clear of zero by [N m]", "swing [N m]"),
+        *(
+            "gear",
+            "backlash reversals",
+            "in backlash [s]",
+            "margin to reversal [N m]",
+            "torque range [N m]",
+        ),
         "backlash 20 % off [um]",
     )
     return Section("Gears", (_GEARS, Table(header, rows)))

@@ -193,11 +193,11 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
         "in backlash [s]",
         "backlash 20 % off, at rest [um]",
         *(["hysteresis 30 % off, at rest [um]"] if slips else []),
-        "clear of zero by [N m]",
+        "margin to reversal [N m]",
         "preload that avoids reversals [N m]",
         "or a base tilted by [deg]",
     )
-    return [Section("What the gears go through", (_LOADS, Table(columns, rows)))]
+    return [Section("Torques and reversals of the gears", (_LOADS, Table(columns, rows)))]
 
 
 def motors(figures: RunResult) -> list[Section]:

@@ -21,7 +21,7 @@ class PassForecast(ResultPart):
             is not known better.
         before: Rms that was measured under the last command.
         robots: Factors of the robot file's parameters by name, of robots that are possible.
-        scales: How far towards each of them those lie that the forecast is told by, as a part.
+        scales: Shares of the way towards each of them of those that the forecast follows from.
         left_over: Variance of what was left by the fit of the robot's parameters, by that of noise; 1 of
             parameters that were not fitted.
     """

@@ -32,7 +32,7 @@ class MotorLoads:
 
     Attributes:
         history: Their motion and the torques that they would need for it.
-        loads: What that comes to, by joint, from 0.
+        loads: Figures of these, by joint, from 0.
     """
 
     history: MotorHistory
@@ -79,7 +79,7 @@ def motor_loads(
 
     Args:
         model: The robot, simulated.
-        models: What simulates robots.
+        models: Simulations of robots.
         command: Motion of its drives, or of what its servos are told.
         wrench: Wrench on its tool, axes of its base.
 

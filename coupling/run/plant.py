@@ -52,12 +52,12 @@ class PlantReplay:
     """What a command leaves on the plant.
 
     Attributes:
-        differences: What is other on it, in words.
+        differences: Its differences from the model, in words.
         desired: Desired paths of the tools.
         path: Paths that the plant's tools take, at the same times.
         wrench: Wrenches that they meet.
-        coupling: How plant and process came together; None where the wrench is the model's.
-        remark: Why the process was not evaluated on the plant though it should have been, or empty.
+        coupling: Coupling of plant and process; None where the wrench is the model's.
+        remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
     """
 
     differences: tuple[str, ...]

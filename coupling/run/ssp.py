@@ -37,7 +37,7 @@ class SspSystem:
 
     Attributes:
         case: The case.
-        answer: What the process gives to the robot, a name of ANSWERS.
+        answer: Quantities that the process gives to the robot, a name of ANSWERS.
         task: Its task in the frame of the robot's base, which is that of its FMU.
         process: Its process in that frame.
         planned: The drives' motion along the desired path.

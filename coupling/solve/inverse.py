@@ -46,7 +46,7 @@ class _Iteration:
         answer: The process's answer to the path under the wrench before.
         consistency: Distance of that path from `achieved` [m].
         report: Its figures.
-        failure: Why there was no validation; `achieved` and `answer` are then those before it.
+        failure: Reason why there was no validation; `achieved` and `answer` are then those before it.
     """
 
     inverse: RobotInverse

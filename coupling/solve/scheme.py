@@ -41,7 +41,7 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class RobotAnswer:
+class RobotResponse:
     """Answer of robots to a process.
 
     Attributes:
@@ -58,14 +58,14 @@ class Scheme(ABC):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotAnswer:
+    ) -> RobotResponse:
         """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         loads = seen.loads
-        return RobotAnswer(loads, robot.simulate(command, loads, mode))
+        return RobotResponse(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

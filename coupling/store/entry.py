@@ -105,7 +105,7 @@ def encoded(answer: ProcessResponse, about: EntryInfo) -> memoryview:
 
     Args:
         answer: A `plain` one.
-        about: What is told beside it.
+        about: Description beside it.
 
     Raises:
         TypeError: If the answer has an array of something else than numbers.

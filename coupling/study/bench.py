@@ -37,7 +37,7 @@ class StudyJob:
         kind: Kind of the FMUs.
         robots: Robots of the case.
         fmus: Their FMUs.
-        parameters: What is uncertain of them.
+        parameters: Their uncertain parameters.
         desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
         joints: The command.

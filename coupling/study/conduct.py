@@ -39,11 +39,11 @@ class Study:
     Attributes:
         folder: Its folder.
         case: Name of the case.
-        table: What to sample.
-        parameters: What is uncertain.
-        points: Values of the parameters, (n, k).
+        table: Table [study].
+        parameters: Uncertain parameters.
+        points: Values of the parameters, in their units, (n, k).
         run: The run of the command.
-        work: What the workers need to know.
+        work: Data for the workers.
     """
 
     folder: Path
@@ -96,7 +96,7 @@ def opened(
     Args:
         folder: The study's folder, of this program alone.
         case: The case.
-        table: What to sample.
+        table: Table [study].
         run: Run folder of the command.
         couple: Whether the process is evaluated for every sample.
         store: Store of evaluations that keeps what it answers then, if any.

@@ -11,8 +11,8 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
-from coupling.check.backlash import WrongGears
-from coupling.check.room import DIRECTIONS, room_around
+from coupling.check.backlash import GearReplay
+from coupling.check.clearance import DIRECTIONS, clearance_around
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot
@@ -58,7 +58,7 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
     (page,) = (tmp_path / "results").iterdir()
     assert page.name == "cone_check.html"
-    assert "reach, upright plane" in page.read_text()
+    assert "reach, vertical plane" in page.read_text()
 
 
 def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
@@ -87,7 +87,7 @@ def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
     def refused(*args: object) -> None:
         raise SimulationError("step 7: no equilibrium")
 
-    monkeypatch.setattr("coupling.check.checked.wrong_gears", refused)
+    monkeypatch.setattr("coupling.check.checked.gear_replays", refused)
     status, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert status == 0, said
     assert "What a wrong backlash leaves is not known: step 7: no equilibrium" in said
@@ -101,15 +101,15 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
     """Apart from a wrong backlash; elsewhere nothing is said of them."""
     deviations = {"backlash +20 %": 3e-6, "hysteresis +30 %": 2e-6, "hysteresis -30 %": 1e-6}
 
-    def wrong(*args: object) -> tuple[WrongGears, ...]:
+    def wrong(*args: object) -> tuple[GearReplay, ...]:
         if not known:
             raise SimulationError("step 7: no equilibrium")
         return tuple(
-            WrongGears(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
+            GearReplay(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
             for name, size in deviations.items()
         )
 
-    monkeypatch.setattr("coupling.check.checked.wrong_gears", wrong)
+    monkeypatch.setattr("coupling.check.checked.gear_replays", wrong)
     gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
     text = find_robot("icme2008").read_text()
     (tmp_path / "robot.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))
@@ -170,7 +170,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
     placed, path = case.robots[0], case.desired.at_rows(np.arange(0, len(case.desired.time), 10))
     planner = InverseKinematics(placed.description, placed.home)
     angles = planner.plan(path).q[0]
-    room = room_around(placed.description, path, angles)
+    room = clearance_around(placed.description, path, angles)
     position = path.position[0]
     outermost = {*position.argmin(axis=0).tolist(), *position.argmax(axis=0).tolist()}
     for name in ("+x", "-z"):
@@ -191,7 +191,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
             ]
             assert all(came) is all_come
     reach = np.linalg.norm(np.diff(room.links, axis=0), axis=1).sum()
-    assert np.linalg.norm(room.upright, axis=1).max() < reach
+    assert np.linalg.norm(room.vertical, axis=1).max() < reach
     assert np.linalg.norm(room.links[-1] - position[0]) < 1e-8
 
 

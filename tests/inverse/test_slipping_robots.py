@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from slipping_robot import replayed, with_hysteresis
 
-from coupling.check.backlash import right_command
+from coupling.check.backlash import exact_command
 from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identify.elastic import ElasticParameters
@@ -95,7 +95,7 @@ def test_the_tool_stays_on_its_path_though_gears_slip(robot, plain, wanted, curv
 def test_the_exact_drive_keeps_the_tool_on_its_path(robot, wanted):
     """Its rows are a millisecond apart."""
     _, inverse = inverted(robot, "backlash", wanted)
-    exact = right_command(MovingRobot(robot, "backlash"), wanted)
+    exact = exact_command(MovingRobot(robot, "backlash"), wanted)
     assert missed(robot, "backlash", wanted, exact, inverse.links) < 5e-8
 
 

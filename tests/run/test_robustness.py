@@ -247,7 +247,7 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
     for gear in at_risk:
         assert re.search(rf"joint {gear.joint} +{gear.changes} +{gear.in_backlash:.2f} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "What the gears go through" in page
+    assert "Torques and reversals of the gears" in page
 
 
 def test_drives_of_a_sine_move_as_fast_as_it_does():

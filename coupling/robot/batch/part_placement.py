@@ -1,4 +1,4 @@
-"""Places for a first part before any robot, and the postures that they are reached in."""
+"""Placement of a first part before any robot, and the postures in which it is reached."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BENT = 0.15
 
 
 @dataclass(frozen=True)
-class Seat:
+class PartPlacement:
     """A place for a part, and the posture in which the untilted tool is on it.
 
     Attributes:
@@ -39,7 +39,9 @@ class Seat:
     home: np.ndarray
 
 
-def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) -> list[Seat]:
+def part_placements(
+    robot: Robot, base_from_tool: Rotation, half_size: float, count: int
+) -> list[PartPlacement]:
     """Return places around which a robot holds its tool at one orientation, the best first.
 
     From random postures the tool is taken to random places of the robot's x-z plane.  A place counts as
@@ -77,11 +79,13 @@ def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) 
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
         raise PlanningError(
-            f"{robot.name}: expected a place around which the tool can be held upright on a part"
+            f"{robot.name}: expected a place around which the untilted tool can be held on a part"
             f" of {2.0 * half_size:.2f} m, got none in {_STARTS} attempts"
         )
     return [
-        Seat(position[:, best[k]].copy(), q[:, best[k]].copy()) for k in order if least[k] > 0.0
+        PartPlacement(position[:, best[k]].copy(), q[:, best[k]].copy())
+        for k in order
+        if least[k] > 0.0
     ]
 
 

@@ -62,7 +62,7 @@ class RememberedProcess(ProcessWrapper):
         return answer
 
 
-def asked_again(
+def repeated_evaluation(
     case: Case, asked: ProcessRequest | None, found: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
@@ -72,8 +72,8 @@ def asked_again(
 
     Args:
         case: The case.
-        asked: What its process was asked last.
-        found: What the method ended with.
+        asked: Last request to its process.
+        found: Result of the method.
         watch: Function that is told what happens.
     """
     if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
@@ -97,7 +97,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
     Args:
         found: The correction.
         kind: "couple" or "compensate".
-        repeated: How two answers to its last path differ; None where it was asked once.
+        repeated: Difference of two responses to its last path; None where it was asked once.
     """
     if repeated is None:
         return found
