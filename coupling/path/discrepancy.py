@@ -1,7 +1,7 @@
 """Model discrepancy: the measured deviation of a robot's tool beyond its model along one path.
 
 It is a function of time, along the path and at the feed that it was measured at, and it is added to
-what the model does: a part of hysteresis, gear errors and heat that comes again with every pass.
+what the model does: a part of hysteresis, gear errors and heat that comes again with every run.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ _AT_ONCE = 2048
 # Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
 _NEAR = 0.1
 # Passes from one place of a path to the next.
-_PASSES = 12
+_ITERATIONS = 12
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ class Screen:
                 q, came = led(self._serial, targets, self._home)
             else:
                 guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
-                q, came = reached(self._serial, targets, guess, _PASSES)
+                q, came = reached(self._serial, targets, guess, _ITERATIONS)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:

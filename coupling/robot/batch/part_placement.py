@@ -15,7 +15,7 @@ from elastic_robot.description import Robot
 
 # Postures that inverse kinematics starts from, and their seed.
 _STARTS, _SEED = 1200, 1
-_PASSES = 60
+_ITERATIONS = 60
 # Box of places in front of the base, in units of the robot's reach: outward and up.
 _OUTWARD, _UP = (0.3, 0.85), (0.05, 0.6)
 # From here on a posture is regular enough, and far enough from the joints' limits [rad].
@@ -65,7 +65,7 @@ def part_placements(
     position[0] = serial.reach * rng.uniform(*_OUTWARD, _STARTS)
     position[2] = serial.reach * rng.uniform(*_UP, _STARTS)
     position = np.round(position, 2)
-    q, came = reached(serial, _targets(position, base_from_tool), start, _PASSES)
+    q, came = reached(serial, _targets(position, base_from_tool), start, _ITERATIONS)
     q = (q + np.pi) % (2.0 * np.pi) - np.pi
     worth = np.where(came, _worth(serial, q, lower, upper), -np.inf)
     # The most bent ones of all that come there look alike at the corners: a few hundred suffice.
@@ -74,7 +74,7 @@ def part_placements(
     least = worth[best].copy()
     for corner in half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T:
         moved = _targets(position[:, best] + corner[:, None], base_from_tool)
-        there, found = reached(serial, moved, q[:, best], _PASSES)
+        there, found = reached(serial, moved, q[:, best], _ITERATIONS)
         least = np.minimum(least, np.where(found, _worth(serial, there, lower, upper), -np.inf))
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
