@@ -29,20 +29,13 @@ static void refer_to(int joints, const er_nodes *end, er_reference *reference)
     }
 }
 
-static bool moves_itself(const er_run *r, int joint)
-{
-    bool moves = false;
-    for (int d = 0; d < r->motors; d++)
-        moves |= r->system->robot->motor[d].joint == joint;
-    return moves;
-}
-
 /* The chain goes with what the gears make of drives that follow their commands. */
 static void transmit_nodes(const er_run *r, er_nodes *nodes)
 {
     const er_robot *robot = r->system->robot;
     for (int i = 0; i < robot->joints; i++) {
-        if (robot->first_error[i] == robot->first_error[i + 1] || moves_itself(r, i))
+        bool moves_itself = r->motors > 0 && robot->joint_motor[i] >= 0;
+        if (!er_has_gear_error(robot, i) || moves_itself)
             continue;
         for (int l = 0; l < ER_LANES; l++)
             er_transmit(robot, i, &nodes->q[i][l], &nodes->qd[i][l], &nodes->qdd[i][l]);
@@ -375,8 +368,8 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
                                step->acceleration);
         if (r->motors > 0)
-            size = hypot(size, er_motors_after(r, (const er_lanes *)step->acceleration,
-                                               step->motor_acceleration));
+            size = sqrt(size * size + er_motors_after(r, (const er_lanes *)step->acceleration,
+                                                      step->motor_acceleration));
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;
         } else {

@@ -272,7 +272,7 @@ double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *
             sum += own[l] * own[l];
         }
     }
-    return sqrt(sum);
+    return sum;
 }
 
 double er_motors_defect(const er_run *r, double *defect)

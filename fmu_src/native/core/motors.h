@@ -15,6 +15,8 @@
 #ifndef ER_MOTORS_H
 #define ER_MOTORS_H
 
+#include <math.h>
+
 #include "hysteresis.h"
 #include "kernel.h"
 
@@ -72,26 +74,61 @@ typedef struct {
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
 
+/* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
+static inline bool er_motor_is_loaded(const er_robot *robot, int d)
+{
+    const er_motor *motor = &robot->motor[d];
+    return motor->load_friction > 0.0 || robot->first_error[motor->joint] < robot->first_error[motor->joint + 1];
+}
+
+/* exp(-(q'/v)^2); not asked for where it does not count. */
+static inline double er_stribeck_fall(const er_motor *motor, double rate)
+{
+    double u = rate / motor->stribeck_rate;
+    return motor->stribeck > 0.0 ? exp(-u * u) : 1.0;
+}
+
 /* The part of a motor's friction at rest that is left at a rate [rad/s]. */
-double er_stribeck_left(const er_motor *motor, double rate);
+static inline double er_stribeck_left(const er_motor *motor, double rate)
+{
+    return 1.0 - motor->stribeck * (1.0 - er_stribeck_fall(motor, rate));
+}
 
 /* Friction of a motor [N m] at a part of its slip torque [N m], under its gear's torque [N m], at a rate [rad/s],
  * and its slope by the rate. */
-double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
-                         double *slope);
+static inline double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
+                                       double *slope)
+{
+    double fall = er_stribeck_fall(motor, rate), left = 1.0 - motor->stribeck * (1.0 - fall);
+    *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * rate /
+                                  (motor->stribeck_rate * motor->stribeck_rate);
+    return (slip_torque * left + motor->load_friction * fabs(load)) * part + motor->viscous * rate;
+}
 
 /* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */
-double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate);
-
-/* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
-bool er_motor_is_loaded(const er_robot *robot, int d);
+static inline double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate)
+{
+    return -motor->position_gain * p - pv + (motor->feed_forward - 1.0) * command_rate;
+}
 
 /* Torque that a servo asks for, within its limit [N m]. */
-double er_servo_torque(const er_motor *motor, double wanted, double integral);
+static inline double er_servo_torque(const er_motor *motor, double wanted, double integral)
+{
+    double torque = motor->rate_gain * wanted + integral, limit = motor->torque_limit;
+    return torque > limit ? limit : torque < -limit ? -limit
+                                                    : torque;
+}
 
 /* Whether its limit keeps a servo from what it asks for, and whether its integral waits: that would only ask for
  * more. */
-bool er_servo_saturates(const er_motor *motor, double wanted, double integral);
-bool er_servo_waits(const er_motor *motor, double wanted, double integral);
+static inline bool er_servo_saturates(const er_motor *motor, double wanted, double integral)
+{
+    return fabs(motor->rate_gain * wanted + integral) > motor->torque_limit;
+}
+
+static inline bool er_servo_waits(const er_motor *motor, double wanted, double integral)
+{
+    return er_servo_saturates(motor, wanted, integral) && (motor->rate_gain * wanted + integral) * wanted > 0.0;
+}
 
 #endif

@@ -210,7 +210,7 @@ void er_motors_linearise(const er_run *r, const er_state *state);
 void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
 
 /* Takes the motors' residuals into those of their gears before a pass of Newton's method, and what the pass has done
- * to the gears' accelerations into the motors' behind it; returns the length of that [rad/s^2]. */
+ * to the gears' accelerations into the motors' behind it; returns the square of the length of that [rad^2/s^4]. */
 void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration);
 double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration);
 
