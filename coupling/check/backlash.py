@@ -58,7 +58,7 @@ def gear_replays(
         moving: The robot.
         model: The same robot, simulated.
         wanted: Path, joint angles of the undeflected robot along it and wrench on the tool.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Returns:
         One for each variation of backlash and hysteresis, but for those that no gear has.
@@ -93,7 +93,7 @@ def exact_command(
     Args:
         moving: The robot.
         wanted: Its desired motion.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
     """
     task = moving.task(wanted)
 

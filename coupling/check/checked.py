@@ -72,7 +72,7 @@ def checked(
     Args:
         case: The case.
         wrench: Wrenches on its tools along the desired path, world axes.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If a robot cannot follow its path.

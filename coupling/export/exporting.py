@@ -40,7 +40,7 @@ def export_run(
     Args:
         folder: The run folder.
         options: Options of the export.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         CouplingError: If the run cannot be read, or as `export_commands`.
@@ -56,7 +56,7 @@ def export_commands(
     Args:
         commands: The command of each robot.
         options: Options of the export.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         CouplingError: If a robot cannot do what is asked, or the language not say it.

@@ -49,7 +49,7 @@ class ExportJob:
         member: The robot in its cell.
         limits: Limits of its drives.
         options: Options of the export, with name and cycle.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
     """
 
     command: RobotCommand

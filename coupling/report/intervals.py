@@ -19,7 +19,7 @@ class ShownInterval:
         name: Its name.
         value: The value.
         low, high: Ends of the interval.
-        sure: Whether it is told by what was measured.
+        sure: Whether the measurements identify it.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What is told of a result, written once: sections of plain text, which terminal and page show."""
+"""Content of reports, written once: sections of plain text, which terminal and page show."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Part = str | Table | Note
 
 @dataclass(frozen=True)
 class Section:
-    """Part of what is told of a result.
+    """Part of the report of a result.
 
     Attributes:
         title: Its heading; empty for none.

@@ -147,7 +147,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
     Args:
         case: The case.
         cell: Its robots.
-        watch: Function that is told what happens.
+        watch: Function called with what happens.
     """
     return Loop(
         cell,

@@ -24,7 +24,7 @@ def logged_folder(
         folder: Folder of the result.
         overwrite: A result that is there may be replaced.
         store: Store of evaluations, if any.
-        tell: Function that is told what happens.
+        tell: Function called with what happens.
 
     Raises:
         CouplingError: If the folder cannot be written.

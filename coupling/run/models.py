@@ -29,7 +29,7 @@ class Models:
 
     Args:
         kind: Kind of the FMUs.
-        watch: Function that is told how far a simulation is.
+        watch: Function called with the progress of a simulation.
     """
 
     def __init__(self, kind: str, watch: Watch = unwatched) -> None:

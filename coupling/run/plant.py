@@ -89,7 +89,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
         case: The case.
         cell: Its plant.
         found: The command, with what it leads to on the model.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         SimulationError: If the plant cannot be simulated.
@@ -123,7 +123,7 @@ def coupled_on(
         force: Factor of the process's wrench.
         joints: The command.
         start: Paths on the model, whose times hold the case's samples.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         ProcessError: If the process has no answer to the first path.

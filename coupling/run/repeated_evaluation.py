@@ -74,7 +74,7 @@ def repeated_evaluation(
         case: The case.
         asked: Last request to its process.
         found: Result of the method.
-        watch: Function that is told what happens.
+        watch: Function called with what happens.
     """
     if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
         return None

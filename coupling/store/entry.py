@@ -36,7 +36,7 @@ class DamagedError(Exception):
 
 @dataclass(frozen=True)
 class EntryInfo:
-    """What is told of an answer beside it.
+    """Description of a response beside it.
 
     Attributes:
         key: Key of the answer.

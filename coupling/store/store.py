@@ -78,7 +78,7 @@ class Store:
 
     Attributes:
         folder: The folder.
-        watch: Function that is told of damaged entries, and what is waited for.
+        watch: Function called with damaged entries, and what is waited for.
     """
 
     folder: Path
