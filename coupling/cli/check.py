@@ -73,7 +73,7 @@ def check(
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, told)
     tell(console, told)
-    console.print(f"Picture: {file}")
+    console.print(f"Page: {file}")
 
 
 def _time(case: Case, each: float | None) -> list[str]:
