@@ -54,7 +54,7 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert "The whole path can be moved by [mm]" in said
     assert "evaluations of the process" in said
     assert "backlash reversals" in said
-    assert re.search(r"backlash \+20 % or backlash -20 % in all gears: .* up to [0-9.]+ um,", said)
+    assert re.search(r"backlash \+20 % or backlash -20 % in all gears .* up to [0-9.]+ um,", said)
     assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
     (page,) = (tmp_path / "results").iterdir()
     assert page.name == "cone_check.html"
@@ -66,17 +66,17 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert status == 0, said
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "No gear reverses: a wrong backlash shows as little but a constant" in forced
+    assert "No gear reverses: an error of the backlash leaves little but a constant" in forced
     most, rest = map(float, re.findall(r"([0-9.]+) um", forced))
     assert rest < 0.1 * most
 
 
 def test_gears_that_turn_without_backlash_are_not_said_to_keep_a_flank(tmp_path, checked):
-    """All that is known of them is that a wrong backlash would not show."""
+    """All that is said of their backlash is that there is none."""
     curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
     status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")
     assert status == 0, said
-    assert "No gear has backlash: a wrong one would not show" in said
+    assert "No gear has backlash in this model" in said
     assert "flank" not in said
     assert "simulated" not in said
 
@@ -90,7 +90,7 @@ def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
     monkeypatch.setattr("coupling.check.checked.gear_replays", refused)
     status, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert status == 0, said
-    assert "What a wrong backlash leaves is not known: step 7: no equilibrium" in said
+    assert "What an error of the backlash leaves is not known: step 7: no equilibrium" in said
     assert "backlash reversals" in said
 
 
@@ -117,14 +117,17 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
     assert status == 0, said
     said = " ".join(said.split())
     if known:
-        told = "in all gears: simulated, a command that is right leaves up to"
-        assert f"backlash +20 % {told} 3.0 um, 1.5 um less a constant." in said
+        told = "in all gears the exact command leaves up to"
+        assert f"With backlash +20 % {told} 3.0 um, 1.5 um less a constant" in said
         assert (
-            f"hysteresis +30 % or hysteresis -30 % {told} 2.0 um, 1.0 um less a constant." in said
+            f"With hysteresis +30 % or hysteresis -30 % {told} 2.0 um, 1.0 um less a constant"
+            in said
         )
     else:
         for what in ("backlash", "hysteresis"):
-            assert f"What a wrong {what} leaves is not known: step 7: no equilibrium" in said
+            assert (
+                f"What an error of the {what} leaves is not known: step 7: no equilibrium" in said
+            )
     _, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert "hysteresis" not in said
 
