@@ -12,9 +12,10 @@ import numpy as np
 
 from benchmarks.evaluation_tasks import Withheld, hanging_cases
 from benchmarks.evaluations import SCHEMES_RUN, WITHHELD
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models, cell_of

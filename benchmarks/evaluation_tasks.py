@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.path.controller import Controller, on_cycle
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process import ElasticWall, Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of

@@ -21,8 +21,9 @@ from benchmarks.evaluation_tasks import LONG, TASKS, CouplingTask, Withheld
 from benchmarks.goals import Goal
 from coupling.errors import SimulationError
 from coupling.events import Event
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models
 from coupling.solve.fixed_point import (

@@ -36,7 +36,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import SCALARS, save_trajectory
 from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode

@@ -10,7 +10,8 @@ import numpy as np
 from benchmarks.task import ROBOT, TRAJECTORY
 from coupling.case.file import load_case
 from coupling.inverse.inversion import DesiredMotion
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.trajectory import read_trajectory
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import build_fmu
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process import ElasticWall
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.fixed_point import Loop, couple

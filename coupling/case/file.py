@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from coupling.case.discrepancy import DiscrepancyTable
+from coupling.case.case import Case, PlacedRobot
 from coupling.case.place import PlaceTable
 from coupling.case.plant import PlantTable, StudyTable
 from coupling.case.robots import (
     ControllerTable,
     CouplingTable,
-    OneOfDrives,
+    DiscrepancyTable,
     PartTable,
     RobotTable,
     SupportTable,
@@ -24,28 +24,20 @@ from coupling.case.robots import (
 )
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.events import Watch, unwatched
-from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
-from coupling.path.controller import Controller
-from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.path.interpolation import SampledPath
-from coupling.process import Process, ProcessSchema
+from coupling.process import ProcessSchema
 from coupling.process.plugin import find_process
 from coupling.robot.mismatch import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS
-from coupling.solve.correction import Compensation
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
-from coupling.toolpaths.untilted import UntiltedPath
-from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import IDEAL, Mode
 
 _DEFAULT_METHOD = "inverse"
 
@@ -65,94 +57,6 @@ class CaseFile(Schema):
     plant: PlantTable | None = None
     study: StudyTable = StudyTable()
     place: PlaceTable = PlaceTable()
-
-
-@dataclass(frozen=True)
-class PlacedRobot:
-    """A robot of a case.
-
-    Attributes:
-        name: "forming", or "support" for the second robot of a cell.
-        description: The robot as it stands, gravity in the axes of its base.
-        torque_curve: "linear", "backlash" or "spline".
-        home: Joint angles where inverse kinematics starts [rad], (joints,).
-        world_from_base: Frame of its base in the world.
-        mounting: Differences of its description from its file.
-        ratings: Rated loads of its file.
-        drive: "ideal", or "servo": its motors follow the command as their servos do.
-        touch_off: Frame that it takes for the world where it was touched off; None: the world.
-        discrepancy: Measured deviation of its tool beyond the model; None: nothing.
-    """
-
-    name: str
-    description: Robot
-    torque_curve: str
-    home: np.ndarray
-    world_from_base: Frame
-    mounting: Mounting
-    ratings: Ratings
-    drive: OneOfDrives = IDEAL
-    touch_off: TouchOff | None = None
-    discrepancy: Discrepancy | None = None
-
-    def programmed(self, path: ToolPath) -> ToolPath:
-        """Return a path of its tool in the world as its program has it."""
-        return path if self.touch_off is None else self.touch_off.programmed(path)
-
-
-@dataclass(frozen=True)
-class Case:
-    """A validated case.
-
-    Attributes:
-        name: The file's name without ending.
-        robots: One robot, or forming and supporting robot of a cell.
-        mode: Mode in which the robots are simulated.
-        fmu: Kind of their FMUs.
-        tool_path: Table [tool_path].
-        corners: Times at which the process is evaluated as its force has corners there [s], (n,).
-        motion: Desired paths of all tools, in short steps.
-        task: Task of the process, at the times at which it is asked.
-        process: Process model.
-        process_table: Table [process] that it is made of.
-        coupling: Table [coupling].
-        method: Method that corrects the command, with its keys of [compensation].
-        controller: Commands that the robots' controllers take.
-        discrepancy: Table [discrepancy]; None: the robot was not measured along the path.
-        plant: Robots and load of the simulated plant; None: the model.
-        study: Table [study].
-        place: Table [place].
-        resolved: The case as plain data with every default filled in and paths absolute.
-    """
-
-    name: str
-    robots: tuple[PlacedRobot, ...]
-    mode: Mode
-    fmu: str
-    tool_path: ToolPathTable
-    corners: np.ndarray
-    motion: SampledPath
-    task: Task
-    process: Process
-    process_table: ProcessSchema
-    coupling: CouplingTable
-    method: Compensation
-    controller: Controller
-    discrepancy: DiscrepancyTable | None
-    plant: Plant | None
-    study: StudyTable
-    place: PlaceTable
-    resolved: dict[str, Any]
-
-    @property
-    def desired(self) -> ToolPath:
-        """Desired paths of all tools where the process is evaluated."""
-        return self.task.desired
-
-    @property
-    def untilted(self) -> UntiltedPath:
-        """Path of the forming tool where the process is evaluated, before its tool is turned."""
-        return self.tool_path.untilted(self.task.part, self.corners).sampled
 
 
 def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:

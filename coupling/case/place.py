@@ -36,7 +36,7 @@ class PlaceTable(Schema):
     Attributes:
         x_m, y_m, z_m: Part's position in the world; half a metre to both sides of where it is.
         yaw_deg: Part's yaw; all around.
-        lead_deg, lean_deg: Tilt of the tool, as in [tool_path]; 30 deg from upright to all sides where
+        lead_deg, lean_deg: Tilt of the tool, as in [tool_path]; 30 deg from untilted to all sides where
             the process knows the tool's sphere, else as it is.
         rotation_deg: Rotation of the tool about its own axis; all around.
         base_roll_deg: First of base_rpy_deg; as it is.

@@ -76,7 +76,7 @@ class _PlantRobotTable(Schema):
         Args:
             model: The model, as it stands.
             torque_curve: Its torque curve.
-            drive: How its drives move; as those of another description do unless that is given.
+            drive: Motion of its drives; as those of another description do unless that is given.
             mounting: Mounting of the robot and of the plant's.
             folder: Folder in which relative files begin.
 

@@ -12,10 +12,12 @@ from pydantic import BeforeValidator, Field, field_validator
 from coupling.errors import CaseError, one_of
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.files.toml_file import Positive, Schema, Vector3
+from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
+from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES
@@ -63,7 +65,7 @@ def drive_of(robot: Robot, asked: OneOfDrives | None) -> OneOfDrives:
 
     Args:
         robot: The robot.
-        asked: What the case says; None: nothing.
+        asked: Value in the case; None: none.
 
     Raises:
         CaseError: If it has no motors for servos.
@@ -233,3 +235,22 @@ class ControllerTable(Schema):
     def controller(self) -> Controller:
         """Return the controller of the robots."""
         return Controller(self.cycle_s, self.interpolation, self.max_acceleration_rad_s2)
+
+
+class DiscrepancyTable(Schema):
+    """[discrepancy]: file, a table that elastic-robot next writes."""
+
+    file: FilePath
+
+    def along(self, desired: ToolPath) -> Discrepancy:
+        """Return the discrepancy of a path, which has to be the one that was measured.
+
+        Raises:
+            CaseError: If the file cannot be read, or was measured along another path.
+        """
+        found = Discrepancy.read(self.file)
+        try:
+            found.require_along(desired)
+        except CaseError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+        return found

@@ -1,4 +1,4 @@
-"""What a wrong backlash or hysteresis would leave of a command that is right, found by simulating it.
+"""What an error of the backlash or hysteresis costs an exact command, found by simulating it.
 
 No formula of the gears alone tells that.  A gear that does not reverse is off by the error dB of its
 half width B, and one that changes it by 2 dB, as long as its link follows.  But in the backlash only the
@@ -27,8 +27,8 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.windows import solve_links
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import ChangedRobot
 from coupling.run.robustness import VARIATIONS, SimulatedModel
 
@@ -37,28 +37,28 @@ _WATCHED = 0.004
 
 
 @dataclass(frozen=True)
-class WrongGears:
-    """What a command that is right for a robot leaves on one of which all gears are others.
+class GearReplay:
+    """Deviation under the exact command of a robot on one whose gears differ from it.
 
     Attributes:
-        name: What is other and by how much, in words, such as backlash +20 %.
-        deviation: Deviation from the desired path.
+        name: Difference in words, such as backlash +20 %.
+        deviation: Deviation from the desired path [m].
     """
 
     name: str
     deviation: Deviation
 
 
-def wrong_gears(
+def gear_replays(
     moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch = unwatched
-) -> tuple[WrongGears, ...]:
+) -> tuple[GearReplay, ...]:
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
         moving: The robot.
         model: The same robot, simulated.
         wanted: Path, joint angles of the undeflected robot along it and wrench on the tool.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Returns:
         One for each variation of backlash and hysteresis, but for those that no gear has.
@@ -74,26 +74,26 @@ def wrong_gears(
     }
     if not changed:
         return ()
-    command = right_command(moving, wanted, watch)
+    command = exact_command(moving, wanted, watch)
     desired = SampledPath.of(wanted.path).refined(_WATCHED).path
     loads = wanted.wrench.refined(desired.time)
     found = []
     for name, parameters in changed.items():
         robot = ChangedRobot(model.fmu, parameters, name)
         path = robot.simulate(command, loads, "dynamic")
-        found.append(WrongGears(name, measure(path, desired)))
+        found.append(GearReplay(name, measure(path, desired)))
     return tuple(found)
 
 
-def right_command(
+def exact_command(
     moving: MovingRobot, wanted: DesiredMotion, watch: Watch = unwatched
 ) -> JointPath:
     """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
 
     Args:
         moving: The robot.
-        wanted: What it is to do.
-        watch: Function that is told how far the work is.
+        wanted: Its desired motion.
+        watch: Function called with the progress of the work.
     """
     task = moving.task(wanted)
 

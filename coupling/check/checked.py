@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import Case
-from coupling.check.backlash import WrongGears, wrong_gears
-from coupling.check.room import Clearance, room_around
+from coupling.case.case import Case
+from coupling.check.backlash import GearReplay, gear_replays
+from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnosed, loads_along, stiff_links
@@ -32,34 +32,34 @@ _KIND = "native"
 
 @dataclass(frozen=True)
 class CheckedRobot:
-    """What can be said of a robot of a case without a run.
+    """Findings on a robot of a case without a run.
 
     Attributes:
-        name: Of the robot's description.
-        world_from_base: Where it stands in the world.
+        name: Name of the robot's description.
+        world_from_base: Frame of its base in the world.
         path: Desired path of its tool, in its base.
-        way: Length of the path [m].
-        demands: What the path asks of the joints of the robot that does not give way.
-        room: What is left around the path.
-        gears: What the gears go through.
-        motors: What the path asks of the motors; none where no joint has one.
-        backlash: What a command that is right leaves with another backlash in all gears; none where no
+        path_length: Length of the path [m].
+        demands: Motion of the joints of the rigid robot along the path, beside their limits.
+        clearance: Clearance around the path.
+        gears: Torques and reversals of the gears.
+        motors: Torques of the motors along the path; none where no joint has one.
+        backlash: Deviation under the exact command with another backlash in all gears; none where no
             gear has any.
-        hysteresis: The same of other slip torques; None where no gear has elements.
-        unknown: Why they are not known, or empty.
-        warnings: Rated loads, gear and motor torques that are passed.
+        hysteresis: The same with other slip torques; None where no gear has elements.
+        unknown: Reason why they are not known, or empty.
+        warnings: Rated loads, gear and motor torques that are exceeded.
     """
 
     name: str
     world_from_base: Frame
     path: ToolPath
-    way: float
+    path_length: float
     demands: tuple[DriveMotion, ...]
-    room: Clearance
+    clearance: Clearance
     gears: tuple[GearDiagnosis, ...]
     motors: tuple[MotorDemand, ...]
-    backlash: tuple[WrongGears, ...]
-    hysteresis: tuple[WrongGears, ...] | None
+    backlash: tuple[GearReplay, ...]
+    hysteresis: tuple[GearReplay, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
 
@@ -67,12 +67,12 @@ class CheckedRobot:
 def checked(
     case: Case, wrench: WrenchHistory, watch: Watch = unwatched
 ) -> tuple[CheckedRobot, ...]:
-    """Return what can be said of the robots of a case.
+    """Return the findings on the robots of a case.
 
     Args:
         case: The case.
         wrench: Wrenches on its tools along the desired path, world axes.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         PlanningError: If a robot cannot follow its path.
@@ -90,7 +90,7 @@ def checked(
             gears, motors = diagnosed(moving, loads), motor_demands(moving, links, loads)
             limits = JointLimits.of(placed.description, case.controller.max_acceleration)
             slips = any(joint.hysteresis for joint in moving.robot.joints)
-            wrong, unknown = _with_wrong_gears(moving, slips, models, wanted, watch)
+            wrong, unknown = _gear_replays(moving, slips, models, wanted, watch)
             backlash, hysteresis = (
                 tuple(own for own in wrong if own.name.startswith(kind))
                 for kind in ("backlash", "hysteresis")
@@ -102,7 +102,7 @@ def checked(
                     path,
                     float(arc_length(path.position[0])[-1]),
                     drive_motions(wanted.rigid, limits),
-                    room_around(placed.description, path, q),
+                    clearance_around(placed.description, path, q),
                     gears,
                     motors,
                     backlash,
@@ -117,14 +117,14 @@ def checked(
     return tuple(found)
 
 
-def _with_wrong_gears(
+def _gear_replays(
     moving: MovingRobot, slips: bool, models: Models, wanted: DesiredMotion, watch: Watch
-) -> tuple[tuple[WrongGears, ...], str]:
-    """Return what wrong gears leave, or why that is not known: no reason to say nothing else."""
+) -> tuple[tuple[GearReplay, ...], str]:
+    """Return what an error of the gears leaves, or why it is not known, which keeps no other finding."""
     if not (slips or np.any(moving.backlash)):
         return (), ""
     try:
         model = models.of(moving.robot, moving.torque_curve)
-        return wrong_gears(moving, model, wanted, watch), ""
+        return gear_replays(moving, model, wanted, watch), ""
     except (BuildError, HostError, SimulationError) as error:
         return (), str(error)

@@ -27,7 +27,7 @@ class TimeEstimate:
     """Time of a compensation by the inverse of the moving robot.
 
     Attributes:
-        robots: What the robots take [s], lowest and highest.
+        robots: Time of the robots [s], lowest and highest.
         each: One evaluation of the process [s], None where nothing is known.
         evaluations: Lowest and highest number of evaluations.
     """
@@ -40,9 +40,7 @@ class TimeEstimate:
         """Return what to say of it."""
         low, high = self.robots
         few, many = self.evaluations
-        text = (
-            f"compensate: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
-        )
+        text = f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
         if self.each is None:
             return [
                 f"{text}; {few} to {many} evaluations of the process, whose time is unknown"

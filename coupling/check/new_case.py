@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import tomlkit
 from tomlkit import TOMLDocument
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, one_of
-from coupling.files.examples import example
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.robot.batch.seat import Seat, seats
+from coupling.robot.batch.part_placement import PartPlacement, part_placements
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
@@ -37,7 +38,7 @@ class OwnFile:
         example: Its place among the examples.
         name: Its name beside the new case.
         key: Key of [process] that names it.
-        value: What the key then says.
+        value: Value of that key.
     """
 
     example: str
@@ -52,7 +53,7 @@ class Start:
 
     Attributes:
         case: Example with one robot.
-        about: What is made, for people.
+        about: Description, for people.
         cell: Example with two robots; None where the process knows one tool alone.
         files: Files that the case needs beside it.
     """
@@ -96,7 +97,7 @@ class NewCase:
 
     Attributes:
         texts: Its files by their names.
-        about: What is made, for people.
+        about: Description, for people.
     """
 
     texts: dict[str, str]
@@ -147,6 +148,22 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
 _NAME_IN_EXAMPLES = "icme2008"
 
 
+def example(name: str) -> Path:
+    """Return an example's file.
+
+    Args:
+        name: Its place in the folder of examples, such as "cases/cone.toml".
+
+    Example:
+        >>> example("cases/cone.toml").is_file()
+        True
+    """
+    package = Path(str(resources.files("coupling.files")))
+    checkout = package.parents[1]
+    here = checkout if (checkout / "pyproject.toml").is_file() else package
+    return here / "examples" / name
+
+
 def _example_name(start: Start, process: str, two_robots: bool) -> str:
     if not two_robots:
         return start.case
@@ -164,7 +181,7 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     points = part.coordinates(shown.task.forming.position[0])
     base_from_tool = shown.task.forming.rotations[0][0]
     half_size = float(np.abs(points).max())
-    for seat in seats(robot, base_from_tool, half_size, _TRIED):
+    for seat in part_placements(robot, base_from_tool, half_size, _TRIED):
         home = np.round(np.rad2deg(seat.home), 1) + 0.0
         if not all(_follows(robot, np.deg2rad(home), path) for path in _moved(shown, seat)):
             continue
@@ -181,7 +198,7 @@ def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> N
     )
 
 
-def _moved(shown: Case, seat: Seat) -> list[ToolPath]:
+def _moved(shown: Case, seat: PartPlacement) -> list[ToolPath]:
     """Return the paths of an example's tools with its part at a seat, each in its robot's base."""
     paths = []
     for table, path in zip(shown.robots, shown.desired.tools, strict=True):

@@ -12,7 +12,7 @@ from coupling.cli.console import console
 from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
 
 
 def check(
@@ -40,11 +40,11 @@ def check(
     from coupling.report.check_page import check_summary, write_check_page
     from coupling.report.section import Section, warned
     from coupling.report.terminal import tell
-    from coupling.run.asked_again import RememberedProcess
     from coupling.run.console import RunView
     from coupling.run.execute import quiet_process
     from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
+    from coupling.run.repeated_evaluation import RememberedProcess
     from coupling.run.robots import touch_off_of
 
     with RunView(console) as view:
@@ -60,7 +60,7 @@ def check(
             wrench = (quiet or asked).evaluate(desired).wrench
             assert asked.last is not None
             each, said = asked.last.seconds, remarks(loaded, wrench)
-            if quiet is not None and quiet.noise is not None and quiet.noise.heard:
+            if quiet is not None and quiet.noise is not None and quiet.noise.significant:
                 said = (*said, quiet.noise.sentence)
             if isinstance(loaded.process_table, ProcessTable):
                 alike = [repeated(process, desired, asked.last.answer, each)]
@@ -73,7 +73,7 @@ def check(
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, told)
     tell(console, told)
-    console.print(f"Picture: {file}")
+    console.print(f"Page: {file}")
 
 
 def _time(case: Case, each: float | None) -> list[str]:
@@ -85,4 +85,6 @@ def _time(case: Case, each: float | None) -> list[str]:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
         return estimated(case.desired, case.method.max_rounds, each).lines()
-    return ["compensate: no estimate of the time for this method, which iterates robot and process"]
+    return [
+        "Compensation: no estimate of the time for this method, which iterates robot and process"
+    ]

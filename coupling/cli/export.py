@@ -61,7 +61,7 @@ def export(
             "--cycle-ms",
             min=0.1,
             max=1000.0,
-            help="Of the controller; the case's, or 4, unless given.",
+            help="Cycle of the controller; the case's, or 4, unless given.",
         ),
     ] = None,
     overwrite: Annotated[

@@ -43,9 +43,15 @@ def identify(
     sd_m: Annotated[
         float | None, typer.Option("--sd-m", help="Standard deviation of positions [m].")
     ] = None,
-    sd_rad: Annotated[float | None, typer.Option("--sd-rad", help="Of rotations [rad].")] = None,
-    sd_n: Annotated[float | None, typer.Option("--sd-N", help="Of forces [N].")] = None,
-    sd_nm: Annotated[float | None, typer.Option("--sd-Nm", help="Of moments [N m].")] = None,
+    sd_rad: Annotated[
+        float | None, typer.Option("--sd-rad", help="Standard deviation of rotations [rad].")
+    ] = None,
+    sd_n: Annotated[
+        float | None, typer.Option("--sd-N", help="Standard deviation of forces [N].")
+    ] = None,
+    sd_nm: Annotated[
+        float | None, typer.Option("--sd-Nm", help="Standard deviation of moments [N m].")
+    ] = None,
     loss: Annotated[str, typer.Option(help="squares, or huber for rows that are off.")] = "squares",
     add: Annotated[
         list[str] | None,
@@ -62,7 +68,10 @@ def identify(
     bandwidth: Annotated[
         float,
         typer.Option(
-            "--bandwidth-Hz", min=0.1, help="Of the motors' motion.", rich_help_panel=_MOTION
+            "--bandwidth-Hz",
+            min=0.1,
+            help="Bandwidth of the motors' smoothed motion.",
+            rich_help_panel=_MOTION,
         ),
     ] = 20.0,
     plan: Annotated[
@@ -80,7 +89,7 @@ def identify(
     lowest_m: Annotated[
         float | None, typer.Option(help="Least height of the tool [m].", rich_help_panel=_PLAN)
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of poses.", rich_help_panel=_PLAN)] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify a robot from measured static deflections or recordings of its motion; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot

@@ -22,7 +22,7 @@ class MotionRequest:
     Attributes:
         files: Recordings to fit.
         hold_out: Recordings to predict.
-        bandwidth: Of the motors' smoothed motion [Hz].
+        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether each term is left out in turn.
         output: Robot file, or None.
     """

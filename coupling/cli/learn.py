@@ -41,7 +41,7 @@ def learn(
     draws: Annotated[
         int, typer.Option(min=0, max=1000, help="Simulated robots for intervals; 0: the fit's own.")
     ] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of these robots.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of these robots.")] = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,

@@ -45,6 +45,14 @@ class _StoppedError(Exception):
     """The user has interrupted a command: typer would swallow a KeyboardInterrupt with its notes."""
 
 
+@contextmanager
+def _stopped() -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise _StoppedError from stop
+
+
 def _as_text(*entries: Any) -> None:
     """Let the help of commands and parameters stand as it is: [study] is a table, no markup of Rich."""
     for entry in entries:
@@ -62,11 +70,13 @@ class _Commands(TyperGroup):
         _as_text(self, *self.params, *self.commands.values())
         super().format_help(ctx, formatter)
 
+    def make_context(self, *values: Any, **options: Any) -> Any:
+        with _stopped():
+            return super().make_context(*values, **options)
+
     def invoke(self, ctx: Any) -> Any:
-        try:
+        with _stopped():
             return super().invoke(ctx)
-        except KeyboardInterrupt as stop:
-            raise _StoppedError from stop
 
 
 app = typer.Typer(

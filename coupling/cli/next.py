@@ -19,7 +19,7 @@ from coupling.events import Watch
 from coupling.files.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameKnown, NextOptions
     from coupling.run.execute import Run
@@ -72,7 +72,7 @@ Repeatability = Annotated[
         help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm where nothing is said.",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Of the robots that are possible.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the robots that are possible.")]
 
 
 def next_command(

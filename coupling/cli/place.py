@@ -13,7 +13,7 @@ from coupling.errors import CaseError, one_of
 from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
     from coupling.case.place import Objective
     from coupling.process import Process
 

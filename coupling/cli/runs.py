@@ -20,7 +20,7 @@ from coupling.cli.console import console
 from coupling.events import Watch
 
 if TYPE_CHECKING:
-    from coupling.case.file import Case
+    from coupling.case.case import Case
     from coupling.conduct import FinishedRun
     from coupling.run.execute import Run
 

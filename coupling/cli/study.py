@@ -25,7 +25,7 @@ def study(
         typer.Option(help="Run folder with the command; computed first unless given."),
     ] = None,
     samples: Annotated[int | None, typer.Option(help="Number of robots; as in the case.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of the design; as in the case.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the design; as in the case.")] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes of the local cluster; one for each core.")
     ] = None,

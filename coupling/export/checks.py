@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Language
 from coupling.results.run_result import DriveMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -30,7 +31,7 @@ def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[D
 
     Args:
         command: Motion of one robot.
-        limits: What its drives can do.
+        limits: Limits of its drives.
         who: The robot, for messages.
 
     Raises:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot, load_case
+from coupling.case.case import Case, PlacedRobot
+from coupling.case.file import load_case
 from coupling.case.robots import drive_of
 from coupling.errors import ProgramError
 from coupling.export.checks import (
@@ -26,7 +27,8 @@ from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.mounting import AS_DESCRIBED
 from coupling.run.stored_run import read_run
 
@@ -45,18 +47,18 @@ class RobotCommand:
     """The command of a robot, with what it needs to become a program and be judged.
 
     Attributes:
-        name: Of its run folder or table; the program is named after it.
+        name: Name of its run folder or table, and of the program.
         placed: The robot.
         joints: Motion of its drives.
         wrench: Wrench on its tool, in the world.
-        desired: Where its tool should be at the wrench's instants, in the world; None where nobody
+        desired: Desired path of its tool at the wrench's instants, in the world; None where nobody
             knows.
-        part: Whose frame is the base of the program, in the world.
-        axes: How its controller counts.
-        controller: What its controller takes.
+        part: Part frame in the world, the base frame of the program.
+        axes: Joint angles and frames of its controller.
+        controller: Its controller.
         fmu: Kind of FMU that simulates it.
         who: The robot, for messages; empty where there is one.
-        remark: What is to be known of the command, or empty.
+        remark: Remark on the command, or empty.
     """
 
     name: str
@@ -195,7 +197,7 @@ def _met(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchH
         file: The table.
         zero: Time in it that is zero of the command [s].
         instants: Rising from zero [s], (n,).
-        cycle: How much earlier than the command it may end, and is held [s].
+        cycle: Time before the command's end at which it may end, and is held [s].
     """
     rows = read_table(file, ("time", *WRENCH_COLUMNS), ProgramError)
     end = float(instants[-1])

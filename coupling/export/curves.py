@@ -13,15 +13,15 @@ class SampledCurve(Protocol):
 
     @property
     def values(self) -> np.ndarray:
-        """What a controller interpolates, (n, k)."""
+        """Values that a controller interpolates, [m] and unit quaternions or [rad], (n, k)."""
         ...
 
     def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return the values on the straight way from some values to others.
 
         Args:
-            start, end: Values, (m, k).
-            share: Part of the way, 0 to 1, (m,).
+            start, end: Values, units as of `values`, (m, k).
+            share: Share of the way, 0 to 1, (m,).
         """
         ...
 
@@ -29,7 +29,7 @@ class SampledCurve(Protocol):
         """Return how far values are off at the tool [m], (m,).
 
         Args:
-            values: (m, k), in place of the motion's own in these rows.
+            values: Values in place of the motion's own in these rows, its units, (m, k).
             rows: The rows.
         """
         ...

@@ -23,7 +23,7 @@ class ExportOptions:
 
     Attributes:
         language: Language of the programs.
-        targets: What their targets are.
+        targets: Kind of their targets.
         name: Name of the program; None for that of the run folder or table.
         tolerance: Largest loss at the tool [m].
         cycle: Period of the controller's set points [s]; None for the command's.
@@ -59,10 +59,10 @@ class ExportedProgram:
             command [m].
         command, read_back: Deviation from the desired path under the command, and under the files; None
             where a command came without a desired path.
-        drives: What is asked of the drives.
-        nearest: Where the robot comes nearest to a singular posture.
+        drives: Demands on the drives.
+        nearest: Posture of the robot that is nearest to a singular one.
         counted: Whether the robot file says how the controller counts.
-        remark: What is to be known of the command, or empty.
+        remark: Remark on the command, or empty.
     """
 
     robot: str

@@ -18,7 +18,7 @@ from coupling.export.job import ExportJob
 from coupling.export.spline_points import spline_points
 from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.run.models import Models, cell_of
 
 # Programs that are tried, with closer points where the last one loses too much.
@@ -39,8 +39,8 @@ def export_run(
 
     Args:
         folder: The run folder.
-        options: What is to be written.
-        watch: Function that is told how far the work is.
+        options: Options of the export.
+        watch: Function called with the progress of the work.
 
     Raises:
         CouplingError: If the run cannot be read, or as `export_commands`.
@@ -55,8 +55,8 @@ def export_commands(
 
     Args:
         commands: The command of each robot.
-        options: What is to be written.
-        watch: Function that is told how far the work is.
+        options: Options of the export.
+        watch: Function called with the progress of the work.
 
     Raises:
         CouplingError: If a robot cannot do what is asked, or the language not say it.
@@ -135,8 +135,8 @@ def straight_error(
 
     Args:
         curve: The motion.
-        time: Of its samples [s], (n,).
-        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+        time: Times of its samples [s], (n,).
+        tolerance: Largest distance of the way at the tool, at every sample [m], (n,).
         start, end: Rows of the samples.
     """
     if end - start < 2:
@@ -157,9 +157,9 @@ def straight_points(
 
     Args:
         curve: The motion.
-        time: Of its samples [s], (n,).
-        candidates: Rows that may be points, rising, with the first and the last one, (m,).
-        tolerance: How far the way may be off at the tool at every sample [m], (n,).
+        time: Times of its samples [s], (n,).
+        candidates: Numbers of rows that may be points, rising, the first and the last among them, (m,).
+        tolerance: Largest distance of the way at the tool, at every sample [m], (n,).
 
     Returns:
         Chosen rows, rising.  From a candidate to the next one a way is taken whatever it leaves.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from elastic_robot.description import Robot

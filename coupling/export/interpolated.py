@@ -15,7 +15,8 @@ from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.program import HERE, ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
@@ -42,11 +43,11 @@ def drive_motion(
     Args:
         program: The program, whose timed motions are of one kind.
         robot: The robot.
-        axes: How its controller counts.
+        axes: Joint angles and frames of its controller.
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
         near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
-        smooth: What is taken for the maker's spline, from times and values of the targets and the times
+        smooth: Function taken for the maker's spline, from times and values of the targets and the times
             that are asked for.
 
     Raises:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.checks import require_limits
@@ -18,7 +18,8 @@ from coupling.export.postures import nearest_singular
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.export_result import NearestSingularity
 from coupling.robot.cell import Member
 
@@ -32,7 +33,7 @@ class CheckedProgram:
 
     Attributes:
         exported: The program.
-        lost: Times at which the moving robot's tool is farther off than the tolerance [s].
+        lost: Times at which the moving robot's tool is farther off than the tolerance [s], (k,).
     """
 
     exported: ExportedProgram
@@ -46,9 +47,9 @@ class ExportJob:
     Attributes:
         command: Its command, and what this needs.
         member: The robot in its cell.
-        limits: What its drives can do.
-        options: What is to be written, with name and cycle.
-        watch: Function that is told how far the work is.
+        limits: Limits of its drives.
+        options: Options of the export, with name and cycle.
+        watch: Function called with the progress of the work.
     """
 
     command: RobotCommand
@@ -84,11 +85,11 @@ class ExportJob:
     def judged(
         self, sampled: SampledCommand, rows: np.ndarray, points_tolerance: float
     ) -> CheckedProgram:
-        """Return the program through chosen rows, judged by what its files do.
+        """Return the program through chosen rows, by their numbers (k,), judged by what its files do.
 
         Args:
             sampled: Motion of the drives.
-            rows: The rows.
+            rows: Numbers of the rows, (k,).
             points_tolerance: Smallest tolerance that they keep [m].
 
         Raises:

@@ -38,7 +38,7 @@ class Postures:
 
     Args:
         robot: Its description.
-        axes: How its controller counts.
+        axes: Joint angles and frames of its controller.
     """
 
     def __init__(self, robot: Robot, axes: ControllerAxes) -> None:
@@ -94,7 +94,7 @@ class Postures:
         )
 
     def are_named(self, q: np.ndarray) -> bool:
-        """Return whether postures of this robot have a configuration, as the one at q [rad] has."""
+        """Return whether postures have a configuration, as the one at q [rad], (joints,), has."""
         try:
             self.configuration(q)
         except ProgramError:
@@ -149,7 +149,7 @@ def nearest_singular(
         postures: The robot's.
         time: [s], (n,).
         q: Drive angles [rad], (n, joints).
-        jacobians: Of them, (n, 6, joints).
+        jacobians: Jacobians of TCP [m/rad] and rotation [rad/rad] by them, (n, 6, joints).
         reach: Sum of the robot's lengths [m].
     """
     scaled = jacobians.copy()

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, part_frame, tool_frame
 from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -29,12 +30,12 @@ class SampledCommand:
     Attributes:
         time: Twice on every cycle [s], (n,).
         q: Drive angles [rad], (n, joints).
-        pose: Poses of the undeflected TCP in the part's frame, (n, 7).
-        points: Rows that may become points, (m,).
-        jacobians: Of TCP and rotation by the angles, (n, 6, joints).
+        pose: Positions [m] and quaternions of the undeflected TCP in the part's frame, (n, 7).
+        points: Numbers of the rows that may become points, (m,).
+        jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
         lever: From the TCP to the wrist [m].
         base, tool: Frames of the program.
-        axes: How the controller counts.
+        axes: Joint angles and frames of the controller.
         postures: The robot's.
     """
 
@@ -57,10 +58,10 @@ class SampledCommand:
 
         Args:
             robot: The robot.
-            axes: How its controller counts.
-            part: Whose frame is the base of the program.
+            axes: Joint angles and frames of its controller.
+            part: Part frame, the base frame of the program.
             command: Motion of its drives.
-            cycle: Of the controller [s].
+            cycle: Cycle of the controller [s].
         """
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
@@ -99,14 +100,14 @@ class SampledCommand:
     def program(
         self, name: str, rows: np.ndarray, targets: Targets, spline: bool, posture: Posture
     ) -> RobotProgram:
-        """Return the program through chosen rows.
+        """Return the program through chosen rows, by their numbers (k,).
 
         It begins with a motion of the joints to where the command begins.
 
         Args:
             name: Its name.
-            rows: The rows, the first and the last among them.
-            targets: What the path's targets are.
+            rows: Numbers of the rows, the first and the last among them, (k,).
+            targets: Kind of the path's targets.
             spline: Whether a spline goes through them.
             posture: Whether poses state it.
         """

@@ -26,7 +26,7 @@ def spline_values(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nd
 
     Args:
         time: Times of the values, rising [s], (n,).
-        values: (n, k).
+        values: Values, any unit, (n, k).
         at: Times that are asked for [s], (m,).
     """
     if len(time) < 2:
@@ -44,9 +44,9 @@ def spline_points(
 
     Args:
         curve: The motion.
-        time: Of its samples [s], (n,).
-        candidates: Rows that may be points, rising, with the first and the last one, (m,).
-        tolerance: How far the curve may be off at the tool at every sample [m], (n,).
+        time: Times of its samples [s], (n,).
+        candidates: Numbers of rows that may be points, rising, the first and the last among them, (m,).
+        tolerance: Largest distance of the curve at the tool, at every sample [m], (n,).
 
     Returns:
         Chosen rows, rising.

@@ -74,8 +74,8 @@ class BalancerGeometry:
     Attributes:
         origin: Joint centre in the previous body's frame [m], (3,).
         axis: Unit vector of rotation, (3,).
-        base_point: Where the spring holds on the previous body, in its frame [m], (3,).
-        link_point: Where it holds on the link, in its frame [m], (3,).
+        base_point: Point of the spring on the previous body, in its frame [m], (3,).
+        link_point: Point of the spring on the link, in its frame [m], (3,).
     """
 
     origin: np.ndarray
@@ -108,7 +108,7 @@ def gas_spring_points(
 
     Args:
         spring: The spring.
-        geometry: Where it holds.
+        geometry: Its points and the joint.
         limits: Lowest and highest angle of the joint [rad].
 
     Raises:

@@ -94,7 +94,7 @@ class RobotEdit:
         Args:
             place: For instance `joint[2].drive.friction.coulomb_Nm`; a joint's number along the chain.
             value: The number or array; None leaves what there is.
-            source: What [sources] says of it.
+            source: Its entry in [sources].
             remark: Comment beside it, where it stands on a line of its own.
         """
         table: MutableMapping[str, Any] = self._content

@@ -272,7 +272,7 @@ def _elastic(
         keys: Its table.
         base_from_file: Rotation from the axes of its tilts, and of its link, in the file, (3, 3).
         base_from_previous: Rotation from those of the link before it, (3, 3).
-        where: Where it stands, for messages.
+        where: Its place, for messages.
     """
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -20,6 +20,7 @@ from pydantic import (
     ValidationError,
     ValidationInfo,
 )
+from tomlkit.exceptions import TOMLKitError
 
 from coupling.errors import one_of
 from elastic_robot.errors import ElasticRobotError
@@ -37,23 +38,27 @@ Positive = Annotated[float, Field(gt=0.0)]
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
+DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
 
 
 def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
     """Parse a TOML file; `error` is raised with the file's name if that fails."""
-    try:
-        with path.open("rb") as stream:
-            return tomllib.load(stream)
-    except OSError as cause:
-        raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
-    except ValueError as cause:  # of the syntax, the encoding, or an integer of thousands of digits
-        raise error(f"{path}: is not valid TOML: {cause}") from cause
+    return _parsed(path, error, tomllib.loads)
 
 
 def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
     """Parse a TOML file to be edited, its comments and its order kept; errors as `load_toml`."""
-    load_toml(path, error)
-    return tomlkit.parse(path.read_text(encoding="utf-8"))
+    return _parsed(path, error, tomlkit.parse)
+
+
+def _parsed(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
+    try:
+        return parse(path.read_bytes().decode().replace("\r\n", "\n"))
+    except OSError as cause:
+        raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
+    # Of the syntax, the encoding, or an integer of thousands of digits.
+    except (ValueError, TOMLKitError) as cause:
+        raise error(f"{path}: is not valid TOML: {cause}") from cause
 
 
 def _from_folder(value: object, info: ValidationInfo) -> object:

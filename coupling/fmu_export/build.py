@@ -40,7 +40,7 @@ class BuildOptions:
         arrays: Whether reals that belong together are one array, in FMI 3.
         name: Name of the model, and identifier that its libraries and, in packed sources, its functions
             bear.
-        dependencies: What ModelStructure says of outputs, one of DEPENDENCIES.
+        dependencies: Dependencies of outputs in ModelStructure, one of DEPENDENCIES.
 
     Raises:
         BuildError: If the kind or the version is not known, or the options do not fit the kind or the

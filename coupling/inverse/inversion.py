@@ -30,8 +30,9 @@ from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, spline_through
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot

@@ -10,7 +10,8 @@ import numpy as np
 
 from coupling.files.csv_table import POSE_COLUMNS
 from coupling.files.measured_table import MeasuredTable
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.trajectory import Trajectory
 

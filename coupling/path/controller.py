@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 
 Interpolation = Literal["cubic", "quintic"]
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)

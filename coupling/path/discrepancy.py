@@ -1,7 +1,7 @@
 """Model discrepancy: the measured deviation of a robot's tool beyond its model along one path.
 
 It is a function of time, along the path and at the feed that it was measured at, and it is added to
-what the model does: a part of hysteresis, gear errors and heat that comes again with every pass.
+what the model does: a part of hysteresis, gear errors and heat that comes again with every run.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 from coupling.errors import CaseError
 from coupling.files.csv_table import CORRECTION_COLUMNS, read_table, write_table
 from coupling.path.frame import Frame
-from coupling.path.histories import ToolPath, require_history
+from coupling.path.histories import ToolPath
+from coupling.path.time_axis import require_history
 
 _POSITION = ("x", "y", "z")
 # A path is the one that was measured if its points are as near as this [m]: a part that is touched off

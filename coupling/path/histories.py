@@ -1,4 +1,4 @@
-"""Paths, joint motions and wrench histories, all on a time axis.
+"""What robot and process exchange: paths of tools and wrenches on them, on a time axis.
 
 A cell's tools move at the same time: the first axis of poses and wrenches counts the tools, and one
 robot is a cell of one.
@@ -15,56 +15,9 @@ from scipy.spatial.transform import Rotation
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
-from elastic_robot.trajectory import Trajectory
+from coupling.path.time_axis import common_time, of_tools
 
 _POSE, _WRENCH = 7, 6  # columns
-
-
-def require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
-    """Raise a ValueError unless values (n, k) of any unit are finite and times (n,) [s] rise.
-
-    Where there may be jumps a time may stand twice.
-    """
-    if time.ndim != 1 or len(time) < 2 or values.ndim != 2 or len(values) != len(time):
-        raise ValueError(
-            f"{name}: expected times (n,) and values (n, k), n >= 2, got shapes {time.shape} and"
-            f" {values.shape}"
-        )
-    if not np.all(np.isfinite(time)) or not np.all(np.isfinite(values)):
-        raise ValueError(f"{name}: expected finite times and values, got one that is not finite")
-    falls = np.diff(time) < 0.0 if jumps else np.diff(time) <= 0.0
-    if jumps:
-        falls[1:] |= time[2:] == time[:-2]
-    if np.any(falls):
-        row = int(np.argmax(falls))
-        raise ValueError(
-            f"{name}: time: expected rising values, got {time[row + 1]:.9g} s after"
-            f" {time[row]:.9g} s in row {row + 2}"
-        )
-
-
-def _of_tools(
-    time: np.ndarray, values: np.ndarray, columns: int, name: str, jumps: bool = False
-) -> np.ndarray:
-    """Return checked values (tools, n, columns), from those of a single tool as well."""
-    stacked = values[None] if values.ndim == 2 else values
-    if stacked.ndim != 3 or len(stacked) == 0 or stacked.shape[2] != columns:
-        raise ValueError(
-            f"{name}: expected values (tools, n, {columns}), or (n, {columns}) for one tool, got"
-            f" shape {values.shape}"
-        )
-    for tool in stacked:
-        require_history(time, tool, name, jumps)
-    return stacked
-
-
-def _common_time(
-    histories: Sequence[ToolPath] | Sequence[WrenchHistory] | Sequence[JointPath], name: str
-) -> np.ndarray:
-    time = histories[0].time
-    if not all(np.array_equal(history.time, time) for history in histories):
-        raise ValueError(f"{name}: expected the same times for all tools, got different times")
-    return time
 
 
 def poses(position: np.ndarray, rotation: Rotation) -> np.ndarray:
@@ -97,7 +50,7 @@ class ToolPath:
     pose: np.ndarray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pose", _of_tools(self.time, self.pose, _POSE, "tool path"))
+        object.__setattr__(self, "pose", of_tools(self.time, self.pose, _POSE, "tool path"))
 
     @classmethod
     def held(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
@@ -108,7 +61,7 @@ class ToolPath:
     @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
         """Return the path of several tools that move at the same time."""
-        return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
+        return cls(common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
 
     def at_rows(self, rows: np.ndarray) -> ToolPath:
         """Return the path at the times of these row numbers, (k,)."""
@@ -164,76 +117,6 @@ class ToolPath:
 
 
 @dataclass(frozen=True)
-class JointPath:
-    """Motion of the drives over time, on rows of its own.
-
-    With rates and accelerations it is the quintic Hermite spline of its rows, else the C2 cubic spline
-    through them with zero rate at both ends, as the FMU's `trajectory` is.
-
-    Attributes:
-        time: Rising times [s], (n,).
-        q: Angles of every robot [rad], (n, joints) each.
-        qd, qdd: Rates [rad/s], accelerations [rad/s^2], (n, joints) each; both empty for angles alone.
-
-    Raises:
-        ValueError: As for ToolPath, or if only one of rates and accelerations is given.
-    """
-
-    time: np.ndarray
-    q: tuple[np.ndarray, ...]
-    qd: tuple[np.ndarray, ...] = ()
-    qdd: tuple[np.ndarray, ...] = ()
-
-    def __post_init__(self) -> None:
-        if len(self.qd) != len(self.qdd) or len(self.qd) not in (0, len(self.q)):
-            raise ValueError(
-                f"joint path: expected rates and accelerations of {len(self.q)} robots, or neither, got"
-                f" {len(self.qd)} and {len(self.qdd)}"
-            )
-        for values in (*self.q, *self.qd, *self.qdd):
-            require_history(self.time, values, "joint path")
-
-    @classmethod
-    def of_robots(cls, motions: Sequence[JointPath]) -> JointPath:
-        """Return the motion of several robots that move at the same time."""
-        time = _common_time(motions, "joint path")
-        q, qd, qdd = (
-            tuple(values for motion in motions for values in getattr(motion, name))
-            for name in ("q", "qd", "qdd")
-        )
-        return cls(time, q, qd, qdd)
-
-    @property
-    def robots(self) -> tuple[JointPath, ...]:
-        """Motion of every robot by itself."""
-        return tuple(
-            JointPath(self.time, self.q[i : i + 1], self.qd[i : i + 1], self.qdd[i : i + 1])
-            for i in range(len(self.q))
-        )
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """Motion of the only robot at any time, as its FMU reads it.
-
-        Raises:
-            TrajectoryError: If its rows are closer or larger than the model takes.
-        """
-        (q,), (qd,), (qdd,) = self.q, self.qd or (None,), self.qdd or (None,)
-        return Trajectory(self.time, q, qd, qdd)
-
-    @property
-    def columns(self) -> dict[str, np.ndarray]:
-        """Columns q1.. [rad] and, if any, qd1.., qdd1.. of the first robot, by name, (n,) each."""
-        blocks = {"q": self.q, "qd": self.qd, "qdd": self.qdd}
-        return {
-            f"{name}{i + 1}": values[0][:, i]
-            for name, values in blocks.items()
-            if values
-            for i in range(values[0].shape[1])
-        }
-
-
-@dataclass(frozen=True)
 class WrenchHistory:
     """Wrenches on the tools at their TCPs over time, base axes of the first robot.
 
@@ -261,7 +144,7 @@ class WrenchHistory:
     spring: ContactSpring | None = None
 
     def __post_init__(self) -> None:
-        checked = _of_tools(self.time, self.wrench, _WRENCH, "wrench history", jumps=True)
+        checked = of_tools(self.time, self.wrench, _WRENCH, "wrench history", jumps=True)
         object.__setattr__(self, "wrench", checked)
 
     @classmethod
@@ -295,7 +178,7 @@ class WrenchHistory:
     @classmethod
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
-        time = _common_time(histories, "wrench history")
+        time = common_time(histories, "wrench history")
         springs = [history.spring for history in histories if history.spring is not None]
         return cls(
             time,

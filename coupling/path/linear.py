@@ -12,7 +12,7 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
         at: Times [s] or arc lengths [m] to interpolate at, (k,).
         time: Rising times of the rows [s], (n,).
         values: The rows, any unit and shape, n of them along an axis.
-        axis: That axis, which is k long in what is returned.
+        axis: Number of that axis, which is k long in what is returned.
 
     Example:
         >>> interpolated(np.array([0.5, 3.0]), np.array([0.0, 1.0]), np.array([[0.0, 2.0], [1.0, 4.0]]))

@@ -14,7 +14,7 @@ class MotorHistory:
     Attributes:
         joints: Joints that have the m motors, from 0.
         time: Rising [s], (n,).
-        torque: What each gives [N m], (n, m).
+        torque: Their torques [N m], (n, m).
         angle, rate: Its angle [rad] and rate [rad/s], (n, m).
     """
 

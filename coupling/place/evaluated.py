@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.place.placing import Placing, turned_wrench

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import PlaceObjective
 from coupling.place.settings import LENGTHS, NAMES, Ranges
-from coupling.place.sight import CoarseScreen
 
 # Points along the longer side of a map, at least and at most.
 _FEWEST, _MOST = 9, 41
@@ -40,7 +40,7 @@ class PartMap:
 
 
 def part_maps(
-    sight: CoarseScreen,
+    screen: CoarseScreen,
     ranges: Ranges,
     goal: PlaceObjective,
     name: str,
@@ -50,7 +50,7 @@ def part_maps(
     """Return maps through a setting, in planes in which the part is free, two at most.
 
     Args:
-        sight: Screen of settings.
+        screen: Screen of settings at a few places of the path.
         ranges: Ranges of the settings.
         goal: Objective and constraints.
         name: Name of the setting.
@@ -60,11 +60,11 @@ def part_maps(
     longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))
     free = {NAMES[k] for k in ranges.free} & set(LENGTHS)
     planes = [plane for plane in _PLANES if set(plane) <= free][:2]
-    return [_map(sight, ranges, goal, name, setting, plane, longer) for plane in planes]
+    return [_map(screen, ranges, goal, name, setting, plane, longer) for plane in planes]
 
 
 def _map(
-    sight: CoarseScreen,
+    screen: CoarseScreen,
     ranges: Ranges,
     goal: PlaceObjective,
     name: str,
@@ -82,7 +82,7 @@ def _map(
     settings = np.tile(setting, (grid[0].size, 1))
     for k, values in zip(columns, grid, strict=True):
         settings[:, k] = values.ravel()
-    figures = sight.figures(settings)
+    figures = screen.figures(settings)
     admitted = goal.demands.admits(figures)
 
     def drawn(values: np.ndarray) -> np.ndarray:

@@ -11,11 +11,11 @@ import numpy as np
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
+from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.evaluated import EvaluatedSetting, ProcessOf, judged
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import filled, refined
-from coupling.place.sight import CoarseScreen
 from coupling.place.stations import Stations
 
 # Settings this close are one, over the box.
@@ -67,13 +67,13 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
 
     with _timed("selection", durations):
         watch(Progress("choosing places of the path", 0, 1))
-        sight = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
+        screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
         report = reported("looking at settings")
-        found = filled(sight, ranges, goal, table.settings, table.seed, report)
+        found = filled(screen, ranges, goal, table.settings, table.seed, report)
     with _timed("last steps", durations):
         report = reported("refining the best of them")
-        found = refined(sight, goal, ranges, found, table.seed, report)
+        found = refined(screen, goal, ranges, found, table.seed, report)
     if len(found.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
         raise PlanningError(
@@ -88,10 +88,10 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         maps = []
         for k, (name, setting) in enumerate(shown):
             watch(Progress("drawing maps", k, len(shown)))
-            maps += part_maps(sight, ranges, goal, name, setting, table.settings // 4)
+            maps += part_maps(screen, ranges, goal, name, setting, table.settings // 4)
     return CasePlacement(
         placing,
-        sight.stations,
+        screen.stations,
         found.looked_at,
         found.refused,
         present,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.case.place import Objective
 from coupling.case.robots import described
 from coupling.errors import CaseError
@@ -40,7 +40,7 @@ class Placing:
         case: The case.
         robot: Its robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
-        cell: What all settings share.
+        cell: Layout that all settings share.
         present: Its own setting, by `NAMES` [m], [rad], (8,).
         ranges: Ranges of the settings.
         wrench: Response of its process to its desired path, part axes.

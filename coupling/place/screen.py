@@ -24,7 +24,7 @@ _AT_ONCE = 2048
 # Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
 _NEAR = 0.1
 # Passes from one place of a path to the next.
-_PASSES = 12
+_ITERATIONS = 12
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Screen:
         robot: The robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
         home: Joint angles from which the tool is led to the part [rad], (joints,).
-        cell: What all settings share.
+        cell: Layout that all settings share.
         stations: Places of the path to look at.
 
     Attributes:
@@ -189,7 +189,7 @@ class Screen:
                 q, came = led(self._serial, targets, self._home)
             else:
                 guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
-                q, came = reached(self._serial, targets, guess, _PASSES)
+                q, came = reached(self._serial, targets, guess, _ITERATIONS)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import PlaceObjective
 from coupling.place.screen import ScreenFigures, joined
 from coupling.place.settings import Ranges
-from coupling.place.sight import CoarseScreen
 
 # Settings that are refined, and how far they are apart at first, over the box.
 _REFINED, _APART = 8, 0.12
@@ -45,12 +45,17 @@ class FoundSettings:
 
 
 def filled(
-    sight: CoarseScreen, ranges: Ranges, goal: PlaceObjective, count: int, seed: int, report: Report
+    screen: CoarseScreen,
+    ranges: Ranges,
+    goal: PlaceObjective,
+    count: int,
+    seed: int,
+    report: Report,
 ) -> FoundSettings:
     """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
-        sight: Screen of settings.
+        screen: Screen of settings at a few places of the path.
         ranges: The box.
         goal: Objective and constraints.
         count: Number of settings that fill the box.
@@ -58,7 +63,7 @@ def filled(
         report: Called with the numbers of settings done and of all.
     """
     settings = ranges.sampled(count, seed)
-    figures = sight.figures(settings, lambda done: report(done, count))
+    figures = screen.figures(settings, lambda done: report(done, count))
     cost = goal.cost(figures)
     reasons = goal.demands.refusals(figures)
     refused = {what: int(np.sum(wrong)) for what, wrong in reasons.items()}
@@ -67,7 +72,7 @@ def filled(
     chosen, kept, tried = settings[:0], [figures.chosen(left[:0])], 0
     while len(left) and len(chosen) < _REFINED and tried < _CONFIRMED:
         rows = _apart(ranges, settings, left, _REFINED - len(chosen))
-        whole = sight.confirmed(settings[rows])
+        whole = screen.confirmed(settings[rows])
         tried += len(rows)
         admitted = np.isfinite(goal.cost(whole))
         chosen = np.concatenate([chosen, settings[rows[admitted]]])
@@ -78,7 +83,7 @@ def filled(
 
 
 def refined(
-    sight: CoarseScreen,
+    screen: CoarseScreen,
     goal: PlaceObjective,
     ranges: Ranges,
     found: FoundSettings,
@@ -88,7 +93,7 @@ def refined(
     """Return settings that are at least as good, each from one that was found.
 
     Args:
-        sight: Screen of settings.
+        screen: Screen of settings at a few places of the path.
         goal: Objective and constraints.
         ranges: The box.
         found: The settings.
@@ -106,12 +111,12 @@ def refined(
         step = _STEP * _FINER**number
         tried = np.stack([ranges.around(own, step, around, rng) for own in best])
         looked_at += len(best) * around
-        few = goal.cost(sight.figures(tried.reshape(-1, tried.shape[2]))).reshape(len(best), -1)
+        few = goal.cost(screen.figures(tried.reshape(-1, tried.shape[2]))).reshape(len(best), -1)
         rows = np.flatnonzero(few.min(axis=1) < cost)
         candidates = tried[rows, few.argmin(axis=1)[rows]]
         if len(rows) == 0:
             continue
-        whole = sight.confirmed(candidates)
+        whole = screen.confirmed(candidates)
         better = goal.cost(whole) < cost[rows]
         settings, both = np.concatenate([best, candidates]), joined([figures, whole])
         now = np.arange(len(best))

@@ -62,7 +62,7 @@ def own_blocks(stiffness: np.ndarray) -> np.ndarray:
     """Return the stiffness of every tool by its own displacement [N/m], (tools, n, 3, 3).
 
     Args:
-        stiffness: That of all tools [N/m], (n, 3 tools, 3 tools).
+        stiffness: Stiffness of all tools [N/m], (n, 3 tools, 3 tools).
 
     Example:
         >>> own_blocks(np.arange(36.0).reshape(1, 6, 6))[1, 0]

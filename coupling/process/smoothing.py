@@ -30,7 +30,7 @@ class ForceNoise:
     peak: float
 
     @property
-    def heard(self) -> bool:
+    def significant(self) -> bool:
         """Whether there is so much of it that it counts."""
         return self.force > _COUNTS * self.peak
 
@@ -47,8 +47,8 @@ class ForceNoise:
     @property
     def sentence(self) -> str:
         """The level and what is done about it."""
-        what = f"of about {self.force:.3g} N" if self.heard else "that hardly counts"
-        left = self.filter is None or (self.adaptive and not self.heard)
+        what = f"of about {self.force:.3g} N" if self.significant else "that hardly counts"
+        left = self.filter is None or (self.adaptive and not self.significant)
         done = "not filtered" if left else f"{self.filter}, without delay"
         return f"The forces of the process have noise {what}; they are {done}."
 
@@ -77,5 +77,5 @@ class SmoothedProcess(ProcessWrapper):
         self.noise = ForceNoise(level, self._filter, wrench.peak_force)
         if self._filter is None:
             return answer
-        heard = level if self.noise.heard else np.zeros_like(level)
-        return replace(answer, wrench=self._filter.of(wrench, heard))
+        significant = level if self.noise.significant else np.zeros_like(level)
+        return replace(answer, wrench=self._filter.of(wrench, significant))

@@ -28,7 +28,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
 
     Args:
         figures: Content of result.json.
-        case: What pages tell of its case.
+        case: Excerpt of its case.
         answers: `answers` of run.json.
     """
     method = case.compensation.method if figures.kind == "compensate" else ""
@@ -124,7 +124,7 @@ def real_part(figures: RunResult, case: RunCase) -> dict[str, Any]:
 
     Args:
         figures: Content of result.json.
-        case: What pages tell of its case.
+        case: Excerpt of its case.
     """
     found = figures.robots[0].touch_off
     if found is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.check.backlash import WrongGears
+from coupling.check.backlash import GearReplay
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
@@ -24,9 +24,9 @@ from coupling.run.motor_demands import COLD, WARM, MotorDemand
 _REACH = "#009E73"
 _NOTE = Note(
     "Links from joint to joint at the path's first sample, no bodies. The thin lines are how far the TCP"
-    " can be led from the middle of the path, the tool held as it is there, in the upright plane through"
-    " the robot's base and in the level one: beyond, a joint passes its limit, the arm is too short or"
-    " the posture is singular. Collisions are not looked at."
+    " can be led from the middle of the path, the tool held as it is there, in the vertical plane"
+    " through the robot's base and in the horizontal one: beyond, a joint passes its limit, the arm is"
+    " too short or the posture is singular. Collisions are not looked at."
 )
 
 
@@ -37,9 +37,9 @@ def write_check_page(
 
     Args:
         file: The HTML file.
-        title: What was checked.
-        robots: What was found of the robots.
-        told: What there is to say of it.
+        title: Title of the page.
+        robots: Findings on the robots.
+        told: Sections of the page.
 
     Raises:
         ResultError: If it cannot be written.
@@ -54,19 +54,20 @@ def check_summary(robots: Sequence[CheckedRobot], loads: str) -> list[Section]:
     """Return what there is to say of robots.
 
     Args:
-        robots: What was found of the robots.
-        loads: What they carry, in words.
+        robots: Findings on the robots.
+        loads: Their loads, in words.
     """
     return [section for robot in robots for section in _of_robot(robot, loads)]
 
 
 def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
-    ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.room.free.items())
+    ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.clearance.free.items())
     sentences = (
-        f"{robot.way:.3f} m of path in {robot.path.time[-1]:.1f} s.",
+        f"{robot.path_length:.3f} m of path in {robot.path.time[-1]:.1f} s.",
         joint_table(robot.demands),
         f"The whole path can be moved by [mm], axes of the base: {ways}.",
-        f"Distance from singular postures {robot.room.conditioning:.3f} (1/|J^-1|; place asks 0.03).",
+        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place asks"
+        " 0.03).",
     )
     return [
         Section(robot.name, sentences),
@@ -109,22 +110,22 @@ def _of_gears(robot: CheckedRobot) -> Iterator[str]:
     if any(gear.backlash for gear in robot.gears):
         yield _left("backlash", robot.backlash, robot.unknown)
         if not any(gear.at_risk for gear in robot.gears):
-            yield "No gear reverses: a wrong backlash shows as little but a constant."
+            yield "No gear reverses: an error of the backlash leaves little but a constant."
     else:
-        yield "No gear has backlash: a wrong one would not show."
+        yield "No gear has backlash in this model."
     if robot.hysteresis is not None:
         yield _left("hysteresis", robot.hysteresis, robot.unknown)
 
 
-def _left(what: str, wrong: Sequence[WrongGears], unknown: str) -> str:
-    """Return what wrong gears leave, or why that is not known."""
+def _left(what: str, wrong: Sequence[GearReplay], unknown: str) -> str:
+    """Return what an error of the gears leaves, or why that is not known."""
     if not wrong:
-        return f"What a wrong {what} leaves is not known: {unknown}"
+        return f"What an error of the {what} leaves is not known: {unknown}"
     most = 1e6 * max(own.deviation.maximum for own in wrong)
     rest = 1e6 * max(own.deviation.maximum_less_constant for own in wrong)
     return (
-        f"{' or '.join(own.name for own in wrong)} in all gears: simulated, a command that is right"
-        f" leaves up to {most:.1f} um, {rest:.1f} um less a constant."
+        f"With {' or '.join(own.name for own in wrong)} in all gears the exact command leaves up to"
+        f" {most:.1f} um, {rest:.1f} um less a constant (simulated)."
     )
 
 
@@ -151,9 +152,9 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
 
         position = robot.path.position[0]
         rows = np.unique(np.linspace(0, len(position) - 1, 2 * PARTS).astype(int))
-        draw(robot.room.links, "robot", {"color": DESIRED, "width": 12}, "lines+markers")
-        draw(robot.room.upright, "reach, upright plane", {"color": _REACH, "width": 3})
-        draw(robot.room.level, "reach, level plane", {"color": AFTER, "width": 3})
+        draw(robot.clearance.links, "robot", {"color": DESIRED, "width": 12}, "lines+markers")
+        draw(robot.clearance.vertical, "reach, vertical plane", {"color": _REACH, "width": 3})
+        draw(robot.clearance.horizontal, "reach, horizontal plane", {"color": AFTER, "width": 3})
         draw(position[rows], "path", {"color": BEFORE, "width": 4})
     figure.update_scenes(
         aspectmode="data",

@@ -41,8 +41,8 @@ class Comparison:
     """Two runs of the same robots.
 
     Attributes:
-        folders: Where they are.
-        names: What to call them.
+        folders: Their folders.
+        names: Their names on the page.
         runs: The runs.
     """
 

@@ -30,7 +30,7 @@ def document(title: str, sections: Iterable[Section]) -> str:
 
     Args:
         title: Title, as plain text.
-        sections: What it tells.
+        sections: Its sections.
     """
     drawn: dict[str, go.Figure] = {}
     body = ""

@@ -23,7 +23,7 @@ def identify_page(title: str, found: IdentifiedResult) -> str:
     """Return the page of an identification as one self-contained HTML text.
 
     Args:
-        title: What was identified from what.
+        title: Title of the page.
         found: Figures of the identification, the content of identified.json.
     """
     factor = amplification(found)
@@ -94,7 +94,7 @@ def _worst(found: IdentifiedResult, name: str) -> str:
 
 
 def _size(length: float | None) -> str:
-    return "no rest found" if length is None else f"{_MM * length:.4f}"
+    return "no equilibrium" if length is None else f"{_MM * length:.4f}"
 
 
 def _parameters(found: IdentifiedResult) -> Table:
@@ -130,12 +130,16 @@ def _number(value: float | None) -> str:
 def _separability(found: IdentifiedResult) -> Section:
     lines = [f"Condition of the columns, each of length 1: {_number(found.condition)}."]
     lines += [f"{name}: no measurement moves it." for name in found.without_effect]
-    lines += [f"Not seen: {d.in_words} changes nothing measured." for d in found.unseen]
-    lines += [f"Hardly seen (index {d.index:.0f}): {d.in_words}." for d in found.weak if d.index]
+    lines += [f"Not identifiable: {d.in_words} changes nothing measured." for d in found.unseen]
     lines += [
-        f"Alike: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
+        f"Poorly identifiable (condition index {d.index:.0f}): {d.in_words}."
+        for d in found.weak
+        if d.index
     ]
-    return Section("What can be told apart", lines)
+    lines += [
+        f"Correlated: {' and '.join(pair.names)}, cosine {pair.cosine:.4f}." for pair in found.alike
+    ]
+    return Section("Identifiability", lines)
 
 
 def _further(found: IdentifiedResult) -> list[Section]:
@@ -160,8 +164,8 @@ _RESIDUALS = Note(
     " and by a fit of all rows but that one."
 )
 _INTERVALS = Note(
-    "Bars that run far to the right have no upper end: the data cannot tell the joint from a rigid"
-    " one."
+    "Bars that run far to the right have no upper end: the data do not distinguish the joint from"
+    " a rigid one."
 )
 _LOOPS = Note(
     "Left out: predicted by a fit of all other loops; beside it, by such a fit of a robot whose gears"

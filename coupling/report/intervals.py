@@ -19,7 +19,7 @@ class ShownInterval:
         name: Its name.
         value: The value.
         low, high: Ends of the interval.
-        sure: Whether it is told by what was measured.
+        sure: Whether the measurements identify it.
     """
 
     name: str
@@ -35,9 +35,9 @@ def interval_figure(
     """Draw intervals over a logarithmic axis, the first row at the top.
 
     Args:
-        rows: What is drawn.
-        sure, unsure: What is said of those that are told and of the others.
-        height: Of a row [px].
+        rows: Values with their intervals.
+        sure, unsure: Legends of those that are identifiable and of the others.
+        height: Height of a row [px].
     """
     figure, upwards = go.Figure(), rows[::-1]
     for words, told, color in ((sure, True, AFTER), (unsure, False, QUIET)):

@@ -19,7 +19,7 @@ def learn_page(title: str, found: LearnedResult) -> str:
     """Return the page of what was learned as one self-contained HTML text.
 
     Args:
-        title: What was learned from what.
+        title: Title of the page.
         found: Its figures, the content of learned.json.
     """
     left = [

@@ -18,7 +18,7 @@ def motion_page(title: str, found: MotionResult) -> str:
     """Return the page of an identification from motion as one self-contained HTML text.
 
     Args:
-        title: What was identified from what.
+        title: Title of the page.
         found: Its figures, the content of identified.json.
     """
     sections = motion_summary(found)
@@ -43,7 +43,7 @@ def motion_summary(found: MotionResult) -> list[Section]:
     good = not found.refusal
     words = f"NOT WRITTEN: {found.refusal}." if found.refusal else "Identified."
     if not found.converged:
-        words += " The fit has not settled: its values may still move."
+        words += " The fit has not converged: its values may still change."
     noise = max(found.noise_torque_Nm)
     remark = (
         f"Motors' motion below {found.bandwidth_Hz:g} Hz; the noise of their encoders leaves at most"
@@ -94,7 +94,7 @@ def _parameters(found: MotionResult) -> Table:
 
 def _row(own: MotionParameterResult) -> tuple[str, ...]:
     if not own.identified:
-        return own.name, f"{own.start:.4g}", "not identified: kept", "", "", own.unit
+        return own.name, f"{own.start:.4g}", "not identifiable: kept", "", "", own.unit
     values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
     return own.name, f"{own.start:.4g}", *values, own.unit
 

@@ -1,4 +1,4 @@
-"""The page of how a next command was found: passes, moves, convergence, causes, forecast."""
+"""The page of how a next command was found: measured runs, moves, convergence, causes, forecast."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def next_page(title: str, found: NextResult) -> str:
     """Return the page of a next command as one self-contained HTML text.
 
     Args:
-        title: Which command, from what.
+        title: Title of the page.
         found: Its figures, the content of next.json.
     """
     sections = [
@@ -70,11 +70,11 @@ def _passes(found: NextResult) -> list[Table]:
             )
         )
     columns = (
-        *("pass", "measured", "rms / largest [um]", "less a constant [um]"),
+        *("run", "measured", "rms / largest [um]", "less a constant [um]"),
         *("faster than 15 Hz [um]", "forecast of the rms [um]"),
     )
     off = (
-        *("pass", "noise [um]", "frame off by [um]", "and [mrad]", "tip off by [um]"),
+        *("run", "noise [um]", "frame off by [um]", "and [mrad]", "tip off by [um]"),
         *("clock off by [ms]", "samples left out"),
     )
     return [Table(columns, sizes), Table(off, devices)]
@@ -99,7 +99,7 @@ def _moves(found: NextResult) -> Table:
     columns = (
         "move",
         "robot",
-        "leaves of the last pass, rms [um]",
+        "leaves of the last measured run, rms [um]",
         "forecast before it was measured",
     )
     return Table(columns, rows, "words")
@@ -117,12 +117,12 @@ def _distances(found: NextResult) -> go.Figure:
     for number, own in enumerate(passes, start=1):
         color = JOINTS[
             (len(passes) - number) % len(JOINTS)
-        ]  # that of the last pass is always the same
+        ]  # that of the last run is always the same
         figure.add_scatter(
             x=own.time,
             y=[_UM * value for value in own.distance_m],
             mode="lines",
-            name=f"pass {number}: {own.measured}",
+            name=f"run {number}: {own.measured}",
             line={"color": color, "width": 1.2},
         )
     figure.update_xaxes(title="time of the run [s]")

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import plotly.graph_objects as go
+
 from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
-from coupling.report import along, figures, tables, workpiece_figures
+from coupling.report import along, tables, workpiece_figures
 from coupling.report.background import (
     answers_table,
     case_of,
@@ -18,10 +20,12 @@ from coupling.report.background import (
     real_part,
     touched_off,
 )
+from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import shares_of
+from coupling.report.style import curve, style
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
@@ -172,13 +176,31 @@ def cell_page(cell: StoredRun) -> str:
     robots = [run.figures.robots[0] for run in cell.robots.values()]
     sections = [
         *cell_head(cell),
-        Section("Gap between the tools", [_GAP], "gap", [figures.gap(cell)]),
+        Section("Gap between the tools", [_GAP], "gap", [gap_figure(cell)]),
         Section("Robots in the cell", [_ROBOT], "robot", robot_views(robots, paths)),
         *_replayed(cell.figures),
         _process(cell, replace(cell.first, figures=cell.figures)),
         *_of_workpieces(cell.workpieces),
     ]
     return _page(cell.figures, sections, cell.case)
+
+
+def gap_figure(cell: StoredRun) -> go.Figure:
+    """Gap between the tools of a cell over time, actual and as commanded."""
+    figure = go.Figure()
+    assert cell.gap is not None
+    assert cell.figures.pinch_gap_m is not None
+    time = cell.first.desired.time
+    for values, name, color in zip(cell.gap.T, cell.figures.stages, (BEFORE, AFTER), strict=False):
+        points = curve(time, 1e3 * values)
+        figure.add_scatter(
+            **points, name=name, mode="lines", showlegend=True, line={"color": color}
+        )
+    commanded = 1e3 * cell.figures.pinch_gap_m.commanded
+    figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    figure.update_yaxes(title="gap [mm]")
+    figure.update_xaxes(title="time [s]")
+    return style(figure, 320)
 
 
 def _page(figures_: RunResult, sections: list[Section], case: str) -> str:

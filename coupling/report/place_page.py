@@ -201,7 +201,13 @@ def _gears(figures: PlacementResult) -> Section:
         for gear in own.gears
     ]
     header = (
-        *("gear", "backlash reversals", "in backlash [s]", "clear of zero by [N m]", "swing [N m]"),
+        *(
+            "gear",
+            "backlash reversals",
+            "in backlash [s]",
+            "margin to reversal [N m]",
+            "torque range [N m]",
+        ),
         "backlash 20 % off [um]",
         *(["hysteresis 30 % off [um]"] if slips else []),
     )

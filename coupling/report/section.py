@@ -1,4 +1,4 @@
-"""What is told of a result, written once: sections of plain text, which terminal and page show."""
+"""Content of reports, written once: sections of plain text, which terminal and page show."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Table:
         rows: Cells of the others.
         kind: "words" for a table of text, whose columns begin at the left; "dense" for one that is
             to be seen whole on a narrow screen.
-        groups: What stands above the header, each over so many columns.
+        groups: Cells above the header, each over so many columns.
     """
 
     columns: Sequence[str]
@@ -46,13 +46,13 @@ Part = str | Table | Note
 
 @dataclass(frozen=True)
 class Section:
-    """Part of what is told of a result.
+    """Part of the report of a result.
 
     Attributes:
         title: Its heading; empty for none.
         parts: Sentences, tables and notes in their order.
-        name: What its figures are called in a page.
-        figures: What a page draws below, side by side.
+        name: Name of its figures in a page.
+        figures: Figures that a page draws below, side by side.
         good: Whether it is good news, of which the first sentence is the most important one; None for
             what judges nothing.
     """

@@ -97,7 +97,7 @@ def near_reversals(time: np.ndarray, changes: Iterable[ReversalResult]) -> np.nd
 
 
 def spike(time: np.ndarray, distance: np.ndarray, change: ReversalResult) -> tuple[float, float]:
-    """Return time and height of the largest deviation where a gear reverses."""
+    """Return time [s] and height [m] of the largest deviation where a gear reverses, of (n,) values."""
     first, last = np.searchsorted(time, [change.begins_s, change.ends_s + BEHIND])
     first = min(int(first), len(time) - 1)
     row = first + int(distance[first : max(int(last), first + 1)].argmax())

@@ -62,7 +62,7 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
     ]
     if figures.ordered:
         sections += [
-            Section("What matters", (_influence_note(figures),), "influence", (influence(study),)),
+            Section("Sensitivity", (_influence_note(figures),), "influence", (influence(study),)),
             Section("Deviation by parameter", (_SCATTER,), "scatter", (scatter(study),)),
         ]
     return document(f"{figures.case}: study", sections)
@@ -226,7 +226,7 @@ def _parameters(figures: StudyResult) -> Section:
     left = (
         [f"Without effect here, left out: {', '.join(figures.silent)}."] if figures.silent else []
     )
-    few = [] if told else ["Too few samples to tell which parameter matters."]
+    few = [] if told else ["Too few samples for the sensitivity to each parameter."]
     return Section("What is uncertain", (Table(header, rows), *left, *few))
 
 

@@ -34,13 +34,13 @@ def log_axis(**more: Any) -> dict[str, Any]:
 
 
 def curve(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> dict[str, np.ndarray]:
-    """Return the points to draw of a curve over time."""
+    """Return the points to draw of a curve (n,), any unit, over time [s], (n,)."""
     rows = extremes(time, values, parts)
     return {"x": time[rows], "y": values[rows]}
 
 
 def distance_curve(time: np.ndarray, distance: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the points to draw of a distance [m] over time, on a logarithmic axis [um]."""
+    """Return the points to draw of a distance [m] over time [s], (n,) each, logarithmic in [um]."""
     return curve(time, np.maximum(UM * distance, FLOOR_UM))
 
 

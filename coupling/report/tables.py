@@ -193,11 +193,11 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
         "in backlash [s]",
         "backlash 20 % off, at rest [um]",
         *(["hysteresis 30 % off, at rest [um]"] if slips else []),
-        "clear of zero by [N m]",
+        "margin to reversal [N m]",
         "preload that avoids reversals [N m]",
         "or a base tilted by [deg]",
     )
-    return [Section("What the gears go through", (_LOADS, Table(columns, rows)))]
+    return [Section("Torques and reversals of the gears", (_LOADS, Table(columns, rows)))]
 
 
 def motors(figures: RunResult) -> list[Section]:
@@ -235,10 +235,10 @@ _MOTORS = Note(
 )
 _LOADS = Note(
     "From the torque that the links need along the path. Where a gear reverses, or is in its backlash"
-    " for want of a torque at rest, a wrong backlash shows: at rest by what it is off, in motion by"
-    " several times as much, as the link drifts with what it was given; the replays on robots with"
-    " another backlash tell that for all gears together. A gear that stays clear of zero does not ask"
-    " for its backlash."
+    " for want of a torque at rest, an error of the backlash counts: at rest by as much, in motion by"
+    " several times as much, as the link goes on with the rate that it has; the replays on robots with"
+    " another backlash show that for all gears together. The backlash of a gear whose torque keeps its"
+    " sign leaves no more than a constant."
 )
 
 

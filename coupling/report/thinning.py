@@ -12,8 +12,8 @@ def extremes(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> np.nda
     """Return the rows of the smallest and the largest value in each part of the time, and the ends.
 
     Args:
-        time: Rising, (n,).
-        values: (n,).
+        time: Rising times [s], (n,).
+        values: Values of the curve, any unit, (n,).
         parts: Number of equal parts of the time; up to twice as many values are kept whole.
 
     Example:

@@ -30,7 +30,12 @@ _LEAST = 0.3
 
 
 def rows_in_space(time: np.ndarray, *peaks: np.ndarray) -> np.ndarray:
-    """Return the rows to draw of paths in space: evenly spaced ones, and where `peaks` are extreme."""
+    """Return the numbers of rows to draw of paths in space: even ones, and where `peaks` are extreme.
+
+    Args:
+        time: Rising times [s], (n,).
+        peaks: Values whose extremes are drawn, any unit, (n,) each.
+    """
     even = np.linspace(0, len(time) - 1, _POINTS).astype(int)
     return np.unique(np.concatenate([even, *(extremes(time, values, _PARTS) for values in peaks)]))
 
@@ -40,9 +45,9 @@ class PathView:
     """A path to be seen from above.
 
     Attributes:
-        title: What to call it.
-        desired, actual: Where its tool should be and where it is, at the same times.
-        part: Where the part is in the world, by the keys of [part].
+        title: Title of the view.
+        desired, actual: Desired and actual path of its tool, at the same times.
+        part: Placement of the part in the world, by the keys of [part].
     """
 
     title: str
@@ -58,7 +63,7 @@ class PathView:
 
     @property
     def logarithms(self) -> np.ndarray:
-        """Decimal logarithms of the deviation in um, (n,)."""
+        """Decimal logarithms of the deviation [um], (n,)."""
         distance = self.actual.distance_to(self.desired)
         found: np.ndarray = np.log10(np.maximum(UM * distance, FLOOR_UM))
         return found

@@ -11,17 +11,17 @@ _QUARTILE = 0.6745 / 1.6449
 
 
 class PassForecast(ResultPart):
-    """What the next pass is expected to leave [m], noise of the measurement taken off.
+    """Expected deviation of the next measured run [m], noise of the measurement taken off.
 
     Attributes:
         rms: Rms distance from the desired path.
-        low, high: Interval that holds it in 90 of 100 passes.
+        low, high: Interval that holds it in 90 of 100 runs.
         maximum: Largest distance.
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
         before: Rms that was measured under the last command.
         robots: Factors of the robot file's parameters by name, of robots that are possible.
-        scales: How far towards each of them those lie that the forecast is told by, as a part.
+        scales: Shares of the way towards each of them of those that the forecast follows from.
         left_over: Variance of what was left by the fit of the robot's parameters, by that of noise; 1 of
             parameters that were not fitted.
     """
@@ -38,7 +38,7 @@ class PassForecast(ResultPart):
 
     @property
     def upper_quartile(self) -> float:
-        """What one pass of four is expected to exceed [m], of an rms with a normal logarithm."""
+        """Deviation that one run of four is expected to exceed [m]: the rms has a normal logarithm."""
         return self.rms * (self.high / max(self.rms, 1e-12)) ** _QUARTILE
 
     @computed_field  # type: ignore[prop-decorator]
@@ -48,7 +48,7 @@ class PassForecast(ResultPart):
         constant = "" if self.absolute else " less a constant"
         return (
             f"Expected on your robot: {_um(self.rms)} rms{constant} ({_um(self.low)} to {_um(self.high)}"
-            f" in 90 of 100 passes), at most {_um(self.maximum)}; measured under the last command:"
+            f" in 90 of 100 runs), at most {_um(self.maximum)}; measured under the last command:"
             f" {_um(self.before)} rms"
         )
 

@@ -34,7 +34,7 @@ class LearnedParameterResult(ResultPart):
 
 
 class PassResult(ResultPart):
-    """A measured pass, and what is drawn of it over its time."""
+    """A measured run, and what is drawn of it over its time."""
 
     run: Annotated[str, From("source.folder")]
     measured: Annotated[str, From("seen.name")]
@@ -48,7 +48,7 @@ class PassResult(ResultPart):
 
 
 class LearnedPassResult(PassResult):
-    """A measured pass that a robot was learned from."""
+    """A measured run that a robot was learned from."""
 
     orientation_noise_rad: float | None
     motors: dict[str, float] = {}

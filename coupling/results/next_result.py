@@ -22,7 +22,7 @@ class SizeResult(ResultPart):
 
 
 class NextPassResult(PassResult):
-    """A measured pass that the next command is told from."""
+    """A measured run that the next command follows from."""
 
     tip_m: Three
     noise_m: float
@@ -33,7 +33,7 @@ class NextPassResult(PassResult):
 
 
 class JudgementResult(ResultPart):
-    """The last pass beside the best one, by their numbers from 0."""
+    """The last measured run beside the best one, by their numbers from 0."""
 
     best: int
     last: int
@@ -42,7 +42,7 @@ class JudgementResult(ResultPart):
 
 
 class MoveResult(ResultPart):
-    """A way to the next command, and what it would have left of the last pass."""
+    """A way to the next command, and what it would have left of the last measured run."""
 
     kind: str
     robot: Annotated[str, From("model.name")]

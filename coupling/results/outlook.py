@@ -16,7 +16,7 @@ class Replay:
     """What a command leaves on robots that differ from the model.
 
     Attributes:
-        name: What is other, in words.
+        name: Difference from the model, in words.
         deviation: Deviation from the desired paths, the worst figures of all tools.
         tools: Deviation of every tool.
     """
@@ -30,11 +30,11 @@ class WorstReplay(ResultPart):
     """The worst of all replays of a command, beside what the uncorrected one leaves.
 
     Attributes:
-        worst: What is other in the replay with the largest deviation.
+        worst: Difference from the model in the replay with the largest deviation.
         deviation: Largest deviation of all replays [m].
-        less_constant: That less a constant, of the replay in which this is largest [m].
+        less_constant: The same less a constant, of the replay in which this is largest [m].
         nothing: Largest deviation of the uncorrected command, as the model has it [m].
-        nothing_less_constant: That less a constant [m].
+        nothing_less_constant: The same less a constant [m].
     """
 
     worst: str
@@ -49,7 +49,7 @@ class WorstReplay(ResultPart):
 
         Args:
             before: Deviation under the uncorrected command.
-            replays: What the command leaves on robots and under loads that differ.
+            replays: Deviations under the command, of robots and under loads that differ.
         """
         if not replays:
             return None

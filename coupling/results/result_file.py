@@ -102,7 +102,7 @@ class ResultFile(ResultPart):
     """Base of whole files.
 
     Attributes:
-        what: What a file holds, for messages.
+        what: Content of a file, for messages.
     """
 
     what: ClassVar[str]
@@ -118,7 +118,7 @@ class ResultFile(ResultPart):
         Args:
             file: The file.
             error: Exception class for every problem; its message says where, and what was expected.
-            advice: What to do where the file cannot be read.
+            advice: Advice where the file cannot be read.
         """
         try:
             return cls.model_validate_json(file.read_bytes(), strict=True)

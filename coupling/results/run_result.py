@@ -31,7 +31,7 @@ class NoiseResult(ResultPart):
     level_N: Annotated[float, From("force")]
     cutoff_Hz: Annotated[float | None, From("filter.cutoff")]
     adaptive: bool
-    counts: Annotated[bool, From("heard")]
+    counts: Annotated[bool, From("significant")]
     sentence: str
 
 
@@ -110,7 +110,7 @@ class MotorLoad(ResultPart):
         torque: Largest torque that it needs, to either side [N m].
         torque_time: Instant of it [s].
         limit: Largest torque that it has [N m], or None.
-        reversals: How often its friction slips the other way than before.
+        reversals: Number of times that its friction slips the other way than before.
         presliding: Share of the time in which its friction sticks: at rest, and behind reversals.
     """
 
@@ -127,14 +127,14 @@ class DriveMotion(ResultPart):
     Attributes:
         joint: Number, from 1.
         lowest, highest: Range of the angle [rad].
-        lower_limit, upper_limit: What the joint allows of it [rad], or None.
+        lower_limit, upper_limit: Limits of the joint's angle [rad], or None.
         rate: Largest |q'| [rad/s].
         rate_time: Instant of it [s].
         rate_limit: Highest rate that the joint allows [rad/s], or None.
         acceleration: Largest |q''| [rad/s^2].
         acceleration_time: Instant of it [s].
         acceleration_limit: Highest acceleration that joint and controller allow [rad/s^2], or None.
-        motor: What it asks of the motor; None where there is none, or it was not looked at.
+        motor: Demands on the motor; None where there is none, or it was not looked at.
     """
 
     sparse: ClassVar = ("motor",)

@@ -20,7 +20,7 @@ class StudySample(ResultPart):
         deviation: Deviation from the desired paths, the worst figures of all tools; None where the
             robot cannot be simulated.
         distance: Largest distance from them in each part of the path [m]; empty there.
-        failure: Why it cannot be simulated, or empty.
+        failure: Reason why it cannot be simulated, or empty.
         evaluations: Evaluations of the process that it took.
         converged: Whether robot and process came together; true where the process was not asked.
     """

@@ -13,8 +13,9 @@ from coupling.inverse.inversion import DesiredMotion
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.moving import Inverter
 from coupling.robot.robot import InverseCommand, LimitWarning, SimulatedRobot
 from coupling.robot.touch_off import TouchOff

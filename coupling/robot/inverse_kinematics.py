@@ -7,7 +7,8 @@ import pinocchio as pin
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot

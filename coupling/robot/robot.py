@@ -9,8 +9,9 @@ import numpy as np
 
 from coupling.events import Watch, unwatched
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from elastic_robot.fmi.interface import Mode
 
 # What is said of a limit that is passed, by its name.

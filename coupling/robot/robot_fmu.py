@@ -19,7 +19,8 @@ from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode

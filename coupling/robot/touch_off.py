@@ -22,9 +22,9 @@ from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-# A command that brings the sagging tool to a real point is found to this [m], in so many passes.
+# A command that brings the sagging tool to a real point is found to this [m], in so many iterations.
 _FOUND, _PASSES = 1e-12, 30
-# Largest residual of that after all passes [m]: below the accuracy of any touch.
+# Largest residual of that after all iterations [m]: below the accuracy of any touch.
 _ENOUGH = 1e-7
 
 

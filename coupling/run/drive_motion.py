@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.results.run_result import DriveMotion
 
 # Times per row at which a command is looked at.
@@ -17,7 +17,7 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
 
     Args:
         command: Motion of the drives; at rest at both ends where it has no rates.
-        limits: What they can do.
+        limits: Limits of the drives.
 
     Example:
         >>> rows, none = np.array([0.0, 1.0]), np.array([np.inf])

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, SmoothedProcess
@@ -22,7 +23,6 @@ from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
-from coupling.run.asked_again import RememberedProcess, asked_again, explained
 from coupling.run.drive_motion import drive_motions
 from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
@@ -31,6 +31,7 @@ from coupling.run.models import Models, cell_of
 from coupling.run.motor_demands import explained_by_motors
 from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
+from coupling.run.repeated_evaluation import RememberedProcess, explained, repeated_evaluation
 from coupling.run.robustness import SimulatedModel, noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
@@ -63,22 +64,22 @@ class Run:
             moving ones, under the commands and wrenches of the paths before and after; None where that
             was not possible, and after a coupling no path after.
         unloaded_after: Paths under the corrected command and gravity alone; None likewise.
-        robustness: What the corrected command leaves on robots and under forces that differ from the
-            model's.
-        plant: What the command leaves on the case's plant; None where it has none.
-        drives: What the command asks of the drives of every robot.
-        motors: What it asks of their motors; None for a robot without any, or that was not simulated.
+        robustness: Deviations under the corrected command on robots and under forces that differ from
+            the model's.
+        plant: Deviation under the command on the case's plant; None where it has none.
+        drives: Demands of the command on the drives of every robot.
+        motors: Demands on their motors; None for a robot without any, or that was not simulated.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
-        remarks: What in the case or the process's answer is out of what is usual, sentences.
+        remarks: Sentences on unusual values of the case or the process's response.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
-        gears: What the gears of every robot go through along its path.
+        gears: Torques and reversals of the gears of every robot along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
-        repeatability: How two answers of the process to the last path differ; None where it was asked
+        repeatability: Difference of two responses to the last path; None where the process was asked
             once, as where the method has converged.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
-        forecast: What the command is expected to leave on the robot that was measured; None where none
+        forecast: Expected deviation of the robot that was measured, under the command; None where none
             was.
     """
 
@@ -146,7 +147,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
     Args:
         case: The case.
         cell: Its robots.
-        watch: Function that is told what happens.
+        watch: Function called with what happens.
     """
     return Loop(
         cell,
@@ -168,12 +169,12 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             cell, models = cell_of(case.robots, fmus)
         asked = RememberedProcess(case.process)
         quiet = quiet_process(case, asked)
-        heard = replace(case, process=asked if quiet is None else quiet)
-        loop = loop_of(heard, cell, watch)
+        significant = replace(case, process=asked if quiet is None else quiet)
+        loop = loop_of(significant, cell, watch)
         with _timed(kind, durations):
             found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
-            repeated = asked_again(case, asked.last, found, watch)
+            repeated = repeated_evaluation(case, asked.last, found, watch)
             found = explained(found, kind, repeated)
         noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
@@ -201,7 +202,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         if case.plant is not None:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
-                plant = run_on_plant(heard, differing, found, watch)
+                plant = run_on_plant(significant, differing, found, watch)
         with _timed("motors", durations):
             motors = _motors(cell, models, fmus, found)
             found = _within_motors(case, kind, found, motors)
@@ -246,7 +247,7 @@ def quiet_process(case: Case, process: Process) -> SmoothedProcess | None:
 
 def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
     """Return the sentence of a noise that counts."""
-    return () if noise is None or not noise.heard else (noise.sentence,)
+    return () if noise is None or not noise.significant else (noise.sentence,)
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:

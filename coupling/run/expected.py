@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable
@@ -21,7 +21,7 @@ class UsualRange:
     Attributes:
         low, high: Its ends.
         unit: Unit of both.
-        why: What has these values.
+        why: Things that have these values.
         or_none: Whether 0 says that there is none of it, which is usual as well.
     """
 
@@ -139,7 +139,7 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
 
     Args:
         case: The case.
-        wrench: What the process answers; None where it was not asked.
+        wrench: Response of the process; None where it was not evaluated.
     """
     found = [
         text for place, key, value in _values(case, wrench) if (text := remark(place, key, value))
@@ -171,7 +171,7 @@ def remark(place: str, key: str, value: float) -> str:
     """Return what there is to say of a value, "" where it is usual.
 
     Args:
-        place: Where it stands, in words.
+        place: Its place, in words.
         key: One of `EXPECTED`.
         value: In the unit there.
 

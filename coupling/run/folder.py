@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.events import Watch, unwatched
 from coupling.process import Process, ProcessTable
 from coupling.process.checked import CheckedProcess
@@ -17,7 +17,7 @@ def checked_process(case: Case, watch: Watch = unwatched) -> Process:
 
     Args:
         case: The case.
-        watch: Function that is told of tries that fail.
+        watch: Function called with tries that fail.
     """
     table = case.process_table
     retries = table.retries if isinstance(table, ProcessTable) else 0
@@ -30,7 +30,7 @@ def kept_process(case: Case, store: Path | None, watch: Watch = unwatched) -> St
     Args:
         case: The case.
         store: Folder of the store; None keeps nothing.
-        watch: Function that is told what happens.
+        watch: Function called with what happens.
     """
     place = None if store is None else Store(store, watch)
     return StoredProcess(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.files.ratings import Ratings
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.histories import WrenchHistory
@@ -22,8 +22,8 @@ def load_warnings(
 
     Args:
         robots: The robots of a case.
-        wrench: What acts on their tools.
-        gears: What the gears of every robot go through under it.
+        wrench: Wrenches on their tools.
+        gears: Torques of the gears of every robot under them.
     """
     return tuple(
         warning
@@ -38,9 +38,9 @@ def passed(
     """Yield a warning for each rating of one robot that is passed.
 
     Args:
-        ratings: What it is rated for.
-        wrench: What acts on its tool.
-        gears: What its gears go through.
+        ratings: Its rated loads.
+        wrench: Wrench on its tool.
+        gears: Torques of its gears.
         robot: Its name in a cell of several.
     """
     force = np.linalg.norm(wrench.force[0], axis=1)

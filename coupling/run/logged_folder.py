@@ -21,10 +21,10 @@ def logged_folder(
     Args:
         kind: "couple", "compensate" or "place".
         case: The case file.
-        folder: Where the result is to be.
+        folder: Folder of the result.
         overwrite: A result that is there may be replaced.
         store: Store of evaluations, if any.
-        tell: Function that is told what happens.
+        tell: Function called with what happens.
 
     Raises:
         CouplingError: If the folder cannot be written.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.events import Watch, unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -29,7 +29,7 @@ class Models:
 
     Args:
         kind: Kind of the FMUs.
-        watch: Function that is told how far a simulation is.
+        watch: Function called with the progress of a simulation.
     """
 
     def __init__(self, kind: str, watch: Watch = unwatched) -> None:

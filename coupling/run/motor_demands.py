@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import CouplingError, PlanningError, SimulationError
 from coupling.inverse.diagnosis import GearLoads, loads_along, stiff_links
 from coupling.inverse.inversion import MovingRobot

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import PlacedRobot
+from coupling.case.case import PlacedRobot
 from coupling.inverse.servo import presliding
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
 from coupling.robot.robot import LimitWarning
@@ -31,7 +32,7 @@ class MotorLoads:
 
     Attributes:
         history: Their motion and the torques that they would need for it.
-        loads: What that comes to, by joint, from 0.
+        loads: Figures of these, by joint, from 0.
     """
 
     history: MotorHistory
@@ -78,7 +79,7 @@ def motor_loads(
 
     Args:
         model: The robot, simulated.
-        models: What simulates robots.
+        models: Simulations of robots.
         command: Motion of its drives, or of what its servos are told.
         wrench: Wrench on its tool, axes of its base.
 

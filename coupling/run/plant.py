@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
 from coupling.robot.cell import Cell
 from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant
@@ -51,12 +52,12 @@ class PlantReplay:
     """What a command leaves on the plant.
 
     Attributes:
-        differences: What is other on it, in words.
+        differences: Its differences from the model, in words.
         desired: Desired paths of the tools.
         path: Paths that the plant's tools take, at the same times.
         wrench: Wrenches that they meet.
-        coupling: How plant and process came together; None where the wrench is the model's.
-        remark: Why the process was not evaluated on the plant though it should have been, or empty.
+        coupling: Coupling of plant and process; None where the wrench is the model's.
+        remark: Reason why the process was not evaluated on the plant as it should have been, or empty.
     """
 
     differences: tuple[str, ...]
@@ -88,7 +89,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
         case: The case.
         cell: Its plant.
         found: The command, with what it leads to on the model.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         SimulationError: If the plant cannot be simulated.
@@ -122,7 +123,7 @@ def coupled_on(
         force: Factor of the process's wrench.
         joints: The command.
         start: Paths on the model, whose times hold the case's samples.
-        watch: Function that is told how far the work is.
+        watch: Function called with the progress of the work.
 
     Raises:
         ProcessError: If the process has no answer to the first path.

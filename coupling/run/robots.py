@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
 from coupling.results.run_result import RobotResult, TouchOffResult

@@ -25,7 +25,7 @@ class RobotVariation:
     """Robots and a load that differ from the model, all robots alike.
 
     Attributes:
-        name: What is other, in words.
+        name: Difference from the model, in words.
         difference: Difference of every robot.
         force: Factor of the wrench.
 
@@ -90,9 +90,9 @@ def replayed(
 
     Args:
         cell: The robots.
-        models: What simulates each of them, in their order.
+        models: Simulation of each of them, in their order.
         found: The command.
-        simulate: What simulates a robot with other motors or kinematic errors.
+        simulate: Function that gives the simulation of a robot with other motors or kinematic errors.
 
     Returns:
         A replay for each of `VARIATIONS`, but for those that change nothing.
@@ -143,9 +143,9 @@ def differing(
 
     Args:
         cell: The robots.
-        models: What simulates each of them, with its payload, in their order.
+        models: Simulation of each of them, with its payload, in their order.
         differences: Differences of each of them.
-        what: What is other, in words.
+        what: Difference from the model, in words.
     """
     robots = zip(cell.members, models, differences, strict=True)
     return Cell(
@@ -181,7 +181,7 @@ def noise_replays(
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
-    if noise is None or not noise.heard:
+    if noise is None or not noise.significant:
         return ()
     draw = np.random.default_rng(_SEED)
     loads, time = found.answer.wrench, found.answer.wrench.instants

@@ -36,7 +36,7 @@ class RunLog:
 
     Args:
         folder: Folder of the run.
-        kind: What runs: "couple", "compensate" or "place".
+        kind: Command that runs: "couple", "compensate" or "place".
         case: Its case file.
         store: Store of its evaluations; None without.
 

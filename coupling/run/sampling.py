@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -97,12 +97,12 @@ Choice = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def flatter(before: np.ndarray, behind: np.ndarray) -> np.ndarray:
-    """Return the smaller bend [Harten1987]: a corner at a row bends no step beside it."""
+    """Return the smaller bend [Harten1987], shape of both: a corner at a row bends no step beside it."""
     return np.where(np.abs(before) <= np.abs(behind), before, behind)
 
 
 def steeper(before: np.ndarray, behind: np.ndarray) -> np.ndarray:
-    """Return the larger bend: a corner may lie anywhere between two rows."""
+    """Return the larger bend, unit and shape of both: a corner may lie anywhere between two rows."""
     return np.where(np.abs(before) >= np.abs(behind), before, behind)
 
 

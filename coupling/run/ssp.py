@@ -11,13 +11,13 @@ from math import isfinite
 from pathlib import Path
 
 import elastic_robot
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
 from coupling.path.controller import on_cycle
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
@@ -37,7 +37,7 @@ class SspSystem:
 
     Attributes:
         case: The case.
-        answer: What the process gives to the robot, a name of ANSWERS.
+        answer: Quantities that the process gives to the robot, a name of ANSWERS.
         task: Its task in the frame of the robot's base, which is that of its FMU.
         process: Its process in that frame.
         planned: The drives' motion along the desired path.

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.process.force_laws import ForceReaction
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
@@ -56,8 +56,8 @@ class LinearisedPosture:
 
     Attributes:
         time: Time [s].
-        a, b, c: State space of the robot, force to displacement of the TCP in base axes: (s, s), (s, 3),
-            (3, s); a quasi-static robot has no states.
+        a, b, c: Matrices of the state space of the robot, force [N] to displacement of the TCP [m] in
+            base axes: (s, s), (s, 3), (3, s); a quasi-static robot has no states.
         compliance: Its static compliance [m/N], (3, 3).
         stiffness: K of the process [N/m], (3, 3).
     """
@@ -173,7 +173,7 @@ def postures_in_contact(
         robot: The robot.
         motion: Its drives at the samples.
         desired: Desired position of the TCP there, base frame [m], (n, 3).
-        reaction: What the process answers there.
+        reaction: Force and stiffness of the process there.
         quasistatic: Whether the robot is at rest at every moment.
     """
     size = np.abs(reaction.stiffness).max(axis=(1, 2))

@@ -19,7 +19,8 @@ from coupling.files.csv_table import (
     read_table,
 )
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import AnswerResult, RunState
@@ -44,7 +45,7 @@ class StoredRobot:
         desired, uncompensated, achieved: Paths of its tool.
         joints: Motion of its drives, in the rows of the controller.
         command: Path of its undeflected tool at these rows.
-        correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
+        correction: Path of the undeflected tool minus desired, at its times [m, rad], (n, 6).
         wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
         motor_torque: Times [s], (n,), and the torque that its motors need by joint, from 0 [N m], (n,)

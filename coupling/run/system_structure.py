@@ -30,7 +30,7 @@ SPRING_UNITS = {
 
 @dataclass(frozen=True)
 class SystemStructure:
-    """What a master is told of a system of robot and process.
+    """Description of a system of robot and process for a master.
 
     Attributes:
         name: Name of the system's description.

@@ -18,9 +18,9 @@ class DeviationParts:
 
     Attributes:
         slow: Its mean over a tooth period around each time [m], (n,) or (n, 3).
-        ripple: What is left of it.
-        lowest, highest: Its extremes within that period: where the walls and the floor of a cut lie at
-            most, as an edge may be there when the tool is farthest off.
+        ripple: Deviation less its slow part [m], shape of `slow`.
+        lowest, highest: Its extremes within that period [m], shape of `slow`: where the walls and the
+            floor of a cut lie at most, as an edge may be there when the tool is farthest off.
     """
 
     slow: np.ndarray
@@ -45,7 +45,7 @@ class DeviationParts:
         Args:
             time: Rising [s], (n,).
             deviation: [m], (n,) or (n, 3); straight between the times, constant beyond them.
-            period: Of the teeth [s].
+            period: Period of the teeth [s].
 
         Example:
             >>> time = np.linspace(0.0, 1.0, 101)

@@ -81,7 +81,7 @@ class Assembled(NamedTuple):
     wrenches: np.ndarray
 
 
-class Grip(NamedTuple):
+class ContactTangents(NamedTuple):
     """Tangents of a sphere's contact with a sheet.
 
     Attributes:
@@ -192,7 +192,7 @@ class Assembler:
         What the state's own far field knows, and what has hardly bent since, is taken from them.
 
         Args:
-            interface: Rim of the box.
+            interface: Interface of the box.
             before: The last equilibrium.
             after: State with the new control points; the history of the elements is written.
             limit: Bending up to which a cell counts as linear [m].
@@ -238,9 +238,9 @@ class Assembler:
         add_edge(far_field.interface.edge_elements, *acting, at_interface, across, among)
         return at_interface, across, among
 
-    def grip(
+    def contact_tangents(
         self, box: Box, sphere: Sphere, before: SheetState, after: SheetState, tool: int
-    ) -> Grip | None:
+    ) -> ContactTangents | None:
         """Return the tangents of a sphere's contact; None where it is far from the sheet.
 
         The contact depends on the place of the sheet relative to the sphere.  The splines sum to one:
@@ -268,7 +268,9 @@ class Assembler:
         of_points = stiffness.reshape(-1, 9, 3, 27).sum(axis=1).swapaxes(1, 2)
         np.add.at(by_sheet, index[moving], of_points[moving])
         np.add.at(on_sheet, index[moving], stiffness.reshape(-1, 27, 9, 3).sum(axis=2)[moving])
-        return Grip(of_points.reshape(-1, 9, 3, 3).sum(axis=(0, 1)).T, by_sheet, on_sheet)
+        return ContactTangents(
+            of_points.reshape(-1, 9, 3, 3).sum(axis=(0, 1)).T, by_sheet, on_sheet
+        )
 
     def _places_near(self, box: Box, sphere: Sphere, points: np.ndarray) -> np.ndarray:
         """Return the places of the elements of a box about those that a sphere may touch, (n, 2)."""

@@ -265,21 +265,21 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
     """
     count = len(found.spheres)
     stiffness = np.zeros((count, 3, count, 3))
-    grips = {
-        k: grip
+    tangents = {
+        k: own
         for k, sphere in enumerate(found.spheres)
         if np.any(found.forces[k])
-        and (grip := assemble.grip(found.box, sphere, found.before, found.state, k))
+        and (own := assemble.contact_tangents(found.box, sphere, found.before, found.state, k))
     }
-    if not grips:
+    if not tangents:
         return stiffness.reshape(3 * count, 3 * count)
-    pushed = np.hstack([grip.on_sheet for grip in grips.values()])
+    pushed = np.hstack([own.on_sheet for own in tangents.values()])
     at_interface = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
     follows = found.tangent.solve(np.vstack([pushed, at_interface]))[: len(pushed)]
-    for column, j in enumerate(grips):
-        for i, grip in grips.items():
-            stiffness[i, :, j] = -grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
-        stiffness[j, :, j] = _not_negative(grips[j].own + stiffness[j, :, j])
+    for column, j in enumerate(tangents):
+        for i, own in tangents.items():
+            stiffness[i, :, j] = -own.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
+        stiffness[j, :, j] = _not_negative(tangents[j].own + stiffness[j, :, j])
     return stiffness.reshape(3 * count, 3 * count)
 
 

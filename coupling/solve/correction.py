@@ -10,8 +10,9 @@ import numpy as np
 from coupling.events import Event
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import BacklashReversal, Robot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, sampled_at, unloaded_path

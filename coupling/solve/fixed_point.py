@@ -10,8 +10,9 @@ import numpy as np
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome

@@ -12,8 +12,9 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.robot.robot import Robot
@@ -45,7 +46,7 @@ class _Iteration:
         answer: The process's answer to the path under the wrench before.
         consistency: Distance of that path from `achieved` [m].
         report: Its figures.
-        failure: Why there was no validation; `achieved` and `answer` are then those before it.
+        failure: Reason why there was no validation; `achieved` and `answer` are then those before it.
     """
 
     inverse: RobotInverse

@@ -12,8 +12,9 @@ from coupling.errors import CouplingError, HostError, ProcessError, StoreError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.path.low_pass import low_pass
 from coupling.robot.robot import Robot
 from coupling.solve.correction import (

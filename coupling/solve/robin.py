@@ -8,13 +8,14 @@ import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.process.base import joined, own_blocks
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.local_stabilisation import LocalStabilisation
 from coupling.solve.relaxation import Anderson, ConstantRelaxation
-from coupling.solve.scheme import Iterate, RobotAnswer
+from coupling.solve.scheme import Iterate, RobotResponse
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -57,7 +58,7 @@ class Robin(ConstantRelaxation):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotAnswer:
+    ) -> RobotResponse:
         """Return the robots' motion against a process that goes on as it has answered.
 
         Raises:
@@ -72,7 +73,7 @@ class Robin(ConstantRelaxation):
         for _ in range(_MOST):
             loads = answered.plus(beyond)
             try:
-                found = RobotAnswer(loads, robot.simulate(command, loads, mode))
+                found = RobotResponse(loads, robot.simulate(command, loads, mode))
             except SimulationError:
                 if best is None:
                     raise

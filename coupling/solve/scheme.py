@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from elastic_robot.fmi.interface import Mode
@@ -40,7 +41,7 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class RobotAnswer:
+class RobotResponse:
     """Answer of robots to a process.
 
     Attributes:
@@ -57,14 +58,14 @@ class Scheme(ABC):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotAnswer:
+    ) -> RobotResponse:
         """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         loads = seen.loads
-        return RobotAnswer(loads, robot.simulate(command, loads, mode))
+        return RobotResponse(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -11,8 +11,10 @@ from dataclasses import asdict, dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
+from numpy.lib.format import read_array
 from numpy.lib.npyio import NpzFile
 
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -34,7 +36,7 @@ class DamagedError(Exception):
 
 @dataclass(frozen=True)
 class EntryInfo:
-    """What is told of an answer beside it.
+    """Description of a response beside it.
 
     Attributes:
         key: Key of the answer.
@@ -103,7 +105,7 @@ def encoded(answer: ProcessResponse, about: EntryInfo) -> memoryview:
 
     Args:
         answer: A `plain` one.
-        about: What is told beside it.
+        about: Description beside it.
 
     Raises:
         TypeError: If the answer has an array of something else than numbers.
@@ -135,13 +137,11 @@ def decoded(content: bytes, key: str) -> ProcessResponse:
         DamagedError: If the content is not that of an entry with this key.
     """
     try:
-        with NpzFile(BytesIO(content)) as kept:
-            assert kept.zip is not None, "it is while the file is open"
-            if broken := kept.zip.testzip():
-                raise DamagedError(f"the checksum of {broken} is wrong")
-            header = json.loads(str(kept[_HEADER]))
-            # By their names: an archive may be damaged so that it seems to have fewer.
-            arrays = {name: kept[name] for name in header["arrays"]}
+        with ZipFile(BytesIO(content)) as kept:
+            members = {name.removesuffix(".npy"): _array(kept, name) for name in kept.namelist()}
+        header = json.loads(str(members[_HEADER]))
+        # By their names: an archive may be damaged so that it seems to have fewer.
+        arrays = {name: members[name] for name in header["arrays"]}
         if EntryInfo(**header["about"]).key != key:
             raise DamagedError("is the entry of another evaluation under this name")
         workpiece = None
@@ -157,6 +157,15 @@ def decoded(content: bytes, key: str) -> ProcessResponse:
         raise
     except Exception as cause:  # whatever else there is under the name
         raise DamagedError(f"is no entry of a store: {cause}") from cause
+
+
+def _array(archive: ZipFile, name: str) -> np.ndarray:
+    """Return the array of a member, which is read to its end, where its checksum is looked at."""
+    try:
+        content = archive.read(name)
+    except BadZipFile as cause:
+        raise DamagedError(f"the checksum of {name} is wrong") from cause
+    return np.asarray(read_array(BytesIO(content), allow_pickle=False))
 
 
 def read_about(file: Path) -> EntryInfo | None:

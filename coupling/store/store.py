@@ -48,7 +48,7 @@ class Entry:
         file: Its file.
         size: [bytes].
         used: When it was written or last used [s since 1970].
-        about: What it says about itself; None where it cannot be read.
+        about: Its description; None where it cannot be read.
     """
 
     file: Path
@@ -78,7 +78,7 @@ class Store:
 
     Attributes:
         folder: The folder.
-        watch: Function that is told of damaged entries, and what is waited for.
+        watch: Function called with damaged entries, and what is waited for.
     """
 
     folder: Path
@@ -140,7 +140,7 @@ class Store:
 
         Args:
             key: The key.
-            size: What the answer takes at least [bytes].
+            size: Least size of the answer [bytes].
 
         Raises:
             StoreError: If the disk is full or the store cannot be written.

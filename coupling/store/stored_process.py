@@ -46,7 +46,7 @@ class StoredProcess(ProcessWrapper):
     Args:
         process: The process; without an identity it is evaluated every time.
         store: The store; None: every answer is computed.
-        watch: Function that is told of every answer.
+        watch: Function called with every answer.
         name: Name of the process, for people.
         identify: Function that finds the identity of the process anew; where that is another one after
             an evaluation, as a file of the process has changed, its answer is not kept.

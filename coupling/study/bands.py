@@ -23,7 +23,7 @@ def quantile(values: np.ndarray, share: float) -> np.ndarray:
     plotting position, exact for every continuous distribution); in between it is linear.
 
     Args:
-        values: Independent values, (n,) or (n, m) for m columns.
+        values: Independent values, any unit, (n,) or (n, m) for m columns.
         share: The probability.
 
     Returns:
@@ -101,8 +101,8 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...
     left is of several parameters together, or not a polynomial.
 
     Args:
-        points: Probabilities of the parameters' values, (n, k), each column uniform in 0 to 1.
-        figure: (n,).
+        points: Probabilities of the parameters' values [1], (n, k), each column uniform in 0 to 1.
+        figure: Figure of every sample, any unit, (n,).
 
     Returns:
         One for each parameter; None where there are too few samples to tell.
@@ -135,12 +135,12 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...
 
 
 def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:
-    """Return the first rows of equal parts of a path's time that have a row, (m,), m <= parts."""
+    """Return the numbers of the first rows of equal parts of a path's time [s], (m,), m <= parts."""
     edges = np.searchsorted(time, np.linspace(time[0], time[-1], parts + 1)[:-1])
     return np.unique(edges)
 
 
 def largest_in_parts(distance: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the largest distance in each part of a path, (m,)."""
+    """Return the largest distance [m] in each part of a path, (m,)."""
     found: np.ndarray = np.maximum.reduceat(distance, first)
     return found

@@ -7,12 +7,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.case.file import Case, PlacedRobot, load_case
+from coupling.case.case import Case, PlacedRobot
+from coupling.case.file import load_case
 from coupling.errors import HostError, ProcessError, SimulationError
 from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.robot.cell import Cell
 from coupling.run.kept_process import kept_process
@@ -35,7 +37,7 @@ class StudyJob:
         kind: Kind of the FMUs.
         robots: Robots of the case.
         fmus: Their FMUs.
-        parameters: What is uncertain of them.
+        parameters: Their uncertain parameters.
         desired: Desired paths of the tools.
         achieved: Paths of the model's tools, at the same times.
         joints: The command.

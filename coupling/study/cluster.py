@@ -46,7 +46,7 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
     Args:
         name: Name of the study on the cluster.
-        work: What it is about.
+        work: Content of the study.
     """
 
     def __init__(self, name: str, work: StudyJob) -> None:

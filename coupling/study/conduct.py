@@ -12,14 +12,15 @@ import numpy as np
 import tomlkit
 
 import elastic_robot
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.case.plant import StudyTable
 from coupling.errors import CaseError, StudyError
 from coupling.events import Progress, Watch
 from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.bands import samples_for
@@ -38,11 +39,11 @@ class Study:
     Attributes:
         folder: Its folder.
         case: Name of the case.
-        table: What to sample.
-        parameters: What is uncertain.
-        points: Values of the parameters, (n, k).
+        table: Table [study].
+        parameters: Uncertain parameters.
+        points: Values of the parameters, in their units, (n, k).
         run: The run of the command.
-        work: What the workers need to know.
+        work: Data for the workers.
     """
 
     folder: Path
@@ -95,7 +96,7 @@ def opened(
     Args:
         folder: The study's folder, of this program alone.
         case: The case.
-        table: What to sample.
+        table: Table [study].
         run: Run folder of the command.
         couple: Whether the process is evaluated for every sample.
         store: Store of evaluations that keeps what it answers then, if any.

@@ -62,7 +62,7 @@ def _is_own(name: str) -> bool:
 
 
 def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
-    """Write a table as a whole file.
+    """Write a table, columns of any unit, (rows, columns), as a whole file.
 
     Raises:
         OSError: If it cannot be written.
@@ -122,20 +122,20 @@ def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -
 def begin(
     folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: StudyParameters
 ) -> None:
-    """Begin a study: what is left of one that never began is removed."""
+    """Begin a study of points, in their units, (n, k), without what one that never began has left."""
     (folder / ROWS).unlink(missing_ok=True)
     write_points(folder, points, names)
     write_whole(folder / IDENTITY, tomlkit.dumps(dict(identity)), StudyError)
 
 
 def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) -> None:
-    """Write the values of all samples' parameters, (n, k)."""
+    """Write the values of all samples' parameters, in their units, (n, k)."""
     table = np.column_stack([np.arange(len(points)), points])
     write_whole_table(folder / POINTS, ("sample", *parameters.names), table)
 
 
 def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the names of the parameters and their values in all samples, (n, k).
+    """Return the names of the parameters and their values in all samples, in their units, (n, k).
 
     Raises:
         StudyError: If the table cannot be read.
@@ -145,14 +145,14 @@ def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def drawn(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
-    """Return the values of the parameters of a design's samples, (count, k)."""
+    """Return the values of the parameters of a design's samples, in their units, (count, k)."""
     return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
 
 
 def points_of(
     folder: Path, design: str, count: int, seed: int, parameters: StudyParameters
 ) -> np.ndarray:
-    """Return the values of the parameters of a begun study's first samples, which may be more now.
+    """Return the values, (count, k), in their units, of a begun study's samples, maybe more now.
 
     Raises:
         StudyError: If there are fewer points and the design cannot grow, or they cannot be read.

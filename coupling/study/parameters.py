@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import truncnorm
 
-from coupling.case.file import Case, PlacedRobot
+from coupling.case.case import Case, PlacedRobot
 from coupling.case.plant import CUT_OFF, PHASE, Distribution, StudyTable
 from coupling.robot.mismatch import FACTORS, ModelMismatch
 

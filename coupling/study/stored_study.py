@@ -21,7 +21,7 @@ class StoredStudy:
     Attributes:
         figures: Content of study.json.
         names: Names of the parameters.
-        points: Values of the parameters, (n, k).
+        points: Values of the parameters, in their units, (n, k).
         measures: Deviations of the samples by name [m], (n,).
         time: Beginnings of the parts of the path [s], (m,).
         band: Columns of bands.csv by name [m], (m,).

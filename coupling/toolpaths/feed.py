@@ -40,7 +40,7 @@ def turned_to(before: float, heading: float) -> float:
 
 
 def headings_along(path: ToolPath) -> np.ndarray:
-    """Return the angles of the feed across the axis of an upright tool, which approaches along its x.
+    """Return the angles of the feed across the axis of an untilted tool, which approaches along its x.
 
     Where the tool rests or moves along its axis, its heading turns from the last one to the next with
     a continuous rate; at the ends of the path it goes on as it bends there.

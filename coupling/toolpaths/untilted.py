@@ -75,9 +75,9 @@ class UntiltedPath:
         return replace(self, path=ToolPath(self.path.time, pose))
 
     def on_sphere(self, task: Task, tilt: ToolTilt, radius: float) -> Task:
-        """Return a task whose tilted tool has its sphere where that of the upright one is.
+        """Return a task whose tilted tool has its sphere where that of the untilted one is.
 
-        The TCP is the point of the sphere that the upright tool's tip is at.  Where that point wanders
+        The TCP is the point of the sphere that the untilted tool's tip is at.  Where that point wanders
         over the sphere, because the tool turns along its path, the TCP is the sphere's centre.
 
         Args:

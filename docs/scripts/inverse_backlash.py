@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.check.checked import checked
 from coupling.files.robot_file import find_robot
 from coupling.inverse.inversion import MovingRobot

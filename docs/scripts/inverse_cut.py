@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.run.execute import run_compensation
 from docs.scripts.runs import CASES, example

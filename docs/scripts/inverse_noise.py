@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
 from docs.scripts.page import table
@@ -38,7 +40,7 @@ class Heard:
     told: Deviation | None
 
 
-def heard(robot: str, level: float, cutoff: dict[str, str]) -> tuple[Heard, Deviation]:
+def significant(robot: str, level: float, cutoff: dict[str, str]) -> tuple[Heard, Deviation]:
     """Return a command for the cone's force with white noise, and what no correction leaves.
 
     Args:
@@ -86,8 +88,8 @@ def noises() -> str:
     rows = []
     for robot in ROBOTS:
         for level in LEVELS:
-            quiet, nothing = heard(robot, level, {})
-            loud, _ = heard(robot, level, {"cutoff_Hz": "none"})
+            quiet, nothing = significant(robot, level, {})
+            loud, _ = significant(robot, level, {"cutoff_Hz": "none"})
             cells = [_figures(one) for one in (quiet.left, quiet.told, loud.left, nothing)]
             rows.append([f"`{robot}`", f"{level} N", *cells])
             print(*rows[-1], flush=True)

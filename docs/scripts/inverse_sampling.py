@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.process import ProcessSchema

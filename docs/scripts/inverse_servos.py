@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.files.robot_file import find_robot
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import Run

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot

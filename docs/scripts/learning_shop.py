@@ -15,13 +15,15 @@ import numpy as np
 import tomlkit
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.identification.next.inputs import next_case_text
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.results import learned_text
 from coupling.identification.runs.source import MeasuredFile, read_source
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import BPoly
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of

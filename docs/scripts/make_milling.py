@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.deviations import Deviations

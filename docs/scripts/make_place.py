@@ -7,7 +7,6 @@ python docs/scripts/make_place.py cases speed.
 
 from __future__ import annotations
 
-import os
 import sys
 import tempfile
 import time
@@ -19,7 +18,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
 from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
@@ -175,8 +175,8 @@ def gears() -> str:
         for gear, other in zip(told.present.gears, told.best[0].gears, strict=True)
     ]
     head = (
-        *("gear of the cone", "clear of zero, as it is [N m]", "swing [N m]"),
-        *("clear of zero, placed [N m]", "swing [N m]"),
+        *("gear of the cone", "margin to reversal, as it is [N m]", "torque range [N m]"),
+        *("margin to reversal, placed [N m]", "torque range [N m]"),
         *("backlash 20 % off, as it is [um]", "placed [um]"),
     )
     return table(head, rows)
@@ -223,25 +223,23 @@ def maps() -> str:
 
 
 def speed() -> str:
-    """Return how long settings, and the whole command, take."""
+    """Return the CPU time that settings, and the whole command, take."""
     free = example("cone_robust").resolved["place"]
     case = example("cone", place=free | {"settings": MANY})
     task = placing(case, case.process)
     every = task.stations.strongest()
     screen = task.screen(every.chosen(selected(task.screen, every, task.ranges, seed=1)))
     settings = task.ranges.sampled(MANY, seed=1)
-    start = time.perf_counter()
+    start = time.process_time()
     screen.figures(settings)
-    wall = time.perf_counter() - start
+    screened = time.process_time() - start
+    place(task, lambda own: own.process)
+    whole = time.process_time() - start - screened
     places = screen.stations.count
-    took = place(task, lambda own: own.process).durations
-    each = ", ".join(f"{what} {seconds:.0f} s" for what, seconds in took.items())
     return (
-        f"With a load of {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores {MANY} settings of the cone"
-        f" at {places} places of its path take {wall:.0f} s on one core,"
-        f" {_UM * wall / MANY / places:.0f} us for a posture; a whole command with as many"
-        f" {sum(took.values()):.0f} s ({each}; the whole path is that of three settings and the present"
-        " one)."
+        f"{MANY} settings of the cone at {places} places of its path take {screened:.0f} s of CPU time,"
+        f" {_UM * screened / MANY / places:.0f} us for a posture; a whole command with as many"
+        f" {whole:.0f} s."
     )
 
 

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.report import workpiece_figures
 from coupling.run.deviations import Deviations
 from coupling.run.execute import Run

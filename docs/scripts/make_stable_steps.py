@@ -14,7 +14,8 @@ import tomlkit
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.fmu_export.build import build_fmu
 from coupling.run.ssp import SspSystem
 from coupling.run.step_limit import LinearisedPosture

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.deviations import Deviations
 from coupling.run.execute import Run

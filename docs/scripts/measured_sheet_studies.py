@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.process.base import ProcessResponse
 from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.shape import THICKNESS

@@ -15,7 +15,7 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.place.placing import Placing, placing
 from coupling.place.selection import selected
 from coupling.place.settings import NAMES
-from coupling.robot.batch.seat import seats
+from coupling.robot.batch.part_placement import part_placements
 from docs.scripts.page import table
 from docs.scripts.runs import example
 
@@ -41,7 +41,9 @@ def _task(angle: float, points: list[list[float]], folder: Path) -> Placing:
     data["tcp"]["rpy"] = [0.0, turn, 0.0]
     file = folder / f"spindle_{angle}.toml"
     file.write_text(tomlkit.dumps(data), encoding="utf-8")
-    (seat,) = seats(load_robot(file), Rotation.from_euler("y", 90.0, degrees=True), _HALF, 1)
+    (seat,) = part_placements(
+        load_robot(file), Rotation.from_euler("y", 90.0, degrees=True), _HALF, 1
+    )
     case = example(
         "milling_20000",
         robot={"description": str(file), "home_deg": np.rad2deg(seat.home).tolist()},

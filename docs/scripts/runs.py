@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import GapResult
 from coupling.run.execute import Run, run_compensation, run_coupling

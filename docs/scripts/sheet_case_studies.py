@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import perf_counter
 from typing import Any
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.process.sheet_fem import SheetFem
 from coupling.sheet_fem.equilibrium import Equilibrium
 from docs.scripts.page import table

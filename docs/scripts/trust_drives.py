@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.path.deviation import Deviation
 from coupling.run.deviations import Deviations
 from docs.scripts.page import table

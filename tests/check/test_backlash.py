@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from line_case import line_case
 
-from coupling.case.file import Case
-from coupling.check.backlash import right_command
+from coupling.case.case import Case
+from coupling.check.backlash import exact_command
 from coupling.check.checked import checked
 from coupling.files.robot_file import find_robot
 from coupling.inverse.diagnosis import gear_loads
@@ -104,7 +104,7 @@ def test_the_command_that_is_taken_for_right_is_right_for_the_robot_of_the_file(
     fine = SampledPath.of(wanted.path).refined(0.004).path
     with Models("native") as models:
         fmu = models.of(placed.description, placed.torque_curve).fmu
-        command = right_command(moving, wanted)
+        command = exact_command(moving, wanted)
         path = fmu.simulate(command, wanted.wrench.refined(fine.time), "dynamic")
     assert measure(path, fine).maximum < 1e-6
 

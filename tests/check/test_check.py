@@ -11,14 +11,15 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
-from coupling.check.backlash import WrongGears
-from coupling.check.room import DIRECTIONS, room_around
+from coupling.check.backlash import GearReplay
+from coupling.check.clearance import DIRECTIONS, clearance_around
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from coupling.report.check_page import joint_table
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
@@ -53,11 +54,11 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert "The whole path can be moved by [mm]" in said
     assert "evaluations of the process" in said
     assert "backlash reversals" in said
-    assert re.search(r"backlash \+20 % or backlash -20 % in all gears: .* up to [0-9.]+ um,", said)
+    assert re.search(r"backlash \+20 % or backlash -20 % in all gears .* up to [0-9.]+ um,", said)
     assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
     (page,) = (tmp_path / "results").iterdir()
     assert page.name == "cone_check.html"
-    assert "reach, upright plane" in page.read_text()
+    assert "reach, vertical plane" in page.read_text()
 
 
 def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
@@ -65,17 +66,17 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert status == 0, said
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "No gear reverses: a wrong backlash shows as little but a constant" in forced
+    assert "No gear reverses: an error of the backlash leaves little but a constant" in forced
     most, rest = map(float, re.findall(r"([0-9.]+) um", forced))
     assert rest < 0.1 * most
 
 
 def test_gears_that_turn_without_backlash_are_not_said_to_keep_a_flank(tmp_path, checked):
-    """All that is known of them is that a wrong backlash would not show."""
+    """All that is said of their backlash is that there is none."""
     curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
     status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")
     assert status == 0, said
-    assert "No gear has backlash: a wrong one would not show" in said
+    assert "No gear has backlash in this model" in said
     assert "flank" not in said
     assert "simulated" not in said
 
@@ -86,10 +87,10 @@ def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
     def refused(*args: object) -> None:
         raise SimulationError("step 7: no equilibrium")
 
-    monkeypatch.setattr("coupling.check.checked.wrong_gears", refused)
+    monkeypatch.setattr("coupling.check.checked.gear_replays", refused)
     status, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert status == 0, said
-    assert "What a wrong backlash leaves is not known: step 7: no equilibrium" in said
+    assert "What an error of the backlash leaves is not known: step 7: no equilibrium" in said
     assert "backlash reversals" in said
 
 
@@ -100,15 +101,15 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
     """Apart from a wrong backlash; elsewhere nothing is said of them."""
     deviations = {"backlash +20 %": 3e-6, "hysteresis +30 %": 2e-6, "hysteresis -30 %": 1e-6}
 
-    def wrong(*args: object) -> tuple[WrongGears, ...]:
+    def wrong(*args: object) -> tuple[GearReplay, ...]:
         if not known:
             raise SimulationError("step 7: no equilibrium")
         return tuple(
-            WrongGears(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
+            GearReplay(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
             for name, size in deviations.items()
         )
 
-    monkeypatch.setattr("coupling.check.checked.wrong_gears", wrong)
+    monkeypatch.setattr("coupling.check.checked.gear_replays", wrong)
     gear = "gear.hysteresis = [{ slip_torque = 40.0, slip_angle = 2e-5 }]\n"
     text = find_robot("icme2008").read_text()
     (tmp_path / "robot.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))
@@ -116,14 +117,17 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
     assert status == 0, said
     said = " ".join(said.split())
     if known:
-        told = "in all gears: simulated, a command that is right leaves up to"
-        assert f"backlash +20 % {told} 3.0 um, 1.5 um less a constant." in said
+        told = "in all gears the exact command leaves up to"
+        assert f"With backlash +20 % {told} 3.0 um, 1.5 um less a constant" in said
         assert (
-            f"hysteresis +30 % or hysteresis -30 % {told} 2.0 um, 1.0 um less a constant." in said
+            f"With hysteresis +30 % or hysteresis -30 % {told} 2.0 um, 1.0 um less a constant"
+            in said
         )
     else:
         for what in ("backlash", "hysteresis"):
-            assert f"What a wrong {what} leaves is not known: step 7: no equilibrium" in said
+            assert (
+                f"What an error of the {what} leaves is not known: step 7: no equilibrium" in said
+            )
     _, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert "hysteresis" not in said
 
@@ -169,7 +173,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
     placed, path = case.robots[0], case.desired.at_rows(np.arange(0, len(case.desired.time), 10))
     planner = InverseKinematics(placed.description, placed.home)
     angles = planner.plan(path).q[0]
-    room = room_around(placed.description, path, angles)
+    room = clearance_around(placed.description, path, angles)
     position = path.position[0]
     outermost = {*position.argmin(axis=0).tolist(), *position.argmax(axis=0).tolist()}
     for name in ("+x", "-z"):
@@ -190,7 +194,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
             ]
             assert all(came) is all_come
     reach = np.linalg.norm(np.diff(room.links, axis=0), axis=1).sum()
-    assert np.linalg.norm(room.upright, axis=1).max() < reach
+    assert np.linalg.norm(room.vertical, axis=1).max() < reach
     assert np.linalg.norm(room.links[-1] - position[0]) < 1e-8
 
 

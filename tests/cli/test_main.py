@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -11,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 import elastic_robot
-from coupling.cli import app
+from coupling.cli import app, main
 from coupling.cli.console import console
 from coupling.export.exported import TOLERANCE
 from coupling.fmu_export.build import DEFAULT_KIND
@@ -92,6 +93,33 @@ def test_bash_completes(typed, expected):
         _ELASTIC_ROBOT_COMPLETE="complete_bash",
     )
     assert set(said.split()) == expected
+
+
+@pytest.mark.parametrize("module", ["typer", "coupling.cli.runs", "rich.markup"])
+def test_an_interrupt_while_the_commands_are_imported_is_quiet(module):
+    """An interrupt by hand at the moment at which a module is looked for."""
+    program = (
+        "import os, signal, sys\n"
+        "class Hand:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}:\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Hand())\n"
+        f"{PROGRAM}"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_an_interrupt_while_arguments_are_read_says_that_nothing_was_written(monkeypatch):
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("typer.core.TyperGroup.make_context", interrupted)
+    with pytest.raises(SystemExit) as ended:
+        main(["robots"])
+    assert ended.value.code == 130
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_what_is_printed_stands_as_it_is():

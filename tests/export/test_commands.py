@@ -22,7 +22,8 @@ from coupling.files.controller_axes import controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import DEFAULT_KIND
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics

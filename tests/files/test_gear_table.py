@@ -19,7 +19,8 @@ from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import hysteresis_in_words, load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.index_html import index_html
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError

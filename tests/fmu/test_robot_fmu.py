@@ -9,7 +9,8 @@ import pytest
 
 from coupling.errors import HostError, SimulationError
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.interface import MODES

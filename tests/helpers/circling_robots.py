@@ -13,8 +13,9 @@ from coupling.identification.runs.parameters import changed, learnable, prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from places import LINE_CASE
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 
 
 def changed_text(case: Path, *changes: tuple[str, str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.cli.console import console
 from coupling.report import write_report
 from coupling.report.page import run_summary

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import ToolPath
+from coupling.path.joint_path import JointPath
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import StopElement

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from elastic_robot.fmi.interface import Mode
 
 

@@ -12,7 +12,7 @@ from random_robots import make_robot, with_gear_parts
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from coupling.check.backlash import right_command
+from coupling.check.backlash import exact_command
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.command import rigid_command
 from coupling.inverse.diagnosis import loads_along, stiff_links
@@ -26,8 +26,9 @@ from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
@@ -264,7 +265,7 @@ def test_the_tool_stays_on_its_path_behind_gears_with_errors_and_a_balancer(
 def test_the_exact_drive_is_behind_its_gears_errors(case):
     """Its rows are a millisecond apart."""
     robot, wanted, file = case
-    exact = right_command(MovingRobot(robot, "backlash"), wanted)
+    exact = exact_command(MovingRobot(robot, "backlash"), wanted)
     with RobotFmu(file, "backlash") as fmu:
         assert missed(fmu, wanted, exact) < 2e-7
 
@@ -298,7 +299,7 @@ def test_motors_are_asked_for_what_the_simulated_ones_need(case):
     demands = motor_demands(moving, links, loads_along(moving, links, task.wrench))
     time = np.linspace(0.0, END, 801)
     with RobotFmu(file, "linear") as fmu:
-        command = right_command(moving, wanted)
+        command = exact_command(moving, wanted)
         found = fmu.motors(command, wanted.wrench.refined(time), [d.joint - 1 for d in demands])
     largest = np.abs(found.torque).max(axis=0)
     np.testing.assert_allclose([d.torque[1.0] for d in demands], largest, rtol=0.05)

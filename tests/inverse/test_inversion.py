@@ -17,7 +17,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkTask
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu

@@ -24,8 +24,9 @@ from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion
 from coupling.inverse.servo_command import RobotServos
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot_fmu import RobotFmu

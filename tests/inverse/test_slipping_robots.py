@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from slipping_robot import replayed, with_hysteresis
 
-from coupling.check.backlash import right_command
+from coupling.check.backlash import exact_command
 from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.identification.static.elastic import ElasticParameters
@@ -20,7 +20,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkMotion
 from coupling.inverse.response import AlongMotion
 from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.path.joint_path import JointPath
 from coupling.place.placing import require_one_robot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
@@ -94,7 +95,7 @@ def test_the_tool_stays_on_its_path_though_gears_slip(robot, plain, wanted, curv
 def test_the_exact_drive_keeps_the_tool_on_its_path(robot, wanted):
     """Its rows are a millisecond apart."""
     _, inverse = inverted(robot, "backlash", wanted)
-    exact = right_command(MovingRobot(robot, "backlash"), wanted)
+    exact = exact_command(MovingRobot(robot, "backlash"), wanted)
     assert missed(robot, "backlash", wanted, exact, inverse.links) < 5e-8
 
 

@@ -15,7 +15,8 @@ from random_robots import driven, limited, make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.chain import build_chain
 from elastic_robot.gear_parts import Drive

@@ -20,8 +20,9 @@ from coupling.errors import CaseError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process import ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics

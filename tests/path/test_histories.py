@@ -16,7 +16,8 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.loads import SmoothWrench
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.process.external import ExternalProgram
 from coupling.robot.robot_fmu import RobotFmu
 

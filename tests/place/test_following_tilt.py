@@ -14,12 +14,12 @@ from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.path.deviation import measure
+from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.moved import MovedPath
 from coupling.place.place import best_of
 from coupling.place.placing import placing
 from coupling.place.search import filled, refined
 from coupling.place.settings import NAMES
-from coupling.place.sight import CoarseScreen
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.execute import run_compensation
@@ -98,9 +98,9 @@ def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     free = {"lean_deg": [20.0, 70.0], "x_m": [1.1, 2.1], "z_m": [0.3, 1.3]}
     task = task_of("cone", optimise="backlash", **free)
     goal, ranges = task.goal, task.ranges
-    sight = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
-    found = filled(sight, ranges, goal, 256, 1, lambda done, total: None)
-    found = refined(sight, goal, ranges, found, 1, lambda done, total: None)
+    screen = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
+    found = filled(screen, ranges, goal, 256, 1, lambda done, total: None)
+    found = refined(screen, goal, ranges, found, 1, lambda done, total: None)
     whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))
     assert goal.demands.admits(whole).all()
     np.testing.assert_allclose(goal.cost(whole), found.cost, rtol=1e-6)

@@ -7,13 +7,13 @@ import pytest
 
 from coupling.case.place import PlaceTable
 from coupling.errors import PlanningError
+from coupling.place.coarse_screen import CoarseScreen
 from coupling.place.objective import OBJECTIVES, PlaceDemands, PlaceObjective
 from coupling.place.place import place
 from coupling.place.placing import placing
 from coupling.place.screen import ScreenFigures
 from coupling.place.search import filled, refined
 from coupling.place.settings import NAMES, Ranges
-from coupling.place.sight import CoarseScreen
 from docs.scripts.runs import example
 
 # A line across a wall of the example robot: seconds, not minutes, and a force.
@@ -57,9 +57,9 @@ def test_the_search_is_as_good_as_a_fine_grid(objective, free, counts):
     grid = np.tile(ranges.low, (mesh[0].size, 1))
     grid[:, ranges.free] = np.column_stack([values.ravel() for values in mesh])
     best = goal.cost(screen.figures(grid)).min()
-    sight = CoarseScreen(task.screen, few, ranges, goal.demands, 1)
-    found = filled(sight, ranges, goal, 512, 1, untold)
-    found = refined(sight, goal, ranges, found, 1, untold)
+    screen = CoarseScreen(task.screen, few, ranges, goal.demands, 1)
+    found = filled(screen, ranges, goal, 512, 1, untold)
+    found = refined(screen, goal, ranges, found, 1, untold)
     assert found.cost[0] <= 1.01 * best
     # What is said of it is what it comes to.
     again = goal.cost(screen.figures(found.settings))

@@ -61,10 +61,11 @@ def test_a_force_without_noise_is_not_changed():
 def test_corners_are_kept_that_one_cutoff_takes_off_and_noise_goes_elsewhere():
     """390 N that are gone within 50 ms, as where a tool leaves its sheet, under noise of 15 N."""
     force = np.interp(TIME, [0.0, 5.0, 5.4, 40.0, 40.05, 60.0], [0, 0, 390, 390, 0, 0])[:, None]
-    heard = force + noise()
-    level = noise_level(TIME, heard)
+    significant = force + noise()
+    level = noise_level(TIME, significant)
     adaptive, single = (
-        own.smoothed(TIME, heard, level) - force for own in (AdaptiveLowPass(1.5), LowPass(1.5))
+        own.smoothed(TIME, significant, level) - force
+        for own in (AdaptiveLowPass(1.5), LowPass(1.5))
     )
     assert level[0] == pytest.approx(LEVEL, rel=0.1)
     assert np.abs(single).max() > 150.0

@@ -11,7 +11,8 @@ from command_line import command
 from killing import start, wait_until
 from places import EXAMPLES, LINE_CASE
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, HostError, ProcessError, StoreError
 from coupling.events import Event, WarningEvent
 from coupling.path.histories import ToolPath

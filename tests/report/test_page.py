@@ -16,7 +16,7 @@ from line_case import line_case
 from pages import drawn_in
 from reported import compensated
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation

@@ -14,7 +14,8 @@ import tomlkit
 from places import CASES, LINE_CASE
 from scipy.spatial.transform import Rotation
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.deviation import measure
 from coupling.run.execute import run_coupling

@@ -19,7 +19,8 @@ from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import read_table, write_table
 from coupling.path.deviation import less_constant, measure
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.report.page import write_report
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.touch_off import RestingRobot, TouchOff

@@ -14,7 +14,8 @@ from line_case import moving_line
 from motor_file import with_motors
 from places import CASES
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.check.new_case import new_case, write_case
 from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run

@@ -11,7 +11,8 @@ import pytest
 from line_case import changed_text, moving_line
 from places import CASES, DOCS, EXAMPLES
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import find_robot, load_robot

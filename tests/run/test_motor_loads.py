@@ -13,7 +13,8 @@ from command_line import command
 from line_case import line_case, moving_line
 from motor_file import with_motors
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.check.checked import checked
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -21,8 +22,9 @@ from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.controller import Controller
 from coupling.path.frame import AT_THE_ORIGIN
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.report.drives import drives
 from coupling.report.page import run_summary

@@ -13,7 +13,8 @@ from line_case import moving_line
 from motor_file import with_motors
 from places import CASES
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu

@@ -14,13 +14,14 @@ from line_case import line_case
 from scipy.integrate import trapezoid
 from scipy.interpolate import BPoly
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import AT_THE_ORIGIN
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import run_summary
@@ -246,7 +247,7 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
     for gear in at_risk:
         assert re.search(rf"joint {gear.joint} +{gear.changes} +{gear.in_backlash:.2f} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "What the gears go through" in page
+    assert "Torques and reversals of the gears" in page
 
 
 def test_drives_of_a_sine_move_as_fast_as_it_does():

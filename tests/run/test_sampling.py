@@ -12,7 +12,8 @@ import tomlkit
 from places import CASES
 from wall_case import WALL_CASE
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.process.elastic_wall import ElasticWallTable

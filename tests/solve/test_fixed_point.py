@@ -17,8 +17,9 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.errors import CaseError, HostError, SimulationError
 from coupling.fmu_export.build import build_fmu
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu

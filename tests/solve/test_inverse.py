@@ -12,8 +12,9 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.case.file import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path.deviation import measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.run.execute import run_compensation

@@ -11,8 +11,9 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.errors import SimulationError
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.robot.cell import Cell, Member

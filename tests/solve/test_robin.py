@@ -12,7 +12,8 @@ from spring_robot import SpringRobot
 
 from coupling.case.file import load_case
 from coupling.path.contact_spring import ContactSpring
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from coupling.process import ElasticWall, ProcessResponse
 from coupling.run.execute import Run, run_compensation

@@ -16,7 +16,7 @@ from coupling.check.new_case import CASE, STARTS, new_case, write_case
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.robot.batch.seat import seats
+from coupling.robot.batch.part_placement import part_placements
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 WAYS = [
@@ -88,7 +88,7 @@ def test_a_robot_that_cannot_hold_its_tool_upright_is_refused():
     robot = load_robot(shipped_robots()["icme2008"])
     stump = type(robot)(robot.name, robot.joints[:1], robot.gravity, (1.0, 0.0, 0.0), robot.tcp_rpy)
     with pytest.raises(PlanningError, match="expected a place around which"):
-        seats(stump, Rotation.from_euler("y", np.pi / 2), 0.05, 3)
+        part_placements(stump, Rotation.from_euler("y", np.pi / 2), 0.05, 3)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.native_fmu import ROBOT_ENTRY
 from coupling.fmu_export.robot_text import robot_text
 from coupling.identification.motion.recording import SmoothedMotion
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import save_trajectory
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot

@@ -21,7 +21,8 @@ from coupling.identification.next.size import seen_below
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.forecast import PassForecast
 
 # Forecasts that are drawn, and what of them the interval holds.

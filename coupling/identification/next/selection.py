@@ -21,7 +21,7 @@ from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, as_before
 from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
-from coupling.path.histories import JointPath
+from coupling.path.joint_path import JointPath
 from coupling.results.forecast import PassForecast
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models

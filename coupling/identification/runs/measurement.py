@@ -15,7 +15,8 @@ from coupling.files.measured_table import MeasuredTable
 from coupling.identification.runs.motors import MotorsSeen
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 
 # How far behind the last sample a measured run is simulated, as its clock may be off [s].

@@ -19,7 +19,8 @@ from coupling.inverse.inversion import DesiredMotion
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run

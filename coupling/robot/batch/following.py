@@ -18,8 +18,8 @@ _DAMPING = 1e-3
 _LEAST = 1e-12
 # Joint step limit of one pass [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
-# Steps in which the tool is led from the home posture to a pose, passes in each of them, and at its end.
-_LED, _PASSES_LED, _PASSES = 8, 2, 30
+# Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
+_LED, _ITERATIONS_LED, _ITERATIONS = 8, 2, 30
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Targets:
 
 
 def reached(
-    robot: SerialRobot, targets: Targets, start: np.ndarray, passes: int = _PASSES
+    robot: SerialRobot, targets: Targets, start: np.ndarray, iterations: int = _ITERATIONS
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
@@ -51,11 +51,11 @@ def reached(
         robot: The robot.
         targets: The poses.
         start: Angles to begin with [rad], (joints, n).
-        passes: Passes at most.
+        iterations: Iterations at most.
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
-    for _ in range(passes):
+    for _ in range(iterations):
         now = targets.chosen(live)
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
@@ -96,7 +96,7 @@ def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndar
         position = (1.0 - share) * begin.tip + share * targets.position
         tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
         on_the_way = Targets(position, tool, share * targets.tcp_shift)
-        q, _ = reached(robot, on_the_way, q, _PASSES_LED)
+        q, _ = reached(robot, on_the_way, q, _ITERATIONS_LED)
     return reached(robot, targets, q)
 
 

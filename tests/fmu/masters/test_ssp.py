@@ -21,7 +21,8 @@ from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 from places import LINE_CASE
 
-from coupling.case.file import Case, load_case
+from coupling.case.case import Case
+from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.compiler import host_platform

@@ -16,7 +16,8 @@ from coupling.identification.next.contraction import (
     chosen,
     contraction,
 )
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.run.models import Models
 from elastic_robot.parameters import Parameters
 

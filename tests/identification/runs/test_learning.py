@@ -173,7 +173,7 @@ def test_the_command_learns_and_commands_again(command, run):
     target = run / "out" / "learned.toml"
     done = command("learn", run / "run", run / "m.csv", "-o", target)
     assert done.returncode == 0, done.stderr + done.stdout
-    assert "What the gears go through" in done.stdout
+    assert "Torques and reversals of the gears" in done.stdout
     assert "backlash reversals" in done.stdout
     told = json.loads(target.with_suffix(".json").read_text())
     by_name = {entry["name"]: entry for entry in told["parameters"]}
@@ -183,7 +183,7 @@ def test_the_command_learns_and_commands_again(command, run):
     assert "learned, m.csv" in text
     assert "95 %:" in text
     page = target.with_suffix(".html").read_text()
-    for part in ("left0", "intervals", "What the gears go through", "joint[1].backlash"):
+    for part in ("left0", "intervals", "Torques and reversals of the gears", "joint[1].backlash"):
         assert part in page
     runs = [read_run(folder).first for folder in (run / "run", target.with_suffix(""))]
     before, after = (less_mean(r.plant.position[0] - r.desired.position[0]) for r in runs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from coupling.case.file import Case
+from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError
 from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure
@@ -62,7 +62,7 @@ class RememberedProcess(ProcessWrapper):
         return answer
 
 
-def asked_again(
+def repeated_evaluation(
     case: Case, asked: ProcessRequest | None, found: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
@@ -72,9 +72,9 @@ def asked_again(
 
     Args:
         case: The case.
-        asked: What its process was asked last.
-        found: What the method ended with.
-        watch: Function that is told what happens.
+        asked: Last request to its process.
+        found: Result of the method.
+        watch: Function called with what happens.
     """
     if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
         return None
@@ -97,7 +97,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
     Args:
         found: The correction.
         kind: "couple" or "compensate".
-        repeated: How two answers to its last path differ; None where it was asked once.
+        repeated: Difference of two responses to its last path; None where it was asked once.
     """
     if repeated is None:
         return found

@@ -1,4 +1,4 @@
-"""How far a tool can go from its path before its robot ends."""
+"""Clearance: how far a tool can go from its path within the limits of its robot."""
 
 from __future__ import annotations
 
@@ -39,27 +39,28 @@ DIRECTIONS = {
 
 @dataclass(frozen=True)
 class Clearance:
-    """What is left around a path, in the robot's base.
+    """Clearance around a path, in the robot's base.
 
     Attributes:
         conditioning: Smallest distance from singular postures along the path, `Following.conditioning`.
-        free: How far the whole path can be moved along each of `DIRECTIONS` before the robot does not
-            reach it, passes a limit or is singular [m]; to a step of 0.01 m, at most 3 m.
-        upright: Outline of where the TCP can be led from the path's middle, the tool at its first
-            orientation, in the vertical plane through the base's z axis, closed [m], (k, 3).
-        level: The same in the horizontal plane.
+        free: Distance by which the whole path can be moved along each of `DIRECTIONS` before the robot
+            does not reach it, passes a limit or is singular [m]; to a step of 0.01 m, at most 3 m.
+        vertical: Outline of the places to which the TCP can be led from the path's middle, the tool
+            at its first orientation, in the vertical plane through the base's z axis, closed [m],
+            (k, 3).
+        horizontal: The same in the horizontal plane [m], (k, 3).
         links: Base, centres of the joints and TCP at the path's first sample [m], (joints + 2, 3).
     """
 
     conditioning: float
     free: dict[str, float]
-    upright: np.ndarray
-    level: np.ndarray
+    vertical: np.ndarray
+    horizontal: np.ndarray
     links: np.ndarray
 
 
-def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
-    """Return what is left around the path of one tool, base frame.
+def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
+    """Return the clearance around the path of one tool, base frame.
 
     Args:
         robot: The robot.
@@ -81,8 +82,10 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     outward = outward / length if length > _ON_AXIS else np.array([1.0, 0.0, 0.0])
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     at = q[middle], position[middle], rotations[middle]
-    upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
-    return Clearance(walk.conditioning(q[rows].T), free, upright, level, link_points(robot, q[0]))
+    vertical, horizontal = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
+    return Clearance(
+        walk.conditioning(q[rows].T), free, vertical, horizontal, link_points(robot, q[0])
+    )
 
 
 class _Walk:

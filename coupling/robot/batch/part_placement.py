@@ -1,4 +1,4 @@
-"""Places for a first part before any robot, and the postures that they are reached in."""
+"""Placement of a first part before any robot, and the postures in which it is reached."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from elastic_robot.description import Robot
 
 # Postures that inverse kinematics starts from, and their seed.
 _STARTS, _SEED = 1200, 1
-_PASSES = 60
+_ITERATIONS = 60
 # Box of places in front of the base, in units of the robot's reach: outward and up.
 _OUTWARD, _UP = (0.3, 0.85), (0.05, 0.6)
 # From here on a posture is regular enough, and far enough from the joints' limits [rad].
@@ -27,7 +27,7 @@ _BENT = 0.15
 
 
 @dataclass(frozen=True)
-class Seat:
+class PartPlacement:
     """A place for a part, and the posture in which the untilted tool is on it.
 
     Attributes:
@@ -39,7 +39,9 @@ class Seat:
     home: np.ndarray
 
 
-def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) -> list[Seat]:
+def part_placements(
+    robot: Robot, base_from_tool: Rotation, half_size: float, count: int
+) -> list[PartPlacement]:
     """Return places around which a robot holds its tool at one orientation, the best first.
 
     From random postures the tool is taken to random places of the robot's x-z plane.  A place counts as
@@ -63,7 +65,7 @@ def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) 
     position[0] = serial.reach * rng.uniform(*_OUTWARD, _STARTS)
     position[2] = serial.reach * rng.uniform(*_UP, _STARTS)
     position = np.round(position, 2)
-    q, came = reached(serial, _targets(position, base_from_tool), start, _PASSES)
+    q, came = reached(serial, _targets(position, base_from_tool), start, _ITERATIONS)
     q = (q + np.pi) % (2.0 * np.pi) - np.pi
     worth = np.where(came, _worth(serial, q, lower, upper), -np.inf)
     # The most bent ones of all that come there look alike at the corners: a few hundred suffice.
@@ -72,16 +74,18 @@ def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) 
     least = worth[best].copy()
     for corner in half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T:
         moved = _targets(position[:, best] + corner[:, None], base_from_tool)
-        there, found = reached(serial, moved, q[:, best], _PASSES)
+        there, found = reached(serial, moved, q[:, best], _ITERATIONS)
         least = np.minimum(least, np.where(found, _worth(serial, there, lower, upper), -np.inf))
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
         raise PlanningError(
-            f"{robot.name}: expected a place around which the tool can be held upright on a part"
+            f"{robot.name}: expected a place around which the untilted tool can be held on a part"
             f" of {2.0 * half_size:.2f} m, got none in {_STARTS} attempts"
         )
     return [
-        Seat(position[:, best[k]].copy(), q[:, best[k]].copy()) for k in order if least[k] > 0.0
+        PartPlacement(position[:, best[k]].copy(), q[:, best[k]].copy())
+        for k in order
+        if least[k] > 0.0
     ]
 
 
