@@ -14,7 +14,7 @@ from coupling.motion.moved_robot import MovedRobot
 from coupling.motion.parameters import MotionParameter, motion_parameters
 from coupling.motion.problem import MotionProblem, MovedRecording, Parameter, Predicted
 from coupling.motion.recording import Recording
-from coupling.motion.sensors import SHORT_TRAVEL, sensor_parameters
+from coupling.motion.sensors import SHORT_TRAVEL, sensor_parameters, torque_parameters
 from coupling.motion.smoothing import smooth
 from elastic_robot.description import Robot
 
@@ -141,6 +141,7 @@ def identify_motion(
     parameters: tuple[Parameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link, travel),
+        *torque_parameters(robot),
     )
     if not parameters:
         raise IdentifyError(

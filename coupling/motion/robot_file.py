@@ -47,6 +47,9 @@ def moved_text(
         elif name.endswith(".balancer"):
             if result.identified and result.value is not None:
                 file.scale_balancer(own[name].joint + 1, result.value, says)
+        elif name.endswith(".drive.inertia"):
+            if result.identified and result.value is not None:
+                file.scale_rotor(own[name].joint + 1, result.value / own[name].start, says)
         elif name.endswith((".hysteresis", ".load_friction")):
             if result.identified:
                 _write_gear(file, robot.joints[own[name].joint], own[name], says)
@@ -100,7 +103,11 @@ def _head(told: MotionResult, start: Path, source: str) -> str:
         torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)
         link = f"motor less link {left} urad rms left, " if left else ""
         lines.append(f"{one.name}, {words}: {link}motor torque {torque} % of its rms.")
-    kept = [p.name for p in told.parameters if not p.identified and p.name[:7] != "encoder"]
+    kept = [
+        p.name
+        for p in told.parameters
+        if not p.identified and p.name.startswith(("joint", "payload"))
+    ]
     lines.append(f"Not told, as in {start.name}: {', '.join(kept)}." if kept else "All are told.")
     return "\n".join(lines)
 
