@@ -3,8 +3,8 @@
     wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
     torque    tau = T(t) + J q'' + f(s/a, q') + friction after a rest + J_f r'' - K r'
 
-r is what of the motors' motion is faster than the smoothed q; phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of
-`elastic_robot.gear_parts.Drive`.
+phi = q + eps(q) + e, and r is what of the motors' angles is faster than q, their smoothed motion; e and T
+are the FMU's along q, f and s/a those of `elastic_robot.gear_parts.Drive`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What there is beside the model: the encoders' lag, offset, eccentricity, lines; torque after a rest, fast torque."""
+"""Beside the model: lag, offset, eccentricity, lines of encoders; torques after a rest, and fast ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from elastic_robot.description import Robot
 
 # Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
 SHORT_TRAVEL = np.pi / 3.0
-# Travel of the drive [rad] over which friction after a rest wears off by 63 %: 2 to 20 mrad on a KUKA KR 300.
+# Travel [rad] over which friction after a rest wears off by 63 %: 2 to 20 mrad on a KUKA KR 300.
 _WEARS_OFF = 5e-3
 
 
