@@ -98,17 +98,37 @@ static void add_values(course *x, double factor, const double values[ER_CONTROL]
     bound(x);
 }
 
+/* How far an entry of x, or a motor, goes in a step at most, and by how much its rate changes; infinite where it is
+ * not known so simply.  The polynomials that are 1 at one stage and 0 at the others are below 2 in a step: integrated
+ * once they are below 2, and twice below 1. */
+typedef struct {
+    double rate, far, faster; /* at the start [rad/s]; [rad], [rad/s] */
+} reach;
+
+static reach find_reach(const er_run *r, int k, const er_state *state, const er_step *step)
+{
+    const er_robot *robot = r->system->robot;
+    int d = r->motors > 0 ? robot->motor_of[k] : -1, i = d < 0 ? 0 : robot->motor[d].joint;
+    double h = step->length, sum = 0.0, rate = k < r->m ? state->v[k] : state->motors.rate[d];
+    const double *own = k < r->m ? step->acceleration[k] : r->work->stages.qdd[i];
+    double sign = k < r->m ? -1.0 : 1.0;
+    if (k < r->m && d >= 0 && er_has_gear_error(robot, i))
+        return (reach){rate, INFINITY, INFINITY};
+    if (d < 0)
+        sum = fabs(own[0]) + fabs(own[1]) + fabs(own[2]) + fabs(own[3]);
+    for (int l = 0; d >= 0 && l < ER_STAGES; l++)
+        sum += fabs(own[l] + sign * step->motor_acceleration[d][l]);
+    return (reach){rate, h * (fabs(rate) + h * sum), 2.0 * h * sum};
+}
+
 /* That of an entry of x, counted from its motor where that moves. */
 static void find_wind_up(const er_run *r, int k, const er_state *state, const er_step *step, course *x)
 {
     const er_robot *robot = r->system->robot;
     er_gear_error error = {0.0, 0.0, 0.0, 0.0};
     er_lanes acceleration;
-    int motor = -1;
+    int motor = r->motors > 0 ? robot->motor_of[k] : -1;
     memcpy(acceleration, step->acceleration[k], sizeof acceleration);
-    for (int d = 0; d < r->motors; d++)
-        if (robot->motor[d].coordinate == k)
-            motor = d;
     for (int l = 0; motor >= 0 && l < ER_STAGES; l++)
         acceleration[l] -= step->motor_acceleration[motor][l];
     if (motor >= 0 && robot->errors > 0) /* y - p, less the error */
@@ -116,8 +136,14 @@ static void find_wind_up(const er_run *r, int k, const er_state *state, const er
     find_course(step->length, state->x[k] + error.value,
                 state->v[k] + (motor < 0 ? 0.0 : error.slope * state->motors.rate[motor]), (const double *)acceleration,
                 x);
-    if (motor >= 0 && robot->errors > 0)
-        add_values(x, -1.0, r->work->motors.error[motor]);
+    if (motor >= 0 && robot->errors > 0) {
+        const er_motor_work *work = &r->work->motors;
+        double values[ER_CONTROL];
+        values[0] = work->start_error[motor];
+        memcpy(values + 1, work->stage_error[motor], sizeof work->stage_error[motor]);
+        values[ER_DEGREE] = work->end_error[motor];
+        add_values(x, -1.0, values);
+    }
 }
 
 /* That of a motor: of p, and of its command at the nodes. */
@@ -165,71 +191,90 @@ static void find_motor_rate(const er_run *r, const er_state *state, int d, const
             rate[c] = start + (end - start) * c / ER_DEGREE;
 }
 
-static void find_edges(const er_run *r, const er_state *state, int k, const course *x, er_crossing *first,
+/* Where an entry of x leaves its part of a torque curve. */
+static void find_edges(const er_run *r, const er_state *state, const er_step *step, int k, er_crossing *first,
                        bool *found)
 {
-    double edge[2];
+    double edge[2], far = find_reach(r, k, state, step).far;
     int region = state->region[k];
+    course x;
     er_gear_edges(r->system->gears, r->settings, k, region, r->means->tolerance, edge);
+    if (state->x[k] - far > edge[0] && state->x[k] + far < edge[1])
+        return;
+    find_wind_up(r, k, state, step, &x);
     for (int side = 0; side < 2; side++) {
         int outward = side == 1 ? 1 : -1;
-        if (side == 1 ? x->highest > edge[1] : x->lowest < edge[0])
-            take_earlier(x->control,
+        if (side == 1 ? x.highest > edge[1] : x.lowest < edge[0])
+            take_earlier(x.control,
                          (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, 0.0},
                          first, found);
     }
 }
 
-/* Where elements of hysteresis slip, and where those that slip stick again. */
-static void find_slips(const er_run *r, const er_state *state, const er_step *step, er_crossing *first,
+/* Where elements that stick begin to slip. */
+static void find_slips(const er_run *r, const er_state *state, int k, double far, const course *x, er_crossing *first,
                        bool *found)
 {
     const er_robot *robot = r->system->robot;
     const er_stops *stops = &state->stops;
-    double tolerance = r->means->tolerance, rate[ER_CONTROL];
-    course x;
-    int last = -1, reversing = -1; /* coordinates that `x` and the last reversal belong to */
-    for (int j = 0; j < robot->elements + r->motors; j++) {
-        int k = robot->element[j].coordinate, outward = -stops->slipping[j];
-        if (er_stops_idle(robot, r->system->gears->slip_torque, k))
+    for (int j = robot->first_element[k]; j < robot->first_element[k + 1]; j++) {
+        double way = robot->element[j].angle + er_stop_slack(robot, j, r->means->tolerance);
+        if (stops->slipping[j] != 0 || fabs(stops->elongation[j]) + far < way)
             continue;
-        if (k >= r->m)
-            find_motor_course(r, k - r->m, step, &x);
-        else if (k != last)
-            find_wind_up(r, k, state, step, &x);
-        last = k;
-        if (outward == 0) {
-            double way = robot->element[j].angle + er_stop_slack(robot, j, tolerance);
-            for (outward = -1; outward <= 1; outward += 2) {
-                double edge = x.control[0] - stops->elongation[j] + outward * way;
-                if (outward > 0 ? x.highest > edge : x.lowest < edge)
-                    take_earlier(x.control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
-            }
-        } else if (k != reversing) {
-            double least = er_reversal_slack(robot, k, tolerance);
-            if (k < r->m)
-                find_rate(&x, step->length, rate);
-            else
-                find_motor_rate(r, state, k - r->m, step, least, rate);
-            take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, j, outward * least, outward, 0, 0.0}, first,
-                         found);
-            reversing = k;
+        for (int outward = -1; outward <= 1; outward += 2) {
+            double edge = x->control[0] - stops->elongation[j] + outward * way;
+            if (outward > 0 ? x->highest > edge : x->lowest < edge)
+                take_earlier(x->control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
         }
+    }
+}
+
+/* What happens to the elements of hysteresis or friction of a coordinate. */
+static void find_changes(const er_run *r, const er_state *state, const er_step *step, int k, er_crossing *first,
+                         bool *found)
+{
+    const er_robot *robot = r->system->robot;
+    const er_stops *stops = &state->stops;
+    const reach most = find_reach(r, k, state, step);
+    int slips = -1;
+    bool may_slip = false, may_reverse;
+    course x;
+    for (int j = robot->first_element[k]; j < robot->first_element[k + 1]; j++) {
+        may_slip |= stops->slipping[j] == 0 && fabs(stops->elongation[j]) + most.far >= robot->element[j].angle;
+        if (stops->slipping[j] != 0)
+            slips = j;
+    }
+    may_reverse = slips >= 0 && !(stops->slipping[slips] * most.rate > most.faster);
+    if (!may_slip && !may_reverse)
+        return;
+    if (k >= r->m)
+        find_motor_course(r, k - r->m, step, &x);
+    else
+        find_wind_up(r, k, state, step, &x);
+    if (may_slip)
+        find_slips(r, state, k, most.far, &x, first, found);
+    if (may_reverse) {
+        double rate[ER_CONTROL], least = er_reversal_slack(robot, k, r->means->tolerance);
+        int outward = -stops->slipping[slips];
+        if (k < r->m)
+            find_rate(&x, step->length, rate);
+        else
+            find_motor_rate(r, state, k - r->m, step, least, rate);
+        take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, slips, outward * least, outward, 0, 0.0}, first, found);
     }
 }
 
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
 {
+    const er_system *system = r->system;
     bool found = false;
-    for (int k = 0; k < r->m; k++) {
-        course x;
-        if (!er_gear_switches(r->system->gears, k))
-            continue;
-        find_wind_up(r, k, state, step, &x);
-        find_edges(r, state, k, &x, first, &found);
-    }
-    if (r->system->robot->elements + r->motors > 0)
-        find_slips(r, state, step, first, &found);
+    for (int k = 0; k < r->m; k++)
+        if (er_gear_switches(system->gears, k))
+            find_edges(r, state, step, k, first, &found);
+    for (int k = 0; system->robot->elements + r->motors > 0 && k < r->m + r->motors; k++)
+        if (system->robot->first_element[k] < system->robot->first_element[k + 1] &&
+            !er_stops_idle(system->robot, system->gears->slip_torque, k))
+            find_changes(r, state, step, k, first, &found);
     return found;
 }
 
@@ -253,7 +298,7 @@ static void find_chain_end(const er_run *r, const er_step *step, double *theta)
     double y[ER_MAX_ANGLES];
     memcpy(y, step->x, (size_t)r->m * sizeof *y);
     for (int d = 0; d < r->motors; d++)
-        y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.error[d][ER_STAGES + 1];
+        y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.end_error[d];
     er_angles(robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
 }
 
@@ -337,15 +382,6 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
            load_friction(r, state, d) / robot->motor[d].slip_angle * elongation[robot->elements + d];
 }
 
-/* The motor that moves an entry of x, or that is one itself; -1 without any. */
-static int motor_of(const er_run *r, int coordinate)
-{
-    for (int d = 0; d < r->motors; d++)
-        if (coordinate == r->m + d || coordinate == r->system->robot->motor[d].coordinate)
-            return d;
-    return -1;
-}
-
 /* The torque is continuous where a coordinate x_k passes the edge of its backlash, or where an element of its
  * hysteresis begins to slip, only its slope jumps.
  * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
@@ -362,7 +398,8 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
                           const er_step *step, const er_crossing *crossing)
 {
     const er_system *system = r->system;
-    int m = r->m, k = crossing->coordinate, motor = motor_of(r, k), pivot[ER_MAX_ANGLES];
+    int m = r->m, k = crossing->coordinate, motor = r->motors > 0 ? system->robot->motor_of[k] : -1;
+    int pivot[ER_MAX_ANGLES];
     bool slips = crossing->at == ER_AT_SLIP, of_motor = slips && k >= m;
     double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];

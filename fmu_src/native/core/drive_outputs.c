@@ -160,15 +160,6 @@ void er_chain_accelerations_along(const er_model *model, const er_change *change
     er_angles(&model->robot, qdd, NULL, acceleration);
 }
 
-/* The motor that moves the gear of entry k of x, or -1. */
-static int motor_of(const er_model *model, int k)
-{
-    for (int d = 0; d < model->robot.motors; d++)
-        if (model->robot.motor[d].coordinate == k)
-            return d;
-    return -1;
-}
-
 /* The way that a motor turns by its command: its friction has slipped that way. */
 static double side_of(double rate)
 {
@@ -220,7 +211,7 @@ double er_model_motor_torque(const er_model *model, int k)
 {
     const er_memory *memory = &model->memory;
     const er_held *held = &memory->held;
-    int d = motor_of(model, k);
+    int d = model->robot.motor_of[k];
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
     double rate, slope, torque;
     if (d < 0 || memory->options.quasistatic)
@@ -241,7 +232,7 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     const er_memory *memory = &model->memory;
     const er_held *moved = &change->held;
     const er_motors *motors = &memory->state.motors;
-    int d = motor_of(model, k), joint;
+    int d = model->robot.motor_of[k], joint;
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
     double rate, slope, torque, side;
     if (d < 0 || memory->options.quasistatic)

@@ -5,9 +5,8 @@
 double er_elements_torque(const er_robot *robot, int k, double slip_torque, const double *elongation)
 {
     double sum = 0.0;
-    for (int j = 0; j < er_all_elements(robot); j++)
-        if (robot->element[j].coordinate == k)
-            sum += robot->element[j].share / robot->element[j].angle * elongation[j];
+    for (int j = robot->first_element[k]; j < robot->first_element[k + 1]; j++)
+        sum += robot->element[j].share / robot->element[j].angle * elongation[j];
     return slip_torque * sum;
 }
 
@@ -52,9 +51,8 @@ bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int
 
 void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate)
 {
-    for (int j = 0; j < er_all_elements(robot); j++)
-        if (robot->element[j].coordinate == coordinate)
-            stops->slipping[j] = 0;
+    for (int j = robot->first_element[coordinate]; j < robot->first_element[coordinate + 1]; j++)
+        stops->slipping[j] = 0;
 }
 
 bool er_stops_idle(const er_robot *robot, const double *slip_torque, int coordinate)
@@ -80,9 +78,8 @@ double er_stop_slack(const er_robot *robot, int j, double tolerance)
 double er_reversal_slack(const er_robot *robot, int coordinate, double tolerance)
 {
     double least = INFINITY;
-    for (int j = 0; j < er_all_elements(robot); j++)
-        if (robot->element[j].coordinate == coordinate)
-            least = fmin(least, er_stop_slack(robot, j, tolerance));
+    for (int j = robot->first_element[coordinate]; j < robot->first_element[coordinate + 1]; j++)
+        least = fmin(least, er_stop_slack(robot, j, tolerance));
     return least / robot->settings.first_step;
 }
 
@@ -91,12 +88,9 @@ double er_rest_torque(const er_robot *robot, const double *slip_torque, const er
 {
     double torque = 0.0;
     *slope = 0.0;
-    for (int j = 0; j < robot->elements; j++) {
-        double angle = robot->element[j].angle, stiffness, elongation;
-        if (robot->element[j].coordinate != k)
-            continue;
-        stiffness = er_element_stiffness(robot, slip_torque, j);
-        elongation = history->elongation[j] + x - history->x[k];
+    for (int j = robot->first_element[k]; j < robot->first_element[k + 1]; j++) {
+        double angle = robot->element[j].angle, stiffness = er_element_stiffness(robot, slip_torque, j);
+        double elongation = history->elongation[j] + x - history->x[k];
         if (fabs(elongation) < angle)
             *slope += stiffness;
         torque += stiffness * fmax(fmin(elongation, angle), -angle);

@@ -15,6 +15,8 @@
 #ifndef ER_MOTORS_H
 #define ER_MOTORS_H
 
+#include <math.h>
+
 #include "hysteresis.h"
 #include "kernel.h"
 
@@ -55,10 +57,12 @@ typedef struct {
 typedef double er_pairs[2 * ER_PAIRS];
 
 /* The motors in the step that is solved. */
-typedef struct {
+typedef struct er_motor_work {
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES]; /* y and y' at its start */
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS]; /* p and p' there */
-    double command[ER_MAX_JOINTS];             /* q_cmd there [rad] */
+    double command[ER_MAX_JOINTS], angle[ER_MAX_JOINTS]; /* q_cmd and q there [rad] */
+    double start_integral[ER_MAX_JOINTS];      /* z there [N m] */
+    double held[ER_MAX_JOINTS], stuck[ER_MAX_JOINTS]; /* part of friction there, and over the angle [1, 1/rad] */
     ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
     ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w at the stages [rad/s] */
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
@@ -66,32 +70,68 @@ typedef struct {
     er_lanes residual[ER_MAX_JOINTS];
     er_motor_slopes slopes[ER_MAX_JOINTS]; /* of the matrices */
     er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(cG + A), 1/(cG + A) */
-    er_lanes winds[ER_MAX_JOINTS];             /* 1 + eps' at the present nodes */
-    double error[ER_MAX_JOINTS][ER_STAGES + 2]; /* eps at the step's start, its stages and its end [rad] */
+    er_lanes winds[ER_MAX_JOINTS], error[ER_MAX_JOINTS]; /* 1 + eps', eps [rad] at the present nodes */
+    double start_error[ER_MAX_JOINTS], end_error[ER_MAX_JOINTS]; /* eps at the step's start and its end [rad] */
+    er_lanes stage_error[ER_MAX_JOINTS];       /* and at its stages */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
 
+/* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
+static inline bool er_motor_is_loaded(const er_robot *robot, int d)
+{
+    const er_motor *motor = &robot->motor[d];
+    return motor->load_friction > 0.0 || robot->first_error[motor->joint] < robot->first_error[motor->joint + 1];
+}
+
+/* exp(-(q'/v)^2); not asked for where it does not count. */
+static inline double er_stribeck_fall(const er_motor *motor, double rate)
+{
+    double u = rate / motor->stribeck_rate;
+    return motor->stribeck > 0.0 ? exp(-u * u) : 1.0;
+}
+
 /* The part of a motor's friction at rest that is left at a rate [rad/s]. */
-double er_stribeck_left(const er_motor *motor, double rate);
+static inline double er_stribeck_left(const er_motor *motor, double rate)
+{
+    return 1.0 - motor->stribeck * (1.0 - er_stribeck_fall(motor, rate));
+}
 
 /* Friction of a motor [N m] at a part of its slip torque [N m], under its gear's torque [N m], at a rate [rad/s],
  * and its slope by the rate. */
-double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
-                         double *slope);
+static inline double er_motor_friction(const er_motor *motor, double slip_torque, double load, double part, double rate,
+                                       double *slope)
+{
+    double fall = er_stribeck_fall(motor, rate), left = 1.0 - motor->stribeck * (1.0 - fall);
+    *slope = motor->viscous - slip_torque * part * motor->stribeck * fall * 2.0 * rate /
+                                  (motor->stribeck_rate * motor->stribeck_rate);
+    return (slip_torque * left + motor->load_friction * fabs(load)) * part + motor->viscous * rate;
+}
 
 /* Rate that a servo wants beside its motor's own, w, from p, p' and the commanded rate [rad/s]. */
-double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate);
-
-/* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
-bool er_motor_is_loaded(const er_robot *robot, int d);
+static inline double er_servo_wanted(const er_motor *motor, double p, double pv, double command_rate)
+{
+    return -motor->position_gain * p - pv + (motor->feed_forward - 1.0) * command_rate;
+}
 
 /* Torque that a servo asks for, within its limit [N m]. */
-double er_servo_torque(const er_motor *motor, double wanted, double integral);
+static inline double er_servo_torque(const er_motor *motor, double wanted, double integral)
+{
+    double torque = motor->rate_gain * wanted + integral, limit = motor->torque_limit;
+    return torque > limit ? limit : torque < -limit ? -limit
+                                                    : torque;
+}
 
 /* Whether its limit keeps a servo from what it asks for, and whether its integral waits: that would only ask for
  * more. */
-bool er_servo_saturates(const er_motor *motor, double wanted, double integral);
-bool er_servo_waits(const er_motor *motor, double wanted, double integral);
+static inline bool er_servo_saturates(const er_motor *motor, double wanted, double integral)
+{
+    return fabs(motor->rate_gain * wanted + integral) > motor->torque_limit;
+}
+
+static inline bool er_servo_waits(const er_motor *motor, double wanted, double integral)
+{
+    return er_servo_saturates(motor, wanted, integral) && (motor->rate_gain * wanted + integral) * wanted > 0.0;
+}
 
 #endif

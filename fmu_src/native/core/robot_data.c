@@ -176,6 +176,27 @@ static bool read_motor(er_robot *robot, er_lines *lines)
     return true;
 }
 
+/* What moves each coordinate, and which elements act on it. */
+static void find_owners(er_robot *robot)
+{
+    int coordinates = robot->elastics + robot->motors, j = 0;
+    for (int k = 0; k < ER_MAX_COORDINATES; k++)
+        robot->motor_of[k] = -1;
+    for (int i = 0; i < ER_MAX_JOINTS; i++)
+        robot->joint_motor[i] = -1;
+    for (int d = 0; d < robot->motors; d++) {
+        robot->motor_of[robot->elastics + d] = d;
+        robot->motor_of[robot->motor[d].coordinate] = d;
+        robot->joint_motor[robot->motor[d].joint] = d;
+    }
+    for (int k = 0; k < coordinates; k++) {
+        robot->first_element[k] = j;
+        while (j < er_all_elements(robot) && robot->element[j].coordinate == k)
+            j++;
+    }
+    robot->first_element[coordinates] = j;
+}
+
 /* Those of the motors come last; shares were torques. */
 static void finish_elements(er_robot *robot)
 {
@@ -296,5 +317,6 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
         return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
     find_reach(robot);
     finish_elements(robot);
+    find_owners(robot);
     return require_settings(robot, lines);
 }

@@ -177,8 +177,11 @@ typedef struct {
     er_table table[ER_MAX_ANGLES];    /* by entry of x */
     int elements;                     /* of hysteresis, in the order of their entries of x */
     er_element element[ER_MAX_ELEMENTS]; /* those, then that of each motor */
+    int first_element[ER_MAX_COORDINATES + 1]; /* the first of each coordinate, and behind the last */
     int motors;
     er_motor motor[ER_MAX_JOINTS];
+    int motor_of[ER_MAX_COORDINATES];  /* that moves a coordinate, or is it; -1: none */
+    int joint_motor[ER_MAX_JOINTS];    /* that of a joint; -1: none */
     er_parameters parameters;         /* start values */
     er_settings settings;
     int first_error[ER_MAX_JOINTS + 1];   /* the first of each joint, and behind the last */

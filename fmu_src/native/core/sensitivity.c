@@ -16,27 +16,40 @@
 #define USUAL_PASSES 3
 
 /* Columns of a cause. */
-static int columns_of(const er_robot *robot, int cause)
+static int columns_of(const er_robot *robot, er_cause cause)
 {
-    const int n = robot->joints, m = robot->elastics;
-    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m, m, robot->motors, robot->motors};
-    return columns[cause];
+    switch (cause) {
+    case ER_BY_WRENCH:
+    case ER_BY_RATE: return 6;
+    case ER_BY_SPRING: return ER_SYMMETRIC;
+    case ER_BY_CONTACT: return 5;
+    case ER_BY_ANCHOR:
+    case ER_BY_ANCHOR_VELOCITY:
+    case ER_BY_NORMAL:
+    case ER_BY_GRAVITY: return 3;
+    case ER_BY_Q:
+    case ER_BY_QD:
+    case ER_BY_QDD: return robot->joints;
+    case ER_BY_FRICTION:
+    case ER_BY_TORQUE: return robot->motors;
+    default: return robot->elastics;
+    }
 }
 
 int er_first_column(const er_robot *robot, er_cause cause)
 {
     int first = 0;
     for (int before = 0; before < (int)cause; before++)
-        first += columns_of(robot, before);
+        first += columns_of(robot, (er_cause)before);
     return first;
 }
 
 er_cause er_cause_of(const er_robot *robot, int column, int *entry)
 {
-    int cause = ER_BY_WRENCH;
+    er_cause cause = ER_BY_WRENCH;
     for (*entry = column; *entry >= columns_of(robot, cause); cause++)
         *entry -= columns_of(robot, cause);
-    return (er_cause)cause;
+    return cause;
 }
 
 void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change)
@@ -72,9 +85,8 @@ er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column,
     case ER_BY_Q:
     case ER_BY_QD:
     case ER_BY_QDD:
-        for (int d = 0; s->drive == ER_TORQUE && d < robot->motors; d++)
-            if (robot->motor[d].joint == entry)
-                return share;
+        if (s->drive == ER_TORQUE && robot->joint_motor[entry] >= 0)
+            return share;
         share.joint = entry;
         er_command_at(s->commanded[entry][cause - ER_BY_Q], elapsed, &share.q, &share.qd, &share.qdd);
         break;
@@ -140,7 +152,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     s->response = 0.0;
     r->means->kernel.stages(r->m, step->length, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
     if (r->motors > 0)
-        er_motors_stages(r, state, step);
+        r->means->kernel.motor_stages(r->system->robot, r->motors, step->length, &w->stages,
+                                      (const er_lanes *)step->motor_acceleration, &w->motors);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
     if (system->anchored || (s->first + s->count > er_first_column(system->robot, ER_BY_SPRING) &&
                              s->first < er_first_column(system->robot, ER_BY_CONTACT)))
@@ -154,7 +167,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     if (system->robot->balancers > 0 || system->robot->errors > 0)
         prepare_gears(s, r, state, step->length);
     if (r->motors > 0)
-        er_motors_wind_up(r, &w->stages, ER_STAGES);
+        r->means->kernel.motor_wind_up(r->system->robot, r->motors, &w->stages, ER_STAGES, w->x, w->v,
+                                       (const er_lanes *)w->residual, &w->motors);
     memset(s->stuck, 0, sizeof s->stuck);
     er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
@@ -358,11 +372,13 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         }
         if (r->motors > 0) {
             er_motor_column_residual(s, r, state, h, column, motors, (const er_lanes *)own);
-            er_motors_before(r, tangent, (const er_lanes *)acceleration);
+            kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)acceleration, tangent,
+                                 &r->work->motors);
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
         if (r->motors > 0)
-            size = hypot(size, er_motors_after(r, (const er_lanes *)acceleration, motors->acceleration));
+            size = sqrt(size * size + kernel->motor_after(r->system->robot, r->motors, (const er_lanes *)acceleration,
+                                                          &r->work->motors, motors->acceleration));
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)
@@ -390,6 +406,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
 {
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
+    const bool has_stops = er_all_elements(r->system->robot) > 0;
     double before[ER_MAX_ANGLES];
     er_motor_column motors;
     if (s->reason != NULL)
@@ -402,7 +419,8 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
             s->reason = "the linearised step does not converge";
             return;
         }
-        memcpy(before, s->x[column], sizeof before);
+        if (has_stops)
+            memcpy(before, s->x[column], sizeof before);
         if (r->motors > 0) {
             memcpy(s->x[column], motors.x, sizeof motors.x);
             memcpy(s->v[column], motors.v, sizeof motors.v);
@@ -411,7 +429,8 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
                        s->v[column]);
         if (r->motors > 0)
             er_motor_column_end(s, r, state, step, column, &motors);
-        er_stops_follow(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
+        if (has_stops)
+            er_stops_follow(r->system->robot, &state->stops, before, s->x[column], s->elongation[column]);
     }
     s->still = false;
 }

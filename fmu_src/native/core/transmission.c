@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-er_gear_error er_gear_error_at(const er_robot *robot, int joint, double angle)
+er_gear_error er_gear_error_sum(const er_robot *robot, int joint, double angle)
 {
     er_gear_error sum = {0.0, 0.0, 0.0, 0.0};
     for (int j = robot->first_error[joint]; j < robot->first_error[joint + 1]; j++) {

@@ -14,8 +14,21 @@ typedef struct {
     double value, slope, bend, twist; /* [rad], 1, [1/rad], [1/rad^2] */
 } er_gear_error;
 
-/* That of a joint at an angle of its drive [rad]; zeros without an error. */
-er_gear_error er_gear_error_at(const er_robot *robot, int joint, double angle);
+static inline bool er_has_gear_error(const er_robot *robot, int joint)
+{
+    return robot->first_error[joint] < robot->first_error[joint + 1];
+}
+
+/* The sum of a joint's sines at an angle of its drive [rad]. */
+er_gear_error er_gear_error_sum(const er_robot *robot, int joint, double angle);
+
+/* That, or zeros without an error: asked for in every pass of Newton's method. */
+static inline er_gear_error er_gear_error_at(const er_robot *robot, int joint, double angle)
+{
+    if (!er_has_gear_error(robot, joint))
+        return (er_gear_error){0.0, 0.0, 0.0, 0.0};
+    return er_gear_error_sum(robot, joint, angle);
+}
 
 /* What changes of u, u', u'' follow from: eps at a drive's q, with its q' and q''. */
 typedef struct {
