@@ -3,7 +3,7 @@
     wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
     torque    tau = T(t) + J q'' + f(s/a, q') + friction after a rest + J_f r'' - K r'
 
-phi = q + eps(q) + e, and r is what of the motors' angles is faster than q, their smoothed motion; e and T
+phi = q + eps(q) + e, and r is what of the angles is faster than q, their smoothed motion; e and T
 are the FMU's along q, f and s/a those of `elastic_robot.gear_parts.Drive`.
 """
 

@@ -1,4 +1,4 @@
-"""Beside the model: lag, offset, eccentricity, lines of encoders; torques after a rest, and fast ones."""
+"""Beside the model: lag, offset, eccentricity, lines of encoders; torque after a rest, and fast one."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
             continue
         for name, term, kind, size, unit in (
             ("friction_after_rest", "friction after a rest", "rest", dry_friction(drive)[0], "N m"),
-            ("fast.rate_gain", "fast motion", "rate", drive.rate_gain, "N m s/rad"),
-            ("fast.inertia", "fast motion", "inertia", drive.inertia, "kg m^2"),
+            ("fast.rate_gain", "rate loop", "rate", drive.rate_gain, "N m s/rad"),
+            ("fast.inertia", "fast rotor", "inertia", drive.inertia, "kg m^2"),
         ):
             place = f"motor[{i + 1}].{name}"
             found.append(SensorParameter(place, f"{term} {i + 1}", i, kind, max(size, 1.0), unit))
