@@ -26,9 +26,9 @@ def test_recordings_are_converted_to_radians_and_torques_at_the_joints(recording
 
 
 def test_a_fit_to_one_motion_predicts_another(recordings):
-    """Bounds below the best regressions' 71 urad of joint 2, at their 47 of joint 3; torques as aimed at.
+    """Bounds: the best regressions' 71 and 47 urad of joints 2 and 3, and what is aimed at of torques.
 
-    Without friction after a rest and the rate loops, 23, 16, 11, 36, 13 and 23 % of the torques were left.
+    Without friction after a rest and the rate loops 23, 16, 11, 36, 13 and 23 % of torques are left.
     """
     robot = load_robot(find_robot("kuka_kr300"))
     found = identify_motion(robot, recordings[:1], recordings[1:], 20.0, leave_out=False)
