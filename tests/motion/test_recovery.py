@@ -63,7 +63,11 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
     robot = arm()
     moved = MovedRecording.of(recordings[0], BANDWIDTH)
-    parameters = (*motion_parameters(robot, (0, 1)), *sensor_parameters([0, 1], np.zeros(2)))
+    parameters = (
+        *motion_parameters(robot, (0, 1)),
+        *sensor_parameters([0, 1], np.zeros(2)),
+        *torque_parameters(robot),
+    )
     unit = np.ones(2)
     with MovedRobot(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-6 * unit, unit)
