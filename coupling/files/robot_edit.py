@@ -134,6 +134,12 @@ class RobotEdit:
             points = [[angle, factor * torque] for angle, torque in table["torque_table"]]
             self.set_number(f"{place}.torque_table", points, source, "")
 
+    def scale_rotor(self, joint: int, factor: float, source: str) -> None:
+        """Multiply the inertia of a joint's rotor."""
+        own = float(self._joints[joint][1]["drive"]["rotor_inertia_kg_m2"])
+        place = f"joint[{joint}].drive.rotor_inertia_kg_m2"
+        self.set_number(place, factor * own, source, "")
+
     def add_tilt(self, joint: int, tilt: dict[str, Any], sources: dict[str, str]) -> None:
         """Add a tilt behind those of a joint, with what [sources] says of its keys."""
         at, table = self._joints[joint]

@@ -53,7 +53,8 @@ class MotionFit:
 
 def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
     """Return the fit of a problem's parameters, from given values or those of the start."""
-    x = problem.start if x is None else x
+    if x is None:
+        x = _with_beside(problem, problem.start)
     converged = True
     for most, settled in _PASSES:
         problem = reweighed(problem, x)
@@ -72,6 +73,18 @@ def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
         )
         x, converged = found.x, found.status > 0
     return MotionFit(problem, x, _blocks(problem, x), converged)
+
+
+def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
+    """Return x with what is beside the model solved for: it is linear, and the lag nearly."""
+    own = np.array([isinstance(p, SensorParameter) for p in problem.parameters], dtype=bool)
+    if not own.any():
+        return x
+    beside = reweighed(problem, x).only(own)
+    step = np.linalg.lstsq(beside.jacobian(x[own]), -beside.residual(x[own]), rcond=1e-9)[0]
+    found = x.copy()
+    found[own] += step
+    return np.clip(found, *problem.bounds)
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:

@@ -17,7 +17,12 @@ from coupling.identification.motion.problem import (
     Predicted,
 )
 from coupling.identification.motion.recording import Recording, smooth
-from coupling.identification.motion.sensors import SHORT_TRAVEL, encoder_lines, sensor_parameters
+from coupling.identification.motion.sensors import (
+    SHORT_TRAVEL,
+    encoder_lines,
+    sensor_parameters,
+    torque_parameters,
+)
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -143,6 +148,7 @@ def identify_motion(
     parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
         *sensor_parameters(with_link, travel),
+        *torque_parameters(robot),
     )
     if not parameters:
         raise IdentifyError(

@@ -146,6 +146,9 @@ def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
     def viscous(drive: Drive, value: float) -> Drive:
         return replace(drive, viscous=value)
 
+    def inertia(drive: Drive, value: float) -> Drive:
+        return replace(drive, inertia=max(value, 1e-9))
+
     def load(drive: Drive, value: float) -> Drive:
         return replace(drive, load_friction=min(value, 0.99))
 
@@ -162,6 +165,7 @@ def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
             "N m s/rad",
             viscous,
         ),
+        ("inertia", "rotor", start.inertia, start.inertia, "kg m^2", inertia),
     ]
     if start.load_friction > 0.0:
         kinds.append(
@@ -176,6 +180,7 @@ def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
             unit,
             value,
             _put_drive(i, put),
+            start.inertia if key == "inertia" else 0.0,
             moves=False,
         )
         for key, term, value, size, unit, put in kinds

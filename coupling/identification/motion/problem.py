@@ -1,10 +1,10 @@
 """Measured less predicted wind-up and motor torque of recordings, and their derivatives.
 
     wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
-    torque    tau = T(t) + J q'' + f(s/a, q')
+    torque    tau = T(t) + J q'' + f(s/a, q') + friction after a rest + J_f r'' - K r'
 
-phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of
-`elastic_robot.gear_parts.Drive`.
+phi = q + eps(q) + e, and r is what of the angles is faster than q, their smoothed motion; e and T
+are the FMU's along q, f and s/a those of `elastic_robot.gear_parts.Drive`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,13 @@ from coupling.errors import SimulationError
 from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, with_numbers
 from coupling.identification.motion.recording import Recording, SmoothedMotion
-from coupling.identification.motion.sensors import SensorParameter, column, delayed, own_columns
+from coupling.identification.motion.sensors import (
+    SensorParameter,
+    column,
+    delayed,
+    own_columns,
+    torque_column,
+)
 from coupling.inverse.servo import presliding
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
@@ -76,6 +82,7 @@ class Predicted:
     Attributes:
         wind_up: Motor less link [rad], (n, j); the sensors' lag, eccentricity and loop are in it.
         torque: Torques of the motors [N m], (n, j).
+        beside: Their part that the model has not [N m], (n, j).
         gears: What the FMU said.
         part: Friction over its largest, (n, j).
         shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the eccentricity's, the
@@ -84,6 +91,7 @@ class Predicted:
 
     wind_up: np.ndarray
     torque: np.ndarray
+    beside: np.ndarray
     gears: GearMotion
     part: np.ndarray
     shares: dict[str, np.ndarray]
@@ -143,18 +151,24 @@ class MotionProblem:
             if joint.drive is not None:
                 part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
+        beside = np.zeros_like(torque)
         links = errors.output_angle(moved.motion.q) + gears.wind_up
         shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if not isinstance(p, SensorParameter):
                 continue
             i = p.joint
+            if p.of_torque:
+                by_one = torque_column(p, moved.motion, part[:, i], moved.recording.step)
+                beside[:, i] += p.size * value * by_one
+                continue
             own = p.size * value * column(p, moved.motion, part[:, i])
             if p.kind == "lag":
                 own = links[:, i] - delayed(links[:, i], moved.recording.step, p.size * value)
             share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
             share[:, i] += own
-        return Predicted(np.sum(list(shares.values()), axis=0), torque, gears, part, shares)
+        wind_up = np.sum(list(shares.values()), axis=0)
+        return Predicted(wind_up, torque + beside, beside, gears, part, shares)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
@@ -200,6 +214,11 @@ class MotionProblem:
         wind_up[:, missing] = np.nan
         if isinstance(parameter, SensorParameter):
             i = parameter.joint
+            if parameter.of_torque:
+                step = moved.recording.step
+                by_one = torque_column(parameter, moved.motion, base.part[:, i], step)
+                torque[:, i] = -parameter.size * by_one
+                return self.rows(wind_up, torque).ravel()
             own = column(parameter, moved.motion, base.part[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
             return self.rows(wind_up, torque).ravel()
@@ -212,7 +231,7 @@ class MotionProblem:
         # How friction was loaded at the start stays: its part of the derivative is none of the motion.
         passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
         there = _motor_torque(moved.motion, robot, gears, passed, base.part)
-        torque += (base.torque - there) / _CHANGE
+        torque += (base.torque - base.beside - there) / _CHANGE
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()

@@ -133,12 +133,14 @@ class SmoothedMotion:
         q, qd, qdd: Angle [rad], rate [rad/s] and acceleration [rad/s^2], (n, j).
         noise: Standard deviation of the acceleration at rest [rad/s^2], (j,): what the encoders' noise
             leaves of itself.
+        fast: What is faster than the bandwidth [rad], (n, j).
     """
 
     q: np.ndarray
     qd: np.ndarray
     qdd: np.ndarray
     noise: np.ndarray
+    fast: np.ndarray
 
     @classmethod
     def of(cls, motor: np.ndarray, step: float, bandwidth: float) -> SmoothedMotion:
@@ -150,4 +152,5 @@ class SmoothedMotion:
         # The quietest stretch is one at rest, if there is one.
         rough = qdd - smooth(qdd, step, bandwidth / 4.0)
         parts = np.array_split(rough, max(len(q) // quiet, 1))
-        return cls(q, qd, qdd, np.min([part.std(axis=0) for part in parts], axis=0))
+        noise = np.min([part.std(axis=0) for part in parts], axis=0)
+        return cls(q, qd, qdd, noise, motor - q)

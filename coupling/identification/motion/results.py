@@ -146,6 +146,9 @@ def moved_text(
         elif name.endswith(".balancer"):
             if result.identified and result.value is not None:
                 file.scale_balancer(own[name].joint + 1, result.value, says)
+        elif name.endswith(".drive.inertia"):
+            if result.identified and result.value is not None:
+                file.scale_rotor(own[name].joint + 1, result.value / own[name].start, says)
         elif name.endswith(".load_friction"):
             drive = robot.joints[own[name].joint].drive
             if result.identified and drive is not None:
@@ -165,7 +168,11 @@ def moved_text(
     if any(results[name].identified for name in results if name.startswith("payload.com")):
         assert robot.payload is not None
         file.set_number("payload.com", list(robot.payload.com), says, "")
-    kept = [p.name for p in told.parameters if not p.identified and p.name[:7] != "encoder"]
+    kept = [
+        p.name
+        for p in told.parameters
+        if not p.identified and p.name.startswith(("joint", "payload"))
+    ]
     return file.text(fitted_head(start, "identify", source, _left(told), kept), target)
 
 

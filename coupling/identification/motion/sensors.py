@@ -1,4 +1,4 @@
-"""Errors of the encoders in a motion: lag, offset, eccentricity, and lines found in residuals."""
+"""Beside the model: lag, offset, eccentricity, lines of encoders; torque after a rest, and fast one."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.identification.motion.parameters import MotionParameter
+from coupling.identification.motion.parameters import MotionParameter, dry_friction
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from elastic_robot.description import Robot
 
 # Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
 SHORT_TRAVEL = np.pi / 3.0
+# Travel [rad] over which friction after a rest wears off by 63 %: 2 to 20 mrad on a KUKA KR 300.
+_WEARS_OFF = 5e-3
 _KINDS = (
     ("lag", "lag", "lag", 1e-3, "s"),
     ("eccentricity.cosine", "eccentricity", "cosine", 3e-4, "rad"),
@@ -32,16 +34,22 @@ _POINTS = 8
 
 @dataclass(frozen=True)
 class SensorParameter(MotionParameter):
-    """A number of a joint's encoder, the same in all recordings.
+    """A number of a joint that the model has not, the same in all recordings.
 
     Attributes:
-        kind: "lag", "cosine", "sine" or "loop".
+        kind: "lag", "cosine", "sine" or "loop" of the wind-up; of the torque "rest", or "rate" and
+            "inertia" of what is faster than the bandwidth.
     """
 
     start: float = 0.0
     put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
     signed: bool = True
     kind: str = ""
+
+    @property
+    def of_torque(self) -> bool:
+        """Whether it adds to the motor's torque, not to the wind-up."""
+        return self.kind in ("rest", "rate", "inertia")
 
 
 def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorParameter, ...]:
@@ -57,6 +65,25 @@ def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorP
         for name, term, kind, size, unit in _KINDS
         if term != "eccentricity" or travel[i] >= SHORT_TRAVEL
     )
+
+
+def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
+    """Return those of the torques of a robot's motors."""
+    found = []
+    for i, joint in enumerate(robot.joints):
+        drive = joint.drive
+        if drive is None:
+            continue
+        for name, term, kind, size, unit in (
+            ("friction_after_rest", "friction after a rest", "rest", dry_friction(drive)[0], "N m"),
+            ("fast.rate_gain", "rate loop", "rate", drive.rate_gain, "N m s/rad"),
+            ("fast.inertia", "fast rotor", "inertia", drive.inertia, "kg m^2"),
+        ):
+            place = f"motor[{i + 1}].{name}"
+            found.append(
+                SensorParameter(place, f"{term} {i + 1}", i, max(size, 1.0), unit, kind=kind)
+            )
+    return tuple(found)
 
 
 def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
@@ -83,6 +110,32 @@ def column(parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray)
     if parameter.kind == "sine":
         return np.sin(q)
     return part
+
+
+def torque_column(
+    parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray, step: float
+) -> np.ndarray:
+    """Return the motor's torque by a number of 1 that adds to it [N m], (n,).
+
+    After a rest dry friction is larger, and wears off with travel.  What is faster than the bandwidth
+    meets the rotor and the rate loop, whose command is slow: J_f r'' - K r' of the fast angle r.
+
+    Args:
+        parameter: The number.
+        motion: Motion of the motors.
+        part: Friction of the joint's motor over its largest, (n,).
+        step: Step of time [s].
+    """
+    if parameter.kind == "rest":
+        travel = np.cumsum(
+            np.abs(np.diff(motion.q[:, parameter.joint], prepend=motion.q[0, parameter.joint]))
+        )
+        worn: np.ndarray = part * np.exp(-travel / _WEARS_OFF)
+        return worn
+    fast = np.pad(motion.fast[:, parameter.joint], 1, mode="edge")
+    if parameter.kind == "rate":  # as a loop of this step sees it
+        return np.asarray((fast[:-2] - fast[1:-1]) / step)
+    return np.asarray((fast[2:] - 2.0 * fast[1:-1] + fast[:-2]) / step**2)
 
 
 def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:

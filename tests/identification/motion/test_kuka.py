@@ -26,15 +26,18 @@ def test_recordings_are_converted_to_radians_and_torques_at_the_joints(recording
 
 
 def test_a_fit_to_one_motion_predicts_another(recordings):
-    """Bounds: the best regressions' 71 and 47 urad of joints 2 and 3, and 12 and 25 % of torques."""
+    """Bounds: the best regressions' 71 and 47 urad of joints 2 and 3, and what is aimed at of torques.
+
+    Without friction after a rest and the rate loops 23, 16, 11, 36, 13 and 23 % of torques are left.
+    """
     robot = load_robot(find_robot("kuka_kr300"))
     found = identify_motion(robot, recordings[:1], recordings[1:], 20.0, leave_out=False)
     predicted = found.judged[1]
     assert predicted.held_out
     assert predicted.wind_up[1] < 45e-6
     assert predicted.wind_up[2] < 47e-6
-    assert predicted.torque[2] < 0.12
-    assert np.all(predicted.torque[4:] < 0.25)
+    assert np.all(predicted.torque[:3] < 0.125)
+    assert np.all(predicted.torque[3:] < 0.28)
     # The two encoders of a joint are as late on all three.
     values = dict(zip((p.name for p in found.fit.problem.parameters), found.fit.x, strict=True))
     for joint in (1, 2, 3):
