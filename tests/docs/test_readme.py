@@ -17,7 +17,7 @@ from coupling.fmu_export import compiler
 
 LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
 # Run in tests of their own, on longer passes and more robots than would be quick here: test_study.py,
-# test_learning.py and test_next.py in tests/learn, and tests/place/test_command.py.
+# test_learning.py and test_next.py in tests/identification, and tests/place/test_command.py.
 ELSEWHERE = {"study", "learn", "mirror", "place"}
 # Slow enough for a pass that a mirror can tell slow from fast in.
 CASE = WALL_CASE.format(

@@ -68,7 +68,8 @@ def test_the_core_takes_its_settings_from_its_data(example):
 
 def data_of(robot: Robot) -> str:
     """All lines of an FMU's robot.txt."""
-    return robot_data(robot, arrays(blocks(robot)), "{x}").decode()
+    table = blocks(robot)
+    return robot_data(robot, table, arrays(table), "{x}").decode()
 
 
 LINES = {
@@ -107,6 +108,23 @@ LINES = {
     "tolerance": ("tolerance 1e-06", "tolerance -1", "expected tolerances > 0, got -1: build"),
     "block": ("reals velocity", "reals speed", "expected the name of a block .*, got 'speed'"),
     "states": ("state deflection ", "state tcp ", "expected a block of states, got 'tcp'"),
+    "a state less": (
+        "\nstate deflection_rate rate_derivative 0.05",
+        "",
+        "expected the block deflection_rate once among states, .* got it 0 times",
+    ),
+    "a state twice": (
+        "state deflection_rate",
+        "state deflection deflection_derivative 1\nstate deflection_rate",
+        "expected the block deflection once among states, .* got it 2 times",
+    ),
+    "derivative": (
+        "state deflection deflection_derivative",
+        "state deflection tcp",
+        "expected as many variables of the block tcp as of deflection",
+    ),
+    "indicators": ("indicator bend", "indicator tcp", "a block of event indicators, got 'tcp'"),
+    "no indicator": ("\nindicator bend", "", "expected the block bend once .* got it 0 times"),
     "fewer reals": (" tcp.vz", "", "expected 6 variables of the block velocity, got 5"),
     "more reals": (" tcp.vz", " tcp.vz x", "expected 6 variables of the block velocity, got 7"),
     "no unit": ("velocity m/s tcp.vx tcp.vy tcp.vz", "velocity", "expected a unit of less than"),
