@@ -41,7 +41,7 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class RobotResponse:
+class LoadedMotion:
     """Answer of robots to a process.
 
     Attributes:
@@ -58,14 +58,14 @@ class Scheme(ABC):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotResponse:
+    ) -> LoadedMotion:
         """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         loads = seen.loads
-        return RobotResponse(loads, robot.simulate(command, loads, mode))
+        return LoadedMotion(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
