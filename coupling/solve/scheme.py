@@ -42,7 +42,7 @@ class Iterate:
 
 @dataclass(frozen=True)
 class LoadedMotion:
-    """Answer of robots to a process.
+    """Motion of robots under the response of a process.
 
     Attributes:
         loads: Loads on them.
