@@ -15,7 +15,7 @@ from coupling.process.base import joined, own_blocks
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.local_stabilisation import LocalStabilisation
 from coupling.solve.relaxation import Anderson, ConstantRelaxation
-from coupling.solve.scheme import Iterate, RobotResponse
+from coupling.solve.scheme import Iterate, LoadedMotion
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -58,7 +58,7 @@ class Robin(ConstantRelaxation):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotResponse:
+    ) -> LoadedMotion:
         """Return the robots' motion against a process that goes on as it has answered.
 
         Raises:
@@ -73,7 +73,7 @@ class Robin(ConstantRelaxation):
         for _ in range(_MOST):
             loads = answered.plus(beyond)
             try:
-                found = RobotResponse(loads, robot.simulate(command, loads, mode))
+                found = LoadedMotion(loads, robot.simulate(command, loads, mode))
             except SimulationError:
                 if best is None:
                     raise

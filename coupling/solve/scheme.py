@@ -41,8 +41,8 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class RobotResponse:
-    """Answer of robots to a process.
+class LoadedMotion:
+    """Motion of robots under the response of a process.
 
     Attributes:
         loads: Loads on them.
@@ -58,14 +58,14 @@ class Scheme(ABC):
 
     def moved(
         self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
-    ) -> RobotResponse:
+    ) -> LoadedMotion:
         """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         loads = seen.loads
-        return RobotResponse(loads, robot.simulate(command, loads, mode))
+        return LoadedMotion(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
