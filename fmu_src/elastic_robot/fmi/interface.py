@@ -50,11 +50,12 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
+    told = outputs(chain, motors)
     table = {
         **inputs(robot.joints),
-        **outputs(chain, motors),
+        **told,
         **parameters,
-        **exchange(chain, motors),
+        **exchange(chain, told, motors),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}

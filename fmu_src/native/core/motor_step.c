@@ -43,11 +43,42 @@ void er_motors_begin(const er_run *r, const er_state *state)
     }
 }
 
+/* What a servo asks for at a moment, and its integral's growth. */
+typedef struct {
+    double beyond, growth; /* of its limit [N m], [N m/s] */
+    bool waits;
+} demand;
+
+static demand find_demand(const er_motor *motor, double wanted, double integral)
+{
+    bool waits = er_servo_waits(motor, wanted, integral);
+    return (demand){fabs(motor->rate_gain * wanted + integral) - motor->torque_limit, motor->integral_gain * wanted,
+                    waits};
+}
+
+/* By how much a servo that comes to its torque limit within a step, or leaves it, departs from the one smooth law that
+ * the step obeys [N m]: the bend of the torque, and what the integral would have grown by where it waits. */
+static double find_bend(const er_motor *motor, double h, const demand *demands, int count)
+{
+    double most = -INFINITY, least = INFINITY, growth = 0.0, bend;
+    bool waits = false, grows = false;
+    for (int l = 0; l < count; l++) {
+        most = fmax(most, demands[l].beyond);
+        least = fmin(least, demands[l].beyond);
+        growth = fmax(growth, fabs(demands[l].growth));
+        waits |= demands[l].waits;
+        grows |= !demands[l].waits;
+    }
+    bend = fmax(fmin(most, -least), 0.0);
+    return bend + (waits && grows ? h * growth : 0.0);
+}
+
 void er_motors_end(const er_run *r, const er_state *state, er_step *step)
 {
     const er_workspace *w = r->work;
     er_motor_work *work = &r->work->motors;
     double h = step->length;
+    work->bend = 0.0;
     r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
                                   (const er_lanes *)step->motor_acceleration, work);
     if (r->system->robot->errors > 0)
@@ -69,6 +100,18 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
+        if (r->system->drive == ER_SERVO && motor->torque_limit < INFINITY) {
+            demand demands[ER_STAGES + 2];
+            double command_rate = step->motors.rate[d] - step->motors.pv[d], start_rate = state->motors.rate[d] - work->pv[d];
+            for (int l = 0; l < ER_STAGES; l++)
+                demands[l] = find_demand(motor, work->wanted[d][l], work->integral[d][l]);
+            demands[ER_STAGES] =
+                find_demand(motor, er_servo_wanted(motor, work->p[d], work->pv[d], start_rate), state->motors.integral[d]);
+            demands[ER_STAGES + 1] =
+                find_demand(motor, er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d], command_rate),
+                            step->motors.integral[d]);
+            work->bend = fmax(work->bend, find_bend(motor, h, demands, ER_STAGES + 2) / motor->inertia);
+        }
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
         work->integral[d][0] = step->motors.integral[d];
@@ -160,7 +203,7 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
 double er_motors_defect(const er_run *r, double *defect)
 {
     const er_motor_work *work = &r->work->motors;
-    double largest = 0.0;
+    double largest = work->bend;
     for (int d = 0; d < r->motors; d++) {
         double own = work->residual[d][0];
         defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * own;

@@ -73,6 +73,7 @@ typedef struct er_motor_work {
     er_lanes winds[ER_MAX_JOINTS], error[ER_MAX_JOINTS]; /* 1 + eps', eps [rad] at the present nodes */
     double start_error[ER_MAX_JOINTS], end_error[ER_MAX_JOINTS]; /* eps at the step's start and its end [rad] */
     er_lanes stage_error[ER_MAX_JOINTS];       /* and at its stages */
+    double bend;                               /* of servos at their limits, over the rotors [rad/s^2] */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
