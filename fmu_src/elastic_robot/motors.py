@@ -33,12 +33,12 @@ _AT_LIMIT = 1e-9  # part of the torque limit within which a torque is at it
 
 @dataclass(frozen=True)
 class MotorState:
-    """Motors at a time, (d,) each.
+    """Motors at a time.
 
     Attributes:
-        angle, rate: q and q' [rad, rad/s].
-        integral: z [N m].
-        presliding: Elongation s of the friction [rad].
+        angle, rate: q and q' [rad, rad/s], (d,).
+        integral: z [N m], (d,).
+        presliding: Elongation s of the friction [rad], (d,).
     """
 
     angle: np.ndarray
@@ -52,12 +52,12 @@ NO_MOTORS = MotorState(*np.zeros((4, 0)))
 
 @dataclass(frozen=True)
 class MotorInstant:
-    """What motors do in a state, (d,) each.
+    """What motors do in a state.
 
     Attributes:
-        wanted, turning: w and w' [rad/s, rad/s^2].
-        asked, torque: Kp w + z, and tau [N m].
-        acceleration: q'' [rad/s^2].
+        wanted, turning: w and w' [rad/s, rad/s^2], (d,).
+        asked, torque: Kp w + z, and tau [N m], (d,).
+        acceleration: q'' [rad/s^2], (d,).
     """
 
     wanted: np.ndarray
@@ -73,7 +73,7 @@ class Motors:
 
     Attributes:
         drives: Their numbers.
-        joint: Joint of each, from 0, (d,).
+        joint: Number of the joint of each, from 0, (d,).
         gear: Index of its gear's wind-up among the elastic coordinates, (d,).
         friction: F of each, which may be tuned [N m], (d,).
         errors: Kinematic errors of all gears.
@@ -113,7 +113,10 @@ class Motors:
         return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
 
     def joined(self, commands: np.ndarray, motors: np.ndarray) -> np.ndarray:
-        """Return what all drives do, (..., n), of commands, (..., n), and the motors, (..., d)."""
+        """Return the motion of all drives from their commands and that of the motors.
+
+        In any unit, (..., n) from (..., n) and (..., d).
+        """
         joined = commands.copy()
         joined[..., self.joint] = motors
         return joined
@@ -147,7 +150,7 @@ class Motors:
         return MotorInstant(wanted, turning, asked, torque, acceleration)
 
     def modes(self, now: MotorInstant) -> np.ndarray:
-        """Return what z does from a state on, (d,)."""
+        """Return the numbers of what z does from a state on, (d,)."""
         if not self.servo:
             return np.full(len(self.drives), _WAITS)
         side, room = np.sign(now.asked), self.room(now)
@@ -165,11 +168,13 @@ class Motors:
         return np.choose(modes, [grows, 0.0 * grows, -self._rate_gain * now.turning])
 
     def ways(self, now: MotorInstant, modes: np.ndarray, before: MotorInstant) -> np.ndarray:
-        """Return what falls through zero where z goes on otherwise or the torque limit is passed, (k,).
+        """Return what falls through zero where z goes on otherwise or the torque limit is passed.
+
+        In any unit, (k,).
 
         Args:
             now: The motors.
-            modes: What z does.
+            modes: Numbers of what z does, (d,).
             before: The motors where that began.
         """
         limited = self.servo & np.isfinite(self.limit)

@@ -41,7 +41,7 @@ class HeldInputs:
 
     @property
     def commands(self) -> np.ndarray:
-        """q, q', q'', (3, n)."""
+        """q, q', q'' [rad, rad/s, rad/s^2], (3, n)."""
         return np.stack([self.q, self.qd, self.qdd])
 
 
