@@ -139,7 +139,12 @@ FIXED |= {"yaw_deg": [30.0, 30.0], "rotation_deg": [0.0, 0.0]}
     ("source", "place", "arguments", "words"),
     [
         (LINE_CASE, FREE, ["--optimise", "flanks"], "expected one of stiffness, backlash, both"),
-        (LINE_CASE, FREE, ["--optimise", "backlash"], "expected gears with backlash or hysteresis to optimise"),
+        (
+            LINE_CASE,
+            FREE,
+            ["--optimise", "backlash"],
+            "expected gears with backlash or hysteresis to optimise",
+        ),
         (LINE_CASE, FIXED, [], "expected a range that is one, got nothing that is free"),
         (CASES / "two_robots.toml", {}, [], "expected a case of one robot, got one with [support]"),
         (LINE_CASE, FREE | {"x_m": [8.0, 9.0]}, [], "out of reach: 128): widen the ranges"),
