@@ -31,10 +31,10 @@ lint: .venv/installed
 	.venv/bin/mypy
 
 check: lint
-	tests=$$(.venv/bin/python .ci/changed.py) && { test -z "$$tests" || .venv/bin/pytest -q -n 2 $$tests; }
+	tests=$$(.venv/bin/python .ci/changed.py) && { test -z "$$tests" || .venv/bin/pytest -q -n 2 --dist worksteal $$tests; }
 
 test: lint
-	.venv/bin/pytest -n 2 --durations=40
+	.venv/bin/pytest -n 2 --dist worksteal --durations=40
 
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
 # damaged trajectory files under address and undefined-behaviour sanitizers.

@@ -174,10 +174,9 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     process_table = _process_table(path, file.process)
     with _errors_of(str(path)):
         task, corners = _task(tool_path, file.part.part(), process_table)
-    kind = file.robot.fmu
-    robots = [_placed("forming", file.robot, kind, _tcp_shift(task, process_table), path)]
+    robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
-        robots.append(_placed("support", file.support, kind, np.zeros(3), path))
+        robots.append(_placed("support", file.support, np.zeros(3), path))
     if len(file.part.touched):
         with _errors_of(f"{path}: part: touch_off"):
             part, robots = _touched_off(file, task, process_table, robots)
@@ -189,7 +188,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
             models = [
                 (own.description, own.torque_curve, own.drive, own.mounting) for own in robots
             ]
-            plant = file.plant.plant(models, kind, path.parent)
+            plant = file.plant.plant(models, path.parent)
     with _errors_of(str(path)):
         if workspace is not None:
             task = replace(task, workspace=workspace)
@@ -296,13 +295,13 @@ def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:
 
 
 def _placed(
-    name: str, table: RobotTable | SupportTable, kind: str, tcp_shift: np.ndarray, path: Path
+    name: str, table: RobotTable | SupportTable, tcp_shift: np.ndarray, path: Path
 ) -> PlacedRobot:
-    """Read the robot that a table of a case describes, whose FMU is of a kind."""
+    """Read the robot that a table of a case describes."""
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
-        drive = drive_of(robot, table.drive, kind)
+        drive = drive_of(robot, table.drive)
     at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)

@@ -69,7 +69,6 @@ class _PlantRobotTable(Schema):
         torque_curve: str,
         drive: OneOfDrives,
         mounting: Mounting,
-        kind: str,
         folder: Path,
     ) -> PlantRobot:
         """Return the robot that moves in place of a model.
@@ -79,7 +78,6 @@ class _PlantRobotTable(Schema):
             torque_curve: Its torque curve.
             drive: How its drives move; as those of another description do unless that is given.
             mounting: Mounting of the robot and of the plant's.
-            kind: Kind of the FMUs.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -95,7 +93,7 @@ class _PlantRobotTable(Schema):
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
                 f" commanded, got {len(robot.joints)}"
             )
-        moved = drive_of(robot, asked, kind)
+        moved = drive_of(robot, asked)
         place = self.payload_position_m
         difference = ModelMismatch(
             tuple(self.stiffness_factor),
@@ -151,13 +149,12 @@ class PlantTable(_PlantRobotTable):
     support: _PlantRobotTable | None = None
 
     def plant(
-        self, models: Sequence[tuple[Robot, str, OneOfDrives, Mounting]], kind: str, folder: Path
+        self, models: Sequence[tuple[Robot, str, OneOfDrives, Mounting]], folder: Path
     ) -> Plant:
         """Return the plant.
 
         Args:
             models: Description, torque curve, drive and mounting of each of the case's robots.
-            kind: Kind of their FMUs.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -169,7 +166,7 @@ class PlantTable(_PlantRobotTable):
         robots = []
         for name, table, model in zip(("", "support: "), tables, models, strict=False):
             try:
-                robots.append(table.robot(*model, kind, folder))
+                robots.append(table.robot(*model, folder))
             except CaseError as cause:
                 raise CaseError(f"{name}{cause}") from cause
         return Plant(tuple(robots), self.force_factor, self.couple)

@@ -58,16 +58,15 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
-def drive_of(robot: Robot, asked: OneOfDrives | None, kind: str) -> OneOfDrives:
+def drive_of(robot: Robot, asked: OneOfDrives | None) -> OneOfDrives:
     """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
 
     Args:
         robot: The robot.
         asked: What the case says; None: nothing.
-        kind: Kind of its FMU.
 
     Raises:
-        CaseError: If it has no motors for servos, or FMUs of this kind move none.
+        CaseError: If it has no motors for servos.
     """
     motors = any(joint.drive is not None for joint in robot.joints)
     if asked == IDEAL or (asked is None and not motors):
@@ -75,13 +74,6 @@ def drive_of(robot: Robot, asked: OneOfDrives | None, kind: str) -> OneOfDrives:
     if not motors:
         raise CaseError(
             f'drive: expected a [joint.drive] in the file of {robot.name} beside "{asked}", got none'
-        )
-    if kind == "python" and asked is not None:
-        raise CaseError(f'drive: expected fmu = "native" in [robot] beside "{asked}", got "python"')
-    if kind == "python":
-        raise CaseError(
-            f'drive: expected "ideal" beside fmu = "python", which moves no motors, got none, while the'
-            f' file of {robot.name} has motors: write it, or take fmu = "native"'
         )
     return "servo"
 

@@ -15,9 +15,8 @@ from coupling.errors import IdentifyError, one_of
 from coupling.files.whole_file import make_folder_of, write_whole
 
 if TYPE_CHECKING:
-    from coupling.identify.measurements import Measurements
-    from coupling.identify.noise import MeasurementNoise
-    from coupling.identify.plan import PlanRequest
+    from coupling.identification.static.measurements import MeasurementNoise, Measurements
+    from coupling.identification.static.plan import PlanRequest
     from elastic_robot.description import Robot
 
 _REFUSED = 1
@@ -85,16 +84,14 @@ def identify(
 ) -> None:
     """Identify a robot from measured static deflections or recordings of its motion; or plan them."""
     from coupling.files.robot_file import find_robot, load_robot
-    from coupling.identify.figures import figures
-    from coupling.identify.identification import IdentifyOptions
-    from coupling.identify.identification import identify as identified
-    from coupling.identify.least_squares import LOSSES
-    from coupling.identify.loop_identification import identify_loops
-    from coupling.identify.measurements import read_measurements
-    from coupling.identify.noise import noise_of
-    from coupling.identify.plan import PlanRequest
-    from coupling.identify.robot_file import identified_text
-    from coupling.motion.recording import is_recording
+    from coupling.identification.least_squares import LOSSES
+    from coupling.identification.loops.identification import identify_loops
+    from coupling.identification.motion.recording import is_recording
+    from coupling.identification.static.identification import IdentifyOptions
+    from coupling.identification.static.identification import identify as identified
+    from coupling.identification.static.measurements import noise_of, read_measurements
+    from coupling.identification.static.plan import PlanRequest
+    from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_page import identify_page, identify_summary
     from coupling.report.terminal import tell
     from elastic_robot.torque_curves import TORQUE_CURVES
@@ -152,9 +149,8 @@ def _plan(
     output: Path | None,
 ) -> None:
     from coupling.cli.plan import print_plan, write_plan
-    from coupling.identify.measurements import read_measurements
-    from coupling.identify.noise import noise_of
-    from coupling.identify.plan import planned
+    from coupling.identification.static.measurements import noise_of, read_measurements
+    from coupling.identification.static.plan import planned
 
     done: tuple[Measurements, MeasurementNoise] | None = None
     if file is not None:

@@ -37,10 +37,9 @@ class MotionRequest:
 def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     """Identify a robot, a file or a shipped robot's name, from recordings of its motion."""
     from coupling.files.robot_file import find_robot, load_robot
-    from coupling.motion.figures import motion_figures
-    from coupling.motion.identification import identify_motion
-    from coupling.motion.recording import read_recording
-    from coupling.motion.robot_file import moved_text
+    from coupling.identification.motion.identification import identify_motion
+    from coupling.identification.motion.recording import read_recording
+    from coupling.identification.motion.results import motion_figures, moved_text
     from coupling.report.motion_page import motion_page, motion_summary
     from coupling.report.terminal import tell
 

@@ -49,13 +49,12 @@ def learn(
     """Learn backlash, stiffness and damping from measured runs, and compute the next command."""
     from coupling.conduct import conduct
     from coupling.files.toml_file import load_toml
-    from coupling.learn.figures import figures
-    from coupling.learn.learning import LearnOptions
-    from coupling.learn.learning import learn as learned
-    from coupling.learn.measurement import read_seen
-    from coupling.learn.next_inputs import next_case_text
-    from coupling.learn.robot_file import learned_text
-    from coupling.learn.source import read_source
+    from coupling.identification.next.inputs import next_case_text
+    from coupling.identification.runs.learning import LearnOptions
+    from coupling.identification.runs.learning import learn as learned
+    from coupling.identification.runs.measurement import read_seen
+    from coupling.identification.runs.results import figures, learned_text
+    from coupling.identification.runs.source import read_source
     from coupling.report.learn_page import learn_page, learn_summary
     from coupling.report.terminal import tell
     from coupling.run.console import RunView

@@ -20,9 +20,8 @@ from coupling.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from coupling.case.file import Case
-    from coupling.learn.device import FrameKnown
-    from coupling.learn.next_command import CommandPlan
-    from coupling.learn.next_options import NextOptions
+    from coupling.identification.next.command import CommandPlan
+    from coupling.identification.next.options import FrameKnown, NextOptions
     from coupling.run.execute import Run
     from coupling.run.models import Models
 
@@ -134,7 +133,7 @@ def mirror(
 def _options(
     move: str, known: FrameKnown, cutoff: float | None, repeatability: str | None, seed: int
 ) -> NextOptions:
-    from coupling.learn.next_options import KINDS, REPEATABILITY, NextOptions
+    from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
     if move not in KINDS:
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
@@ -148,7 +147,7 @@ def _options(
 
 def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
     """Return what is known of the measuring device, from options."""
-    from coupling.learn.device import ANYWHERE, FrameKnown
+    from coupling.identification.next.options import ANYWHERE, FrameKnown
 
     if own_frame and frame is not None:
         raise LearnError("expected either --own-frame or --frame-known, got both")
@@ -177,7 +176,7 @@ def frame_of(text: str) -> FrameKnown:
         >>> frame_of("0.05mm,0.02mrad")
         FrameKnown(shift=5e-05, turn=2e-05, tip=0.0)
     """
-    from coupling.learn.device import FrameKnown
+    from coupling.identification.next.options import FrameKnown
 
     parts = text.replace(" ", "").split(",")
     units = (_LENGTHS, _ANGLES)
@@ -213,12 +212,12 @@ def _advance(
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
     from coupling.files.whole_folder import alone
-    from coupling.learn.measurement import read_seen
-    from coupling.learn.next_command import plan
-    from coupling.learn.next_figures import figures
-    from coupling.learn.next_inputs import PLAN, inputs_folder, write_inputs
-    from coupling.learn.selection import selected
-    from coupling.learn.source import read_source
+    from coupling.identification.next.command import plan
+    from coupling.identification.next.figures import figures
+    from coupling.identification.next.inputs import PLAN, inputs_folder, write_inputs
+    from coupling.identification.next.selection import selected
+    from coupling.identification.runs.measurement import read_seen
+    from coupling.identification.runs.source import read_source
     from coupling.report.next_page import next_page, next_summary
     from coupling.report.terminal import tell
     from coupling.run.console import RunView
@@ -260,7 +259,7 @@ def _advance(
 
 def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
-    from coupling.learn.forecast import forecast
+    from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation
 
     run = run_compensation(case, watch)

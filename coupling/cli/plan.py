@@ -11,8 +11,8 @@ import numpy as np
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.whole_file import write_whole
-from coupling.identify.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
-from coupling.identify.plan import MeasurementPlan
+from coupling.identification.static.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
+from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.section import Section, Table
 from coupling.report.terminal import tell
 

@@ -166,7 +166,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
         ratings=load_ratings(described, description),
-        drive=drive_of(description, None, DEFAULT_KIND),
+        drive=drive_of(description, None),
     )
     require_poses(file, placed, joints, table.poses)
     axes, controller = controller_axes(described, count), Controller()

@@ -20,14 +20,14 @@ from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
+from elastic_robot.fmi.variables import Block
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
 ROBOT_ENTRY = "resources/robot.txt"
 _NEEDS = (
     "This FMU needs nothing of its host but the C library. It is for co-simulation and for model"
-    " exchange, in which inputs are what they are at the moment and the states are deflection and"
-    " deflection_rate."
+    " exchange, in which inputs are what they are at the moment and the states are {}."
 )
 _NAMES = "names.h"
 # The core's own names; those of FMI have the standard's macro.
@@ -69,8 +69,10 @@ def build_native_fmu(
     groups = standard.grouped(table)
     rows, version = variable_rows(table, groups), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
+    states = [b.derivative_of for b in table.values() if b.derivative_of and b.variables]
+    needs = _NEEDS.format(", ".join(states))
     texts = {
-        "documentation/index.html": index_html(robot, rows, standard.version, version, _NEEDS),
+        "documentation/index.html": index_html(robot, rows, standard.version, version, needs),
         "documentation/licenses/fmi-headers.txt": headers_licenses(),
     }
     entries = licenses() | {name: text.encode() for name, text in texts.items()}
@@ -91,15 +93,15 @@ def build_native_fmu(
     def identified(guid: str) -> dict[str, bytes]:
         return {
             "modelDescription.xml": standard.describe(told, declared, groups, guid, source_files),
-            ROBOT_ENTRY: robot_data(robot, groups, guid),
+            ROBOT_ENTRY: robot_data(robot, table, groups, guid),
         }
 
     return write_fmu(file, entries, identified, date)
 
 
-def robot_data(robot: Robot, groups: Groups, guid: str) -> bytes:
+def robot_data(robot: Robot, table: Mapping[str, Block], groups: Groups, guid: str) -> bytes:
     """Return the file that the C core reads: the robot, then the FMU's variables."""
-    return f"{robot_text(robot, guid)}\n{interface_text(groups)}\n".encode()
+    return f"{robot_text(robot, guid)}\n{interface_text(table, groups)}\n".encode()
 
 
 def _libraries(standard: FmiStandard, names: Sequence[str], name: str) -> dict[str, bytes]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
+from coupling.inverse.gear_drive import GearDrive
 from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 
@@ -32,46 +32,6 @@ _MOST_DAMPED = 1e6
 _PASSES = 40
 # Where a step raises the value by less of it, the value stands at its least but for rounding.
 _ROUNDING = 1e-7
-
-
-class DriveEquations(Protocol):
-    """Drive of a link: its equations between command and miss."""
-
-    @property
-    def layout(self) -> Layout:
-        """Order of the unknowns."""
-        ...
-
-    @property
-    def cycle(self) -> float:
-        """Distance of the rows [s]."""
-        ...
-
-    @property
-    def bend(self) -> np.ndarray:
-        """Wanted phi'' where the coefficients of the command's acceleration stand [rad/s^2], (n,)."""
-        ...
-
-    def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Errors of the equations, as angles [rad], (count, parts)."""
-        ...
-
-    def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Derivatives of `defects` by the unknowns of their blocks [rad/rad], (count, parts, width)."""
-        ...
-
-    def along(self, coefficients: np.ndarray, misses: np.ndarray) -> DriveEquations:
-        """Return the drive about a motion; itself where its gear keeps nothing of its way.
-
-        Args:
-            coefficients: Of the command's spline [rad], (n,).
-            misses: Those of the link at the nodes [rad], (nodes,).
-        """
-        ...
-
-    def part(self, begin: int, end: int) -> DriveEquations:
-        """Return the drive along the intervals begin to end of the rows."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -115,12 +75,12 @@ class SplineFit:
         free: Mask of unknowns that may change, (size,).
     """
 
-    drive: DriveEquations
+    drive: GearDrive
     conditions: list[EndCondition]
     free: np.ndarray
 
     @classmethod
-    def whole(cls, drive: DriveEquations, conditions: list[EndCondition]) -> SplineFit:
+    def whole(cls, drive: GearDrive, conditions: list[EndCondition]) -> SplineFit:
         """Return the fit of a whole path: all may change but the first miss, which is none."""
         layout = drive.layout
         free = np.zeros(layout.size, dtype=bool)
@@ -226,7 +186,7 @@ class SplineFit:
         return equations, np.append(self.drive.defects(coefficients, misses), errors)
 
     def along(self, coefficients: np.ndarray, misses: np.ndarray) -> SplineFit:
-        """Return the fit about a motion (n,), (nodes,): itself where its drive keeps nothing of it."""
+        """Return the fit about a motion [rad], (n,), (nodes,): itself where its drive keeps none."""
         drive = self.drive.along(coefficients, misses)
         return self if drive is self.drive else replace(self, drive=drive)
 

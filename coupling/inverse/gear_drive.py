@@ -180,7 +180,8 @@ class GearDrive:
         """Return the drive with what its elements do along a motion; as it is without any.
 
         Args:
-            coefficients, misses: As `defects`.
+            coefficients: Coefficients of the command [rad], (count + degree,).
+            misses: At the nodes [rad], (nodes,).
         """
         elements = self.task.elements
         if not elements.count:
@@ -296,7 +297,7 @@ class GearDrive:
         return by_wind_up if self.memory is None else by_wind_up + self.memory.by_wind_up
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `defects` by the unknowns of their blocks, (n, parts, width)."""
+        """Return the derivatives of `defects` by their blocks' unknowns [rad/rad], (n, parts, width)."""
         layout = self.layout
         n, m, k = layout.count, layout.parts, layout.degree
         by_wind_up = self._by_wind_up(coefficients, misses)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import piqp
+from scipy import sparse
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import Weights
@@ -158,59 +159,49 @@ class Step:
         )
 
     def change(self, damping: float) -> np.ndarray:
-        """Return the change of the coefficients that lowers the model most [rad], (free, joints)."""
-        size = len(self.gradient)
-        damped = self.hessian + damping * self.hessian.diagonal().max() * np.eye(size)
-        change = -np.linalg.solve(damped, self.gradient).reshape(len(self.free), -1)
-        if self._within(change):
-            return change
-        return self._bounded(damped).reshape(len(self.free), -1)
+        """Return the change of the coefficients that lowers the model most [rad], (free, joints).
 
-    def _within(self, change: np.ndarray) -> bool:
-        """Return whether the changed command keeps the limits."""
-        drives = enumerate(self._drives(change))
-        return all(not np.any(self.limits.of_joint(k).excess(drive) > 0.0) for k, drive in drives)
+        Few limits bind: a quadratic program under those that the best change passes, again as long as
+        its answer passes others, finds what all of them together would.
+        """
+        damped = self.hessian + damping * self.hessian.diagonal().max() * np.eye(len(self.gradient))
+        change = -np.linalg.solve(damped, self.gradient)
+        rows, low, high = self._limits
+        bound = np.zeros(len(low), dtype=bool)
+        while True:
+            moved = rows @ change
+            over = ((moved < low) | (moved > high)) & ~bound
+            if not over.any():
+                return change.reshape(len(self.free), -1)
+            bound |= over
+            change = self._bounded(damped, rows[bound].toarray(), low[bound], high[bound])
 
-    def _drives(self, change: np.ndarray) -> Iterator[UniformSpline]:
-        """Yield the motion of every drive around the window, changed."""
-        command = self.command
-        margin = self._margin
-        around = slice(self.free.start - margin, self.free.stop + command.degree)
-        coefficients = command.coefficients[around].copy()
-        coefficients[margin : margin + len(self.free)] += change
-        start = command.start + command.spacing * around.start
-        for column in coefficients.T:
-            yield UniformSpline(start, command.spacing, column[:, None], command.degree)
-
-    @property
-    def _margin(self) -> int:
-        """Number of coefficients before the window that share intervals with it."""
-        return min(self.command.degree, self.free.start)
-
-    def _bounded(self, damped: np.ndarray) -> np.ndarray:
-        """Return the best change within the limits of the drives: a quadratic program."""
+    @cached_property
+    def _limits(self) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+        """Limits of the drives on a change (n,):  low <= rows @ change <= high [rad]."""
+        command, free = self.command, self.free
+        # Coefficients before the window that share intervals with it.
+        margin = min(command.degree, free.start)
+        around = command.coefficients[free.start - margin : free.stop + command.degree]
         rows, lower, upper = [], [], []
-        joints, margin = self.command.coefficients.shape[1], self._margin
-        for joint, drive in enumerate(self._drives(np.zeros((len(self.free), joints)))):
-            changes, low, high = self.limits.of_joint(joint).rows(drive)
-            own = changes[:, margin : margin + len(self.free)].toarray()
-            touched = np.any(own != 0.0, axis=1)
-            rows.append(np.kron(own[touched], np.eye(joints)[joint]))
+        for joint, own in enumerate(np.eye(around.shape[1])):
+            drive = UniformSpline(0.0, command.spacing, around[:, [joint]], command.degree)
+            each, low, high = self.limits.of_joint(joint).rows(drive)
+            rows.append(sparse.kron(each[:, margin : margin + len(free)], own[None], format="csr"))
             # The command as it is keeps the limits but for rounding: no change is always allowed.
-            lower.append(np.minimum(low[touched], 0.0))
-            upper.append(np.maximum(high[touched], 0.0))
+            lower.append(np.minimum(low, 0.0))
+            upper.append(np.maximum(high, 0.0))
+        return sparse.vstack(rows, format="csr"), np.concatenate(lower), np.concatenate(upper)
+
+    def _bounded(
+        self, damped: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> np.ndarray:
+        """Return the best change under some limits [rad], (n,): a quadratic program."""
         scale = self.hessian.diagonal().max()
         solver = piqp.DenseSolver()
         solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
-        solver.setup(
-            damped / scale,
-            self.gradient / (scale * _UNIT),
-            None,
-            None,
-            np.vstack(rows),
-            np.concatenate(lower) / _UNIT,
-            np.concatenate(upper) / _UNIT,
-        )
+        gradient = self.gradient / (scale * _UNIT)
+        solver.setup(damped / scale, gradient, None, None, rows, low / _UNIT, high / _UNIT)
         if solver.solve() != piqp.PIQP_SOLVED:
             return np.zeros(len(self.gradient))
         change: np.ndarray = _UNIT * solver.result.x

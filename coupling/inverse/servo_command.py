@@ -13,8 +13,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limited import NoCommandError
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
+from coupling.inverse.rows_fit import RowsFit, dense_times
 from coupling.inverse.servo import MotorMotion, servo_motion
-from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.gear_parts import Drive
 
@@ -86,7 +86,9 @@ def _column(
     servo = servo_motion(drive, motion)
     _require_torque(drive, limits.joint, motion.time, servo.torque)
     begins = float(motion.angle[0]), float(motion.rate[0]), float(motion.acceleration[0])
-    fit = ServoRows(drive, rows, servo.angle, begins, 0.0 if rows.rest[1] else servo.rate[-1])
+    fit = RowsFit(
+        drive, rows, servo.angle, begins, () if rows.rest[1] else (float(servo.rate[-1]),)
+    )
     try:
         found = fit.best(limits)
     except NoCommandError as error:

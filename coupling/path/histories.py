@@ -102,7 +102,8 @@ class ToolPath:
     @classmethod
     def held(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
         """Return the path of one tool through points [m], (n, 3), whose orientation stays."""
-        return cls(time, poses(points, Rotation.concatenate([rotation] * len(time))))
+        held = Rotation.from_quat(np.tile(rotation.as_quat(), (len(time), 1)))
+        return cls(time, poses(points, held))
 
     @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:

@@ -94,7 +94,7 @@ def _parameters(found: MotionResult) -> Table:
 
 def _row(own: MotionParameterResult) -> tuple[str, ...]:
     if not own.identified:
-        return own.name, f"{own.start:.4g}", "not told: kept", "", "", own.unit
+        return own.name, f"{own.start:.4g}", "not identified: kept", "", "", own.unit
     values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
     return own.name, f"{own.start:.4g}", *values, own.unit
 

@@ -114,7 +114,7 @@ class IdentifiedResult(ResultFile):
     parameters: tuple[IdentifiedParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
-    without_effect: Annotated[tuple[str, ...], From("silent")]
+    without_effect: tuple[str, ...]
     unseen: tuple[DirectionResult, ...]
     weak: tuple[DirectionResult, ...]
     alike: tuple[AlikeResult, ...]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.fit.parameters import robot_parameters
+from coupling.robot.parameters import robot_parameters
 from elastic_robot.description import Body, Robot, Vector
 from elastic_robot.fmi.interface import IDEAL
 from elastic_robot.gear_parts import Drive

@@ -9,13 +9,12 @@ import numpy as np
 
 from coupling.files.gear_table import sheet_elements
 from coupling.files.robot_file import load_robot
-from coupling.identify.accuracy import intervals
-from coupling.identify.identification import IdentifyOptions
-from coupling.identify.loop_fit import loop_fitted
-from coupling.identify.loop_identification import identify_loops
-from coupling.identify.loop_parameters import LoopParameters
-from coupling.identify.measurements import Measurements
-from coupling.identify.noise import noise_of
+from coupling.identification.intervals import intervals
+from coupling.identification.loops.fit import loop_fitted
+from coupling.identification.loops.identification import identify_loops
+from coupling.identification.loops.model import LoopParameters
+from coupling.identification.static.identification import IdentifyOptions
+from coupling.identification.static.measurements import Measurements, noise_of
 from docs.scripts.page import table
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot

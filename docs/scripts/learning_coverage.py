@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from coupling.files.robot_file import find_robot
-from coupling.learn.learning import Learned
+from coupling.identification.runs.learning import Learned
 from docs.scripts.learning_beyond import Beyond
 from docs.scripts.learning_others import HOME, cone_of, rolled
 from docs.scripts.learning_shop import Shop

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from coupling.files.robot_file import find_robot
-from coupling.learn.learning import Learned, LearnOptions, learn
-from coupling.learn.measurement import Measurement
-from coupling.learn.motors import MotorsSeen
-from coupling.learn.parameters import changed, learnable
-from coupling.learn.source import read_source
+from coupling.identification.runs.learning import Learned, LearnOptions, learn
+from coupling.identification.runs.measurement import Measurement
+from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.parameters import changed, learnable
+from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
 from coupling.path.motor_history import MotorHistory
 from coupling.run.models import Models

@@ -16,11 +16,11 @@ import tomlkit
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import Case, load_case
-from coupling.learn.learning import Learned, LearnOptions, learn
-from coupling.learn.measurement import Measurement
-from coupling.learn.next_inputs import next_case_text
-from coupling.learn.robot_file import learned_text
-from coupling.learn.source import MeasuredFile, read_source
+from coupling.identification.next.inputs import next_case_text
+from coupling.identification.runs.learning import Learned, LearnOptions, learn
+from coupling.identification.runs.measurement import Measurement
+from coupling.identification.runs.results import learned_text
+from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run

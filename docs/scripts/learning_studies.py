@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from coupling.fit.parameters import robot_parameters
-from coupling.learn.learning import Learned
-from coupling.learn.parameters import PRIOR
+from coupling.identification.runs.learning import Learned
+from coupling.identification.runs.parameters import PRIOR
+from coupling.robot.parameters import robot_parameters
 from docs.scripts.learning_beyond import Beyond
 from docs.scripts.runs import CASES
 from elastic_robot.chain import build_chain

@@ -15,14 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identify.accuracy import intervals
-from coupling.identify.elastic import ElasticParameters
-from coupling.identify.fit import fitted
-from coupling.identify.found import Identification, rms
-from coupling.identify.identification import IdentifyOptions, identify
-from coupling.identify.measurements import Measurements, read_measurements
-from coupling.identify.noise import noise_of
-from coupling.identify.points import MovedPoint
+from coupling.identification.intervals import intervals
+from coupling.identification.static.elastic import ElasticParameters
+from coupling.identification.static.fit import fitted
+from coupling.identification.static.found import Identification, rms
+from coupling.identification.static.identification import IdentifyOptions, identify
+from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
+from coupling.identification.static.suspicions import MovedPoint
 from docs.scripts.identify_loops import loops
 from docs.scripts.page import finish, replace_parts, table
 from elastic_robot.description import Robot, Tilt

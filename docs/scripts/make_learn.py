@@ -19,7 +19,7 @@ import plotly.graph_objects as go
 import tomlkit
 
 from coupling.files.robot_file import find_robot
-from coupling.learn.learning import Learned
+from coupling.identification.runs.learning import Learned
 from docs.scripts.learning_coverage import beyond, coverage
 from docs.scripts.learning_motors import motors
 from docs.scripts.learning_others import others

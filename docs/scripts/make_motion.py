@@ -17,9 +17,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.motion.figures import motion_figures
-from coupling.motion.identification import identify_motion
-from coupling.motion.recording import Recording, read_recording
+from coupling.identification.motion.identification import identify_motion
+from coupling.identification.motion.recording import Recording, read_recording
+from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN
 from coupling.results.motion_result import MotionParameterResult, MotionResult
 from docs.scripts.motion_recovery import coverage
@@ -146,7 +146,7 @@ def _interval(own: MotionParameterResult | None) -> str:
     if own is None:
         return "not fitted"
     if not own.identified or own.value is None:
-        return "not told"
+        return "not identified"
     low, high = ("∞" if v is None else f"{v:.3g}" for v in (own.low, own.high))
     return f"{own.value:.3g} ({low} to {high})"
 

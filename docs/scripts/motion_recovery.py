@@ -11,14 +11,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from coupling.identification.motion.fit import fitted
+from coupling.identification.motion.moved_robot import MovedRobot
+from coupling.identification.motion.parameters import motion_parameters, with_numbers
+from coupling.identification.motion.problem import MotionProblem, MovedRecording
+from coupling.identification.motion.recording import Recording, SmoothedMotion
+from coupling.identification.motion.sensors import sensor_parameters
 from coupling.inverse.servo import presliding
-from coupling.motion.fit import fitted
-from coupling.motion.moved_robot import MovedRobot
-from coupling.motion.parameters import motion_parameters, with_numbers
-from coupling.motion.problem import MotionProblem, MovedRecording
-from coupling.motion.recording import Recording
-from coupling.motion.sensors import sensor_parameters
-from coupling.motion.smoothing import SmoothedMotion
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive
 

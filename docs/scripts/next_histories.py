@@ -20,14 +20,13 @@ from coupling.cli.next import expected
 from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.learn.device import FrameKnown
-from coupling.learn.measurement import read_seen
-from coupling.learn.next_command import plan
-from coupling.learn.next_figures import figures
-from coupling.learn.next_inputs import inputs_folder, write_inputs
-from coupling.learn.next_options import NextOptions
-from coupling.learn.selection import selected
-from coupling.learn.source import read_source
+from coupling.identification.next.command import plan
+from coupling.identification.next.figures import figures
+from coupling.identification.next.inputs import inputs_folder, write_inputs
+from coupling.identification.next.options import FrameKnown, NextOptions
+from coupling.identification.next.selection import selected
+from coupling.identification.runs.measurement import read_seen
+from coupling.identification.runs.source import read_source
 from coupling.results.forecast import PassForecast
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run

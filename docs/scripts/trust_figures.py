@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.identify.found import Identification
+from coupling.identification.static.found import Identification
 from docs.scripts.pictures import styled
 from docs.scripts.trust_comparison import GRADES, Against, Comparison
 from docs.scripts.trust_sheet import AxialForce, Plunge

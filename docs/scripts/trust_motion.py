@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from coupling.motion.recording import Recording
-from coupling.motion.sensors import delayed
+from coupling.identification.motion.recording import Recording
+from coupling.identification.motion.sensors import delayed
 from coupling.results.motion_result import RecordingResult
 from docs.scripts import trust_recordings as recordings
 from docs.scripts.make_motion import found, recording

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.identify.found import Identification, rms
+from coupling.identification.static.found import Identification, rms
 from coupling.run.deviations import Deviations
 from coupling.run.execute import Run
 from docs.scripts.make_identify import identified, measurements

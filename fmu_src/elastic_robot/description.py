@@ -189,22 +189,8 @@ class Joint:
         require_number("backlash", self.backlash, minimum=0.0, open_end=False, unit="rad")
         if self.stiffness is not None:
             require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
-        elif self.damping > 0.0 or self.backlash > 0.0:
-            key = "damping" if self.damping > 0.0 else "backlash"
-            raise ValueError(
-                f"stiffness: expected a number > 0 [N m/rad] beside {key} = {getattr(self, key)!r}, got"
-                f" none: a rigid joint has no {key}"
-            )
-        elif self.hysteresis:
-            raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside hysteresis, got none: a rigid joint"
-                " has no hysteresis"
-            )
-        elif self.balancer is not None:
-            raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside balancer, got none: one that turns a"
-                " rigid joint moves nothing"
-            )
+        else:
+            self._require_rigid()
         largest = sum(error.amplitude for error in self.kinematic_error)
         if largest > _LARGEST_ERROR:
             raise ValueError(
@@ -216,11 +202,6 @@ class Joint:
             raise ValueError(
                 "kinematic_error: expected a sum of amplitude times order of at most"
                 f" {_STEEPEST_ERROR:g}, as no gear stops or turns back, got {steepest:.4g}"
-            )
-        if self.drive is not None and self.stiffness is None:
-            raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside drive, as a motor turns a gear that"
-                " gives way, got none"
             )
         if len(self.tilt) > 2:
             raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
@@ -237,6 +218,23 @@ class Joint:
         for key, unit in (("max_rate", "rad/s"), ("max_acceleration", "rad/s^2")):
             if getattr(self, key) is not None:
                 require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
+
+    def _require_rigid(self) -> None:
+        """Refuse what a joint without stiffness cannot have."""
+        damps = f"damping = {self.damping!r}", "a rigid joint has no damping"
+        plays = f"backlash = {self.backlash!r}", "a rigid joint has no backlash"
+        for has, (beside, reason) in (
+            (self.damping > 0.0, damps),
+            (self.backlash > 0.0, plays),
+            (self.hysteresis, ("hysteresis", "a rigid joint has no hysteresis")),
+            (self.balancer, ("balancer", "one that turns a rigid joint moves nothing")),
+            (self.drive, ("drive", "a motor turns a gear that gives way")),
+            (self.torque_table, ("torque_table", "a rigid joint has no torque")),
+        ):
+            if has:
+                raise ValueError(
+                    f"stiffness: expected a number > 0 [N m/rad] beside {beside}, got none: {reason}"
+                )
 
     def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
         if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():
@@ -259,10 +257,6 @@ class Joint:
             )
 
     def _require_table(self, table: np.ndarray) -> None:
-        if self.stiffness is None:
-            raise ValueError(
-                "stiffness: expected a number > 0 [N m/rad] beside torque_table, got none"
-            )
         if table.ndim != 2 or table.shape[1] != 2 or len(table) < 5 or not np.isfinite(table).all():
             raise ValueError(
                 "torque_table: expected at least 5 pairs of finite numbers [rad, N m], got"
@@ -327,40 +321,20 @@ class Robot:
     @classmethod
     def from_json(cls, text: str) -> Robot:
         """Build the robot from `to_json`'s text."""
-        data = json.loads(text)
-        joints = tuple(
-            Joint(
-                **{
-                    **joint,
-                    "origin": tuple(joint["origin"]),
-                    "axis": tuple(joint["axis"]),
-                    "body": _body(joint["body"]),
-                    "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
-                    "limits": tuple(joint["limits"]) if joint["limits"] else None,
-                    "torque_table": _table(joint["torque_table"]),
-                    "drive": Drive(**joint["drive"]) if joint["drive"] else None,
-                    "hysteresis": tuple(StopElement(**element) for element in joint["hysteresis"]),
-                    "kinematic_error": tuple(
-                        KinematicError(**error) for error in joint["kinematic_error"]
-                    ),
-                    "balancer": _table(joint["balancer"]),
-                }
-            )
-            for joint in data["joints"]
-        )
-        return cls(
-            name=data["name"],
-            joints=joints,
-            gravity=tuple(data["gravity"]),
-            tcp_position=tuple(data["tcp_position"]),
-            tcp_rpy=tuple(data["tcp_rpy"]),
-            payload=_body(data["payload"]) if data["payload"] else None,
-        )
+        data = _tuples(json.loads(text))
+        parts = {"tilt": Tilt, "hysteresis": StopElement, "kinematic_error": KinematicError}
+
+        def joint(own: dict[str, Any]) -> Joint:
+            lists = {key: tuple(kind(**part) for part in own[key]) for key, kind in parts.items()}
+            drive = own["drive"] and Drive(**own["drive"])
+            return Joint(**{**own, **lists, "body": Body(**own["body"]), "drive": drive})
+
+        payload = data["payload"] and Body(**data["payload"])
+        return cls(**{**data, "joints": tuple(map(joint, data["joints"])), "payload": payload})
 
 
-def _table(rows: list[list[float]] | None) -> Table | None:
-    return None if rows is None else tuple((row[0], row[1]) for row in rows)
-
-
-def _body(data: dict[str, Any]) -> Body:
-    return Body(mass=data["mass"], com=tuple(data["com"]), inertia=tuple(data["inertia"]))
+def _tuples(value: Any) -> Any:
+    """Return what JSON tells, with tuples in place of lists."""
+    if isinstance(value, dict):
+        return {key: _tuples(entry) for key, entry in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -79,16 +79,10 @@ class Dynamics:
             theta, rate, acceleration: Motion of the chain [rad, rad/s, rad/s^2], (k, angles).
             acting: Loads on the tool in all states, or in each of them; None for nothing.
         """
-        model, data, rnea = self.chain.model, self.data, pin.rnea
-        torque = np.empty_like(theta)
-        sprung = acting is not None and acting.is_sprung
-        each = acting is not None and acting.wrench.ndim > 1
+        model, data, torque = self.chain.model, self.data, np.empty_like(theta)
         for k in range(len(theta)):
-            torque[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
-            if acting is not None and not sprung:
-                wrench = acting.wrench[k] if each else acting.wrench
-                torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
-        if acting is not None and sprung:
+            torque[k] = pin.rnea(model, data, theta[k], rate[k], acceleration[k])
+        if acting is not None:
             jacobian, position = self._tool(theta)
             total = acting.total(position)
             if acting.contact.holds:

@@ -1,18 +1,19 @@
-"""The robot in motion under prescribed drives and a load: its equation, integrated by SciPy.
+"""The robot in motion under its drives and a load: its equations, integrated by SciPy.
 
     M theta'' + h - J^T w + S(x) + H(s) + d x' = 0        rows of x
 
-is solved for x'' at every instant and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the
-drives' third derivative jumps, where a gear reaches an edge of its backlash, where a contact is
-touched or left, and where an element of hysteresis begins or ends to slip, so that what is integrated is
-smooth.  The native core has an integrator of its own
-(docs/model.md): the two share the equation, not its solution.
+is solved for x'' at every instant, beside the equations of motors that move by themselves
+(`motors.py`), and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the drives' third
+derivative jumps, where a gear reaches an edge of its backlash, where a contact is touched or left, where
+an element of hysteresis or a motor's friction begins or ends to slip, and where a servo reaches or
+leaves its torque limit, so that what is integrated is smooth.  The native core has an integrator of its
+own (docs/model.md): the two share the equations, not their solution.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,12 +22,12 @@ from scipy.optimize import OptimizeResult
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
-from elastic_robot.hysteresis import NO_HYSTERESIS, Hysteresis
-from elastic_robot.kinematic_errors import KinematicErrors
-from elastic_robot.residual import OperatingPoint, free_acceleration
+from elastic_robot.hysteresis import HeldHysteresis, Hysteresis
+from elastic_robot.motors import NO_MOTORS, MotorInstant, Motors, MotorState
+from elastic_robot.residual import OperatingPoint, elastic_torque, free_acceleration
 from elastic_robot.settings import SETTINGS
 from elastic_robot.slipping import SlipPiece
-from elastic_robot.tool_load import Load
+from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
 
 # Part of the local error allowed that DOP853 has to keep, for it is to judge other integrators; the
@@ -57,74 +58,66 @@ class Drives(Protocol):
 
 
 @dataclass(frozen=True)
-class DrivesAtOutput:
-    """Motion of drives at the outputs of gears with kinematic errors, as `Drives`.
-
-    Attributes:
-        drives: Motion of the motors.
-        errors: The kinematic errors, which bend it without a kink of their own.
-    """
-
-    drives: Drives
-    errors: KinematicErrors
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Return u, u', u'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
-        return self.errors.at_output(self.drives.at(times))
-
-    def next_kink(self, time: float, jump: float) -> float:
-        """Return the motors' next kink."""
-        return self.drives.next_kink(time, jump)
-
-
-@dataclass(frozen=True)
 class State:
-    """Elastic coordinates at a time.
+    """Elastic coordinates and motors at a time.
 
     Attributes:
         time: Time [s].
         x, v: Elastic coordinates and their rates [rad, rad/s], (m,).
         elongation: Elongations s of the elements of hysteresis [rad], (e,).
+        motors: The motors that move by themselves.
     """
 
     time: float
     x: np.ndarray
     v: np.ndarray
     elongation: np.ndarray
+    motors: MotorState = NO_MOTORS
+
+
+@dataclass(frozen=True)
+class _Instant:
+    """Point of the equation of motion, and what the motors do there."""
+
+    point: OperatingPoint
+    motors: MotorInstant
 
 
 def _turn(place: int) -> _Event:
-    """Return the event function of the zeros of one rate, at a place of (x, v)."""
+    """Return the event function of the zeros of one rate, at a place of what is integrated."""
     return lambda _, y: float(y[place])
 
 
-def _overshot(solved: OptimizeResult, turns: range, slipping: SlipPiece) -> float | None:
-    """Return when a gear first turns with an element beyond its slip angle; None if none does.
+def _overshot(
+    solved: OptimizeResult, turns: range, ways: Callable[[np.ndarray], np.ndarray]
+) -> float | None:
+    """Return when a gear or motor first turns with an element beyond its slip angle; None if none does.
 
     `solve_ivp` sees only what lasts to a step's end.
 
     Args:
         solved: Its result.
         turns: Places of the zeros of rates among its events.
-        slipping: The elements.
+        ways: How far the elements are from the end of their piece [rad], (e,).
     """
     times = [
         float(time)
         for k in turns
         for time, y in zip(solved.t_events[k], solved.y_events[k], strict=True)
-        if slipping.ways(*y.reshape(2, -1)).min() < 0.0
+        if ways(y).min() < 0.0
     ]
     return min(times, default=None)
 
 
 class DrivenMotion:
-    """The equation of motion along given drives.
+    """The equations of motion along given commands.
 
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
         hysteresis: Law of the elements of the gears.
+        motors: The motors that move by themselves.
         local_error: Error of x allowed in a step [rad].
     """
 
@@ -134,19 +127,28 @@ class DrivenMotion:
         curve: TorqueCurve,
         damping: np.ndarray,
         hysteresis: Hysteresis,
+        motors: Motors,
         local_error: float,
     ) -> None:
         self._dynamics, self._curve, self._damping = dynamics, curve, damping
-        self._hysteresis, self._local_error = hysteresis, local_error
+        self._law, self._motors, self._local_error = (
+            motors.with_friction(hysteresis),
+            motors,
+            local_error,
+        )
+        self._m, self._e = len(damping), hysteresis.elements.count
 
-    def advance(self, state: State, end: float, drives: Drives, load: Load) -> State:
+    def advance(
+        self, state: State, end: float, drives: Drives, load: Load, torque: np.ndarray
+    ) -> State:
         """Integrate to a time.
 
         Args:
             state: State at the start.
             end: Time to end at [s].
-            drives: Motion of the drives at their gears' outputs.
+            drives: Commanded motion of the drives.
             load: Loads on the tool from the start on.
+            torque: Torques of motors without servo [N m], (d,).
 
         Raises:
             ParameterError: If the time is too far away.
@@ -158,36 +160,38 @@ class DrivenMotion:
             raise ParameterError(
                 f"step size: expected at most {SETTINGS.most_step:g} s at a time, got {length:.9g} s"
             )
-        elements = self._hysteresis.elements.count if self._hysteresis.acts else 0
+        elements = self._law.elements.count if self._law.acts else 0
         steps = (1 + elements) * (_MOST_STEPS + _STEPS_PER_SECOND * length)
         left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
-        forces = self._dynamics, self._curve, self._damping
 
         def given_up(time: float, what: str) -> IntegrationError:
             return IntegrationError(
                 f"the motion, {time - start:.3g} s into a step of {length:.6g} s, {what}"
             )
 
+        def instant(time: float, y: np.ndarray) -> _Instant:
+            commands = drives.at(np.array([time]))[:, 0]
+            return self._instant(y, state, slipping, commands, load.at(time - start), torque)
+
         def rate(time: float, y: np.ndarray) -> np.ndarray:
             nonlocal left
             left -= 1
             if left < 0:
                 raise given_up(time, f"needs more than {steps:.0f} steps")
-            x, v = y.reshape(2, -1)
-            point = OperatingPoint(
-                drives.at(np.array([time]))[:, 0],
-                np.stack([x, v, np.zeros_like(x)]),
-                load.at(time - start),
-                self._curve.region(x),
-                slipping.held(x) if elements else NO_HYSTERESIS,
-            )
-            return np.append(v, free_acceleration(*forces, point))
+            now = instant(time, y)
+            x_rate = free_acceleration(self._dynamics, self._curve, self._damping, now.point)
+            growth = self._motors.growth(now.motors, modes)
+            rates = self._split(y)[1]
+            return np.concatenate([rates, x_rate, now.motors.acceleration, growth])
 
         def bends(_: float, y: np.ndarray) -> float:
-            return most - float(np.abs(y[: len(state.x)]).max())
+            return most - float(np.abs(y[: self._m]).max())
+
+        def ways(y: np.ndarray) -> np.ndarray:
+            return slipping.ways(*self._split(y)[:2])
 
         def slips(_: float, y: np.ndarray) -> float:
-            return float(slipping.ways(*y.reshape(2, -1)).min())
+            return float(ways(y).min())
 
         def solve(
             piece: tuple[float, float], y: np.ndarray, events: list[_Event]
@@ -198,68 +202,124 @@ class DrivenMotion:
                 y,
                 "DOP853",
                 rtol=accuracy / _USUAL_DEFLECTION,
-                atol=accuracy,
+                atol=accuracy * self._sizes(),
                 first_step=min(piece[1] - piece[0], _FIRST_STEP),
                 events=events,
             )
 
         bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
         slips.direction = -1.0  # type: ignore[attr-defined]
-        turns = [_turn(len(state.x) + k) for k in self._hysteresis.elements.gears]
-        of_elements: list[_Event] = [slips, *turns] if elements else []
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
         jump, time, watched = SETTINGS.jump(self._local_error), start, True
-        y = np.concatenate([state.x, state.v])
-        slipping = SlipPiece.starting(self._hysteresis, state.x, state.v, state.elongation)
+        y = self._joined(state)
+        coordinates, rates, _ = self._split(y)
+        turns = [_turn(len(coordinates) + k) for k in self._law.elements.gears]
+        of_elements: list[_Event] = [slips, *turns] if elements else []
+        elongation = np.append(state.elongation, state.motors.presliding)
+        slipping = SlipPiece.starting(self._law, coordinates, rates, elongation)
         while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
             piece = (time, min(end, drives.next_kink(time, jump)))
-            edge = self._edge(time, y, drives, load, start) if watched else None
+            modes = self._motors.modes(instant(time, y).motors)
+            edge = self._edge(time, y, instant, modes) if watched else None
             events = [bends, *of_elements, *([] if edge is None else [edge])]
             solved = solve(piece, y, events)
-            overshot = _overshot(solved, range(2, 1 + len(of_elements)), slipping)
+            overshot = _overshot(solved, range(2, 1 + len(of_elements)), ways)
             if overshot is not None:
                 solved = solve((time, overshot), y, events)
             time, y = float(solved.t[-1]), solved.y[:, -1]
             if solved.status < 0:
                 raise given_up(time, f"needs steps below {10.0 * np.spacing(time):.1g} s")
             if not bends(time, y) > 1e-9:
-                most_bent = np.abs(y[: len(state.x)]).argmax()
+                most_bent = np.abs(y[: self._m]).argmax()
                 raise given_up(time, f"bends deflection[{most_bent + 1}] beyond {most:.3g} rad")
             changes = elements > 0 and len(solved.t_events[1]) > 0
             if changes:
-                slipping = slipping.after(*y.reshape(2, -1))
+                slipping = slipping.after(*self._split(y)[:2])
             # Who grazes an edge, or rests on it, is not asked again where it stands.
             watched = changes or time - piece[0] > _LATER
-        x, v = y.reshape(2, -1)
-        return State(end, x, v, slipping.end(x))
+        return self._state(end, y, state, slipping)
+
+    def _split(self, y: np.ndarray) -> list[np.ndarray]:
+        """Return x with the ways of the motors, their rates, and z, of what is integrated."""
+        d = len(self._motors.drives)
+        return np.split(y, [self._m + d, 2 * (self._m + d)])
+
+    def _joined(self, state: State) -> np.ndarray:
+        """Return what is integrated; motors' angles count from the start, as doubles have digits."""
+        motors = state.motors
+        parts = state.x, 0.0 * motors.angle, state.v, motors.rate, motors.integral
+        return np.concatenate(parts)
+
+    def _sizes(self) -> np.ndarray:
+        """Return what of each part of it is as much as 1 rad of x."""
+        count = 2 * (self._m + len(self._motors.drives))
+        of_servos = [drive.rate_gain * drive.position_gain for drive in self._motors.drives]
+        return np.append(np.ones(count), of_servos)
+
+    def _state(self, time: float, y: np.ndarray, start: State, slipping: SlipPiece) -> State:
+        (x, way), (v, rate) = (np.split(part, [self._m]) for part in self._split(y)[:2])
+        elongation, presliding = np.split(slipping.end(self._split(y)[0]), [self._e])
+        motors = MotorState(start.motors.angle + way, rate, self._split(y)[2], presliding)
+        return State(time, x, v, elongation, motors)
+
+    def _instant(
+        self,
+        y: np.ndarray,
+        start: State,
+        slipping: SlipPiece,
+        commands: np.ndarray,
+        acting: ToolLoad,
+        torque: np.ndarray,
+    ) -> _Instant:
+        """Return the equation's point and what the motors do."""
+        coordinates, rates, integral = self._split(y)
+        (x, way), (v, rate) = (np.split(part, [self._m]) for part in (coordinates, rates))
+        elongation = slipping.elongation_at(coordinates)
+        held = HeldHysteresis(self._law.torque(elongation)[: self._m], np.zeros(1), np.zeros(1))
+        motion = np.stack([x, v, np.zeros_like(x)])
+        point = OperatingPoint(commands, motion, acting, self._curve.region(x), held)
+        motors = MotorState(start.motors.angle + way, rate, integral, elongation[self._e :])
+        carried = elastic_torque(self._curve, self._damping, point)
+        now = self._motors.at(commands, motors, carried, torque)
+        moved = self._motors.joined(commands, np.stack([motors.angle, rate, now.acceleration]))
+        at_output = self._dynamics.chain.kinematic_errors.at_output(moved)
+        return _Instant(replace(point, drives=at_output), now)
 
     def _edge(
-        self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
+        self,
+        now: float,
+        y: np.ndarray,
+        instant: Callable[[float, np.ndarray], _Instant],
+        modes: np.ndarray,
     ) -> _Event | None:
-        """Return the event function of edges of backlash and of a contact's plane; None without."""
-        width = self._curve.half_width
+        """Return the event function of edges of backlash, a contact's plane and torque limits."""
+        width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
-        if not (len(gears) or load.contact.holds):
+        holds = begin.point.acting.contact.holds
+        limits = len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
+        if not (len(gears) or holds or limits):
             return None
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
             """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
-            x, v = y.reshape(2, -1)
-            ways = np.abs(x[gears]) - width[gears]
-            if load.contact.holds:
-                q, qd, _ = drives.at(np.array([time]))[:, 0]
-                theta, rate = self._dynamics.chain.theta(np.stack([q, qd]), np.stack([x, v]))
-                acting = load.at(time - start)
-                depth, _, _ = self._dynamics.contact_state(theta[None], rate[None], acting)
+            ways = np.abs(y[gears]) - width[gears]
+            if holds:
+                point = instant(time, y).point
+                theta, rate, _ = self._dynamics.chain.theta(point.drives, point.motion)
+                depth, *_ = self._dynamics.contact_state(theta[None], rate[None], point.acting)
                 ways = np.append(ways, depth)
             return ways
 
         later = y.copy()
-        later[: len(y) // 2] += _LATER * y[len(y) // 2 :]
+        later[: self._m] += _LATER * self._split(y)[1][: self._m]
         side = np.sign(beyond(now + _LATER, later))
 
         def edge(time: float, y: np.ndarray) -> float:
-            return float(np.min(side * beyond(time, y)))
+            ways = side * beyond(time, y)
+            if limits:
+                at = self._motors.ways(instant(time, y).motors, modes, begin.motors)
+                ways = np.append(ways, at)
+            return float(np.min(ways))
 
         edge.terminal, edge.direction = True, -1.0  # type: ignore[attr-defined]
         return edge

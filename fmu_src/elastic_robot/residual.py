@@ -85,11 +85,17 @@ def residual(
         damping: d [N m s/rad], (m,).
         point: State, drives and wrench to evaluate at.
     """
-    x, rate, _ = point.motion
+    x = point.motion[0]
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
     loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.acting)
+    return elastic_torque(curve, damping, point) + loads.reshape(x.shape)
+
+
+def elastic_torque(curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint) -> np.ndarray:
+    """Return S + H + d x' [N m], (m,) or (k, m); the arguments are those of `residual`."""
+    x, rate, _ = point.motion
     torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
-    return torque + point.hysteresis.torque + loads.reshape(x.shape)
+    return torque + point.hysteresis.torque
 
 
 def residual_derivatives(
@@ -170,8 +176,8 @@ def free_acceleration(
     """
     chain, (x, rate, _) = dynamics.chain, point.motion
     theta, theta_rate, of_drives = chain.theta(point.drives, np.array([x, rate, 0.0 * x]))[:, None]
-    torque = curve.in_region(point.region).torque(x) + damping * rate + point.hysteresis.torque
-    torque += dynamics.loads(theta, theta_rate, of_drives, point.acting)[0]
+    loads = dynamics.loads(theta, theta_rate, of_drives, point.acting)[0]
+    torque = elastic_torque(curve, damping, point) + loads
     return np.linalg.solve(dynamics.mass_matrix(theta[0]), -torque)
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from elastic_robot.motion import Drives, State
+from elastic_robot.motors import MotorState
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.tool_load import ToolLoad
@@ -18,20 +20,29 @@ class HeldInputs:
     """Drives and loads of the robot at the present time.
 
     Attributes:
-        q, qd, qdd: Motion of the drives, before their gears [rad, rad/s, rad/s^2], (n,).
+        q, qd, qdd: Commanded motion of the drives, before their gears [rad, rad/s, rad/s^2], (n,).
         acting: Loads on the tool.
+        torque: Torques of motors without servo [N m], (d,) or of all (1,).
     """
 
     q: np.ndarray
     qd: np.ndarray
     qdd: np.ndarray
     acting: ToolLoad
+    torque: np.ndarray
 
     @classmethod
-    def at(cls, time: float, drives: Drives, acting: ToolLoad) -> HeldInputs:
-        """Return the drives' motion at a time, with what acts on the tool then."""
+    def at(
+        cls, time: float, drives: Drives, acting: ToolLoad, torque: np.ndarray | None = None
+    ) -> HeldInputs:
+        """Return the drives' motion at a time, with what acts on tool and motors then."""
         q, qd, qdd = drives.at(np.array([time]))[:, 0]
-        return cls(q, qd, qdd, acting)
+        return cls(q, qd, qdd, acting, np.zeros(1) if torque is None else torque)
+
+    @property
+    def commands(self) -> np.ndarray:
+        """q, q', q'', (3, n)."""
+        return np.stack([self.q, self.qd, self.qdd])
 
 
 @dataclass(frozen=True)
@@ -55,17 +66,15 @@ class Snapshot:
 
         The tables of the torque curve belong to the robot.
         """
-        state, contact = self.state, self.held.acting.contact
+        acting = self.held.acting
         return {
-            "clock": np.array(state.time),
-            "x": state.x,
-            "v": state.v,
-            "elongation": state.elongation,
             "opposite": np.array(self.opposite),
-            **{f"held_{key}": getattr(self.held, key) for key in _HELD},
-            **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
-            **{f"contact_{key}": np.array(getattr(contact, key)) for key in _CONTACT},
-            **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
+            **_arrays("state", self.state, "motors"),
+            **_arrays("motors", self.state.motors),
+            **_arrays("held", self.held, "acting"),
+            **_arrays("acting", acting, "contact"),
+            **_arrays("contact", acting.contact),
+            **_arrays("parameters", self.parameters, "tables"),
         }
 
     @classmethod
@@ -76,19 +85,23 @@ class Snapshot:
             arrays: The arrays of `to_arrays`, of any unit and shape.
             parameters: Parameters of the same robot; their tables are used.
         """
-        state = State(float(arrays["clock"]), *(arrays[key] for key in ("x", "v", "elongation")))
-        numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
-        contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
-        wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
-        acting = ToolLoad(wrench, anchor, stiffness, contact, velocity)
-        held = HeldInputs(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
-        numbers_of = {key: arrays[f"parameters_{key}"] for key in _PARAMETERS}
-        computed = Parameters(**numbers_of, tables=parameters.tables)
+
+        def part(kind: type[Any], prefix: str, **known: Any) -> Any:
+            keys = [field.name for field in fields(kind) if field.name not in known]
+            values = {key: arrays[f"{prefix}_{key}"] for key in keys}
+            return kind(**known, **{k: v if v.ndim else v.item() for k, v in values.items()})
+
+        acting = part(ToolLoad, "acting", contact=part(PlaneContact, "contact"))
         elastic, rigid = arrays["opposite"].tolist()
-        return cls(state, held, computed, (elastic, rigid))
+        return cls(
+            part(State, "state", motors=part(MotorState, "motors")),
+            part(HeldInputs, "held", acting=acting),
+            part(Parameters, "parameters", tables=parameters.tables),
+            (elastic, rigid),
+        )
 
 
-_HELD = ("q", "qd", "qdd")
-_ACTING = ("wrench", "anchor", "stiffness", "velocity")
-_CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
-_PARAMETERS = ("gravity", "stiffness", "damping", "backlash", "hysteresis", "friction")
+def _arrays(prefix: str, part: Any, *without: str) -> dict[str, np.ndarray]:
+    """Return the fields of a dataclass as arrays by their names, but for some."""
+    keys = [field.name for field in fields(part) if field.name not in without]
+    return {f"{prefix}_{key}": np.array(getattr(part, key)) for key in keys}

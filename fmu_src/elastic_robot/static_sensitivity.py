@@ -15,7 +15,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.hysteresis import NO_HYSTERESIS, HeldHysteresis
 from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameter_names import ByParameter
-from elastic_robot.residual import by_parameter
+from elastic_robot.residual import OperatingPoint, residual_derivatives
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
 
@@ -84,56 +84,24 @@ def static_sensitivities(
         acting: Loads on the tool.
         hysteresis: What the elements of the gears add.
     """
-    chain = dynamics.chain
-    theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
-    loads = dynamics.load_derivatives(theta, rest, rest, acting.resting)
-    parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0], hysteresis)
-    forces = [loads.wrench[0], loads.anchor[0], loads.spring[0]]
-    forces += [loads.angle[0][:, chain.drive], parameters.values]
-    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
-    moved = -np.linalg.solve(stiffness, np.hstack(forces))
-    ends = np.cumsum([matrix.shape[1] for matrix in forces[:-1]])
-    by_wrench, by_anchor, by_spring, by_drives, by_parameters = np.split(moved, ends, axis=1)
-    jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
-    elastic = jacobian[:, chain.elastic]
-    return StaticSensitivities(
-        x=Sensitivity(
-            by_wrench, by_anchor, by_spring, by_drives, ByParameter(parameters.names, by_parameters)
-        ),
-        tcp=Sensitivity(
-            elastic @ by_wrench,
-            elastic @ by_anchor,
-            elastic @ by_spring,
-            elastic @ by_drives + jacobian[:, chain.drive],
-            ByParameter(parameters.names, elastic @ by_parameters),
-        ),
+    chain, none = dynamics.chain, np.zeros((2, len(x)))
+    drives = np.stack([q, 0.0 * q, 0.0 * q])
+    point = OperatingPoint(
+        drives, np.stack([x, *none]), acting.resting, curve.region(x), hysteresis
     )
-
-
-def tcp_compliance(
-    dynamics: Dynamics,
-    curve: TorqueCurve,
-    q: np.ndarray,
-    x: np.ndarray,
-    acting: ToolLoad,
-    hysteresis: HeldHysteresis = NO_HYSTERESIS,
-) -> np.ndarray:
-    """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone [m/N, ..], (6, 6)."""
-    chain = dynamics.chain
-    jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
-    stiffness = _stiffness(dynamics, curve, q, x, acting, hysteresis)
-    return jacobian @ np.linalg.solve(stiffness, jacobian.T)
-
-
-def _stiffness(
-    dynamics: Dynamics,
-    curve: TorqueCurve,
-    q: np.ndarray,
-    x: np.ndarray,
-    acting: ToolLoad,
-    hysteresis: HeldHysteresis,
-) -> np.ndarray:
-    """Return K = dF/dx [N m/rad], (m, m)."""
-    stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), acting)
+    by = residual_derivatives(dynamics, curve, none[0], point)
+    forces = [by.wrench, by.anchor, by.spring, by.drive, by.parameters.values]
+    stiffness = -dynamics.static_torque_gradient(chain.theta(q, x), acting)
     stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x) + hysteresis.slope
-    return stiffness
+    moved = -np.linalg.solve(stiffness, np.hstack(forces))
+    parts = np.split(moved, np.cumsum([matrix.shape[1] for matrix in forces[:-1]]), axis=1)
+    jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))
+    of_tcp = [jacobian[:, chain.elastic] @ part for part in parts]
+    of_tcp[3] += jacobian[:, chain.drive]
+
+    def sensitivity(wrench: np.ndarray, *others: np.ndarray) -> Sensitivity:
+        anchor, spring, drives, values = others
+        by_parameters = ByParameter(by.parameters.names, values)
+        return Sensitivity(wrench, anchor, spring, drives, by_parameters)
+
+    return StaticSensitivities(sensitivity(*parts), sensitivity(*of_tcp))

@@ -41,7 +41,6 @@ def cone(robot: str, home: list[float], place: list[float]) -> Case:
 CASES = {
     "a wall along a line": lambda folder: line_case(folder, "native"),
     "cone": lambda _: example("cone", tool_path=CONTOUR),
-    "pyramid": lambda _: example("cone", tool_path=CONTOUR | {"kind": "pyramid"}),
     "ISO 9283 at 1 m/s": lambda _: example("iso9283", tool_path={"feed_m_s": 1.0}),
     "slot, milled": lambda _: example("milling_20000"),
     "FANUC": lambda _: cone(

@@ -15,7 +15,7 @@ from coupling.cli import app
 from coupling.cli.console import console
 from coupling.export.exported import TOLERANCE
 from coupling.fmu_export.build import DEFAULT_KIND
-from coupling.learn.next_options import KINDS
+from coupling.identification.next.options import KINDS
 from coupling.programs.languages import LANGUAGES
 from elastic_robot.fmi.interface import MODEL_NAME
 

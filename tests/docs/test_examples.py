@@ -13,11 +13,6 @@ from coupling.case.file import load_case
 from coupling.path.histories import ToolPath
 
 
-@pytest.mark.parametrize("case", sorted(file.name for file in (EXAMPLES / "cases").glob("*.toml")))
-def test_every_case_is_read_and_has_a_path(case):
-    assert len(load_case(EXAMPLES / "cases" / case).desired.time) > 10
-
-
 def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     """depth = commanded / (1 + k C), C from the FMU-free model at the loaded posture, to 0.1 %."""
     from coupling.files.robot_file import load_robot, shipped_robots

@@ -13,10 +13,11 @@ from places import EXAMPLES, ROOT
 from wall_case import WALL_CASE
 
 from coupling.cli import main
+from coupling.fmu_export.compiler import host_platform
 
 LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
 # Run in tests of their own, on longer passes and more robots than would be quick here: test_study.py,
-# test_learning.py and test_next.py in tests/learn, and tests/place/test_command.py.
+# test_learning.py and test_next.py in tests/identification, and tests/place/test_command.py.
 ELSEWHERE = {"study", "learn", "mirror", "place"}
 # Slow enough for a pass that a mirror can tell slow from fast in.
 CASE = WALL_CASE.format(
@@ -39,6 +40,9 @@ def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
             shutil.copytree("results/corrected", "results/other")
         if words[0] == "next":
             shutil.copy("results/corrected/uncompensated.csv", "measured.csv")
+        if words[0] == "build":
+            # Libraries for others: tests/native/test_emulators.py and tests/fmu/test_wheel.py.
+            words += ["--platforms", host_platform().name]
         with pytest.raises(SystemExit) as done:
             main(words)
         assert done.value.code in (0, None), f"{line}\n{capsys.readouterr().err}"

@@ -8,7 +8,7 @@ from line_case import line_case
 from places import DOCS
 from scipy.linalg import eigh
 
-from coupling.motion.recording import Recording
+from coupling.identification.motion.recording import Recording
 from docs.scripts import trust_breakthrough as breakthrough
 from docs.scripts import trust_drives as drives
 from docs.scripts import trust_motion as motion

@@ -46,7 +46,7 @@ def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu,
 
 def test_memory_stays_flat(build, run_host, tmp_path):
     """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
-    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 40_000)
+    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 20_000)
 
 
 def rigid_robot() -> Robot:

@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.events import unwatched
+from coupling.identification.runs.effect import ParameterEffect
+from coupling.identification.runs.fit import Fitter
+from coupling.identification.runs.measurement import MeasuredPath, Measurement
+from coupling.identification.runs.parameters import changed, learnable, prior_of, robot_with
+from coupling.identification.runs.problem import FitProblem
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.learn.effect import ParameterEffect
-from coupling.learn.fit import Fitter
-from coupling.learn.measurement import MeasuredPath, Measurement
-from coupling.learn.parameters import changed, learnable, prior_of, robot_with
-from coupling.learn.problem import FitProblem
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath

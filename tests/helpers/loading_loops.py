@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.identify.measurements import Measurements
+from coupling.identification.static.measurements import Measurements
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load

@@ -102,6 +102,14 @@ def build_master(name: str, file: Path, *flags: str) -> Path:
     return file
 
 
+def build_linked(name: str, file: Path, library: Path, *flags: str) -> Path:
+    """Compile a program of tests/native that is linked with a library of the FMU."""
+    command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra", *flags, f"-I{SOURCES / 'fmi'}"]
+    command += ["-o", str(file), str(_MASTERS / f"{name}.c"), str(library)]
+    subprocess.run([*command, f"-Wl,-rpath,{library.parent}", "-ldl", "-lm"], check=True)
+    return file
+
+
 def run_master(fmu: NativeFmu, command: list[str], script: str, timeout: float = 120.0) -> str:
     """Run in an empty environment: no PATH, no locale, no library paths."""
     done = subprocess.run(

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.identify.elastic import ElasticParameters
-from coupling.identify.measurements import Measurements
-from coupling.identify.prediction import StaticModel
+from coupling.identification.static.elastic import ElasticParameters
+from coupling.identification.static.measurements import Measurements
+from coupling.identification.static.prediction import StaticModel
 from elastic_robot.description import Body, Joint, Robot, Tilt
 
 _LINK = Body(mass=40.0, com=(0.0, 0.0, 0.3), inertia=(2.0, 2.0, 0.5))

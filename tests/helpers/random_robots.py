@@ -132,6 +132,13 @@ def driven(robot: Robot, rng: np.random.Generator) -> Robot:
     return replace(robot, joints=tuple(map(joint, robot.joints)))
 
 
+def limited(robot: Robot, most: float) -> Robot:
+    """The robot whose motors have at most so much torque [N m]."""
+    drives = [j.drive and replace(j.drive, torque_limit=most) for j in robot.joints]
+    joints = (replace(j, drive=d) for j, d in zip(robot.joints, drives, strict=True))
+    return replace(robot, joints=tuple(joints))
+
+
 def robots(backlash: float = 1e-4) -> st.SearchStrategy[Robot]:
     return st.builds(
         make_robot, st.integers(0, 10**6), st.integers(1, 8), backlash=st.just(backlash)

@@ -19,9 +19,9 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
+from coupling.inverse.rows_fit import RowsFit, dense_times
 from coupling.inverse.servo import MotorMotion, motor_torque, servo_motion
 from coupling.inverse.servo_command import RobotServos
-from coupling.inverse.servo_rows import ServoRows, dense_times
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, WrenchHistory
@@ -149,7 +149,7 @@ def test_rows_are_fitted_to_all_of_the_command(degree):
     rates = 0.5e-3 * w * np.sin(w * time), 0.5e-3 * w**2 * np.cos(w * time)
     motion = MotorMotion(time, swing, *rates, np.zeros(len(time)), 0.0)
     told = servo_motion(drive, motion)
-    fit = ServoRows(drive, rows, told.angle, (0.0, 0.0, float(rates[1][0])))
+    fit = RowsFit(drive, rows, told.angle, (0.0, 0.0, float(rates[1][0])))
     torque = motor_torque(drive, motion)
     start = 0.0, 0.0, torque[0]
     late = time > 0.2

@@ -13,7 +13,7 @@ from slipping_robot import replayed, with_hysteresis
 from coupling.check.backlash import right_command
 from coupling.errors import HysteresisError
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.identify.elastic import ElasticParameters
+from coupling.identification.static.elastic import ElasticParameters
 from coupling.inverse.diagnosis import GearLoads, diagnosed
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits

@@ -20,7 +20,7 @@ from elastic_robot.errors import ElasticRobotError, EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_force_gradient, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.static_sensitivity import tcp_compliance
+from elastic_robot.static_sensitivity import static_sensitivities
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
@@ -173,7 +173,8 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
     curve = LinearCurve(parameters.stiffness)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), 300.0 * rng.normal(size=6)
     x = equilibrium(dynamics, curve, q, ToolLoad(wrench))
-    compliance = tcp_compliance(dynamics, curve, q, x, ToolLoad(wrench))[:3]
+    at_rest = static_sensitivities(dynamics, curve, q, x, ToolLoad(wrench))
+    compliance = at_rest.tcp.wrench[:3]
     for k in range(3):
         ends = []
         for sign in (1.0, -1.0):

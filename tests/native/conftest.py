@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from native_fmu import NativeFmu, build_master
+from native_fmu import SANITIZERS, NativeFmu, build_master
 from native_pair import Pair, make_pair
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.compiler import compile_library, host_platform
+from coupling.fmu_export.native_standards import STANDARDS
 
 
 @pytest.fixture(scope="session")
@@ -29,3 +31,14 @@ def host(tmp_path_factory) -> Path:
 def pair(example, tmp_path_factory) -> Pair:
     """The example robot of both versions of FMI."""
     return make_pair(example, tmp_path_factory.mktemp("pair"))
+
+
+@pytest.fixture(scope="session")
+def sanitized() -> Path:
+    """The library of both versions of FMI, under address and undefined-behaviour sanitizers.
+
+    Programs that are linked with it find the core's own functions as well.  It is compiled once.
+    """
+    sources = dict.fromkeys(file for own in STANDARDS.values() for file in own.sources())
+    flags = (*SANITIZERS, "-fvisibility=default")
+    return compile_library(host_platform(), list(sources), flags)

@@ -1,6 +1,6 @@
 /* Random calls of FMI 3.0 in any order: fuzz3 TOKEN RESOURCES CALLS [SEED].
  *
- * Linked with the FMU's sources, so that a sanitizer sees both.  Buffers have the size that is told
+ * Linked with the FMU's library, so that a sanitizer sees both.  Buffers have the size that is told
  * to the FMU and not a byte more.  Calls out of their time and with wrong arguments are among them: no
  * instance, no arrays, references that do not exist, states that are damaged.  A refused call leaves the
  * serialised state as it was.

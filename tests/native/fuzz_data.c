@@ -1,6 +1,6 @@
 /* Damaged robot data: fuzz_data ROBOT.TXT TIMES.
  *
- * Linked with the FMU's sources, so that a sanitizer sees both.  The text has its own size and not a
+ * Linked with the FMU's library, so that a sanitizer sees both.  The text has its own size and not a
  * byte more.
  */
 #include "draw.h"

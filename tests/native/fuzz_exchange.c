@@ -1,7 +1,7 @@
 /* Random calls of model exchange in any order: fuzz_exchange TOKEN RESOURCES CALLS [SEED], the resources as
  * the version FMI of the standard wants them named.
  *
- * Linked with the FMU's sources, so that a sanitizer sees both.  A refused call leaves the serialised state
+ * Linked with the FMU's library, so that a sanitizer sees both.  A refused call leaves the serialised state
  * as it was.
  */
 #if FMI == 2

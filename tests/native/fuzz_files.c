@@ -1,6 +1,6 @@
 /* Damaged trajectory files: fuzz_files SEED TIMES FILE...
  *
- * Linked with the FMU's sources, so that a sanitizer sees both.  The content has its own size and not a
+ * Linked with the FMU's library, so that a sanitizer sees both.  The content has its own size and not a
  * byte more than the zero behind it.
  */
 #include "draw.h"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fmpy
 import numpy as np
 import pytest
-from random_robots import driven
+from random_robots import driven, with_gear_parts
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 
@@ -31,6 +31,14 @@ def test_so_it_is_with_motors_under_their_servos(example, tmp_path, run_host, fm
     options = BuildOptions("native", fmi=fmi, dependencies="step")
     robot = driven(example, np.random.default_rng(5))
     run_host("declared", build_fmu(robot, tmp_path / "R.fmu", options), use, "servo")
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_so_it_is_with_kinematic_errors_and_balancers(example, tmp_path, run_host, fmi):
+    """In model exchange, without motors: what drives feel of a gear's torque follows where they are."""
+    robot = with_gear_parts(example, 1)
+    file = build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native", fmi=fmi))
+    run_host("declared", file, "me")
 
 
 @pytest.mark.parametrize("arrays", [False, True])

@@ -11,20 +11,17 @@ import copy
 import os
 import shutil
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
-from native_fmu import SANITIZERS, build_master, compiler, run_master
+from native_fmu import SANITIZERS, build_linked, build_master, run_master
 from native_pair import Pair
-from places import TESTS
 from random_robots import driven, make_robot
 from trajectory_files import COLUMNS, DATA, INTEGERS, READ, npz
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES, compile_library, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
 
 CALLS = os.environ.get("ELASTIC_ROBOT_FUZZ", "5000")
@@ -32,14 +29,6 @@ FILES = str(max(20000, int(CALLS) // 10))
 SEED = os.environ.get("ELASTIC_ROBOT_FUZZ_SEED", "1")
 LONGEST = 7200.0  # [s]
 VALGRIND = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all")
-
-
-def build_linked(name: str, file: Path, linked: Sequence[Path], *flags: str) -> Path:
-    """A program of tests/native with the FMU's library, or its sources."""
-    files = [TESTS / "native" / f"{name}.c", *linked, "-ldl", "-lm"]
-    command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra", *flags, f"-I{SOURCES / 'fmi'}"]
-    subprocess.run([*command, "-o", file, *files], check=True)
-    return file
 
 
 def run(*command: object) -> str:
@@ -87,13 +76,6 @@ def light(small, tmp_path_factory) -> Pair:
     return Pair(*folders)
 
 
-@pytest.fixture(scope="module")
-def sanitized() -> Path:
-    """The FMU's library of both versions of FMI, under address and undefined-behaviour sanitizers."""
-    sources = dict.fromkeys(file for own in STANDARDS.values() for file in own.sources())
-    return compile_library(host_platform(), list(sources), SANITIZERS)
-
-
 def checked(said: str, calls: str) -> None:
     """Calls were refused, and steps or exchanges of states were made, in good numbers."""
     made, refused, useful = (int(word.split()[0]) for word in said.split(", "))
@@ -115,8 +97,7 @@ def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, s
 
 def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, sanitized, tmp_path):
     """The same; buffers have exactly the size that the FMU is told."""
-    flags = (*SANITIZERS, f"-Wl,-rpath,{sanitized.parent}")
-    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", [sanitized], *flags)
+    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", sanitized, *SANITIZERS)
     checked(run(fuzz, *of3(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of3(pair), "1000", SEED), "1000")
     assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
@@ -127,14 +108,13 @@ def test_sanitizers_find_nothing_in_random_calls_of_model_exchange(
     pair, light, sanitized, tmp_path, fmi
 ):
     """The same for the calls of an integrator."""
-    flags = (*SANITIZERS, f"-DFMI={fmi}", f"-Wl,-rpath,{sanitized.parent}")
-    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", [sanitized], *flags)
+    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", sanitized, *SANITIZERS, f"-DFMI={fmi}")
     of = of2 if fmi == "2" else of3
     checked(run(fuzz, *of(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of(pair), "5000", SEED), "5000")
 
 
-def test_sanitizers_find_nothing_in_damaged_trajectory_files(tmp_path):
+def test_sanitizers_find_nothing_in_damaged_trajectory_files(sanitized, tmp_path):
     """Bytes and words changed, doubled or lost; half of the archives have fitting checksums."""
     folder = tmp_path / "files"
     folder.mkdir()
@@ -142,12 +122,7 @@ def test_sanitizers_find_nothing_in_damaged_trajectory_files(tmp_path):
     sound = {**READ, **INTEGERS, "rates.npz": npz([*COLUMNS, "qd1", "qdd1"], rates)}
     for name, content in sound.items():
         (folder / name).write_bytes(content)
-    reading = [
-        *sorted((SOURCES / "core").glob("trajectory*.c")),
-        *sorted((SOURCES / "io").glob("*.c")),
-    ]
-    flags = (*SANITIZERS, f"-I{SOURCES / 'core'}")
-    fuzz = build_linked("fuzz_files", tmp_path / "fuzz_files", reading, *flags)
+    fuzz = build_linked("fuzz_files", tmp_path / "fuzz_files", sanitized, *SANITIZERS)
     said = run(fuzz, SEED, FILES, *sorted(folder.iterdir()))
     times, refused = (int(word) for word in said.split() if word.isdigit())
     assert times == int(FILES)
@@ -162,17 +137,14 @@ def test_valgrind_finds_no_error_and_no_leak_at_the_end(native, pair, host, tmp_
         run_master(native, [*VALGRIND, str(master)], calls)
     run_master(native, [*VALGRIND, str(host)], "run")
     for name, calls in (("instances", "3"), ("fuzz3", "300")):
-        flags = ("-DFMI3", f"-Wl,-rpath,{pair.library3.parent}")
-        master = build_linked(name, tmp_path / f"{name}3", [pair.library3], *flags)
+        master = build_linked(name, tmp_path / f"{name}3", pair.library3, "-DFMI3")
         run(*VALGRIND, master, *of3(pair), calls)
     for fmi, of, library in (("2", of2, native.library), ("3", of3, pair.library3)):
-        flags = (f"-DFMI={fmi}", f"-Wl,-rpath,{library.parent}")
-        master = build_linked("fuzz_exchange", tmp_path / f"exchange{fmi}", [library], *flags)
+        master = build_linked("fuzz_exchange", tmp_path / f"exchange{fmi}", library, f"-DFMI={fmi}")
         run(*VALGRIND, master, *of(pair), "300")
 
 
 def test_instances_and_refused_calls_of_fmi_3_leave_no_memory_behind(pair, tmp_path):
     """200 instances one after another; tests/fmu/test_life_cycle.py does so with FMI 2.0."""
-    flags = ("-DFMI3", f"-Wl,-rpath,{pair.library3.parent}")
-    master = build_linked("instances", tmp_path / "instances", [pair.library3], *flags)
+    master = build_linked("instances", tmp_path / "instances", pair.library3, "-DFMI3")
     assert all(abs(float(number)) < 10 for number in run(master, *of3(pair), "200").split())

@@ -1,4 +1,4 @@
-"""Motors with rotor, friction and servo in the native FMU, against SciPy and closed forms."""
+"""Motors with rotor, friction and servo in the native FMU, against Python's and closed forms."""
 
 from __future__ import annotations
 
@@ -9,84 +9,83 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from driven_robot import DrivenRobot
 from fmpy.fmi1 import FMICallException
-from native_motors import built, one_joint, start_of
-from random_robots import driven, make_robot
+from native_motors import Both, built, one_joint
+from random_robots import driven, limited, make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.chain import build_chain
 from elastic_robot.gear_parts import Drive
-from elastic_robot.kinematics import base_from_tool
+from elastic_robot.parameters import Parameters
 
 # Stiff loops of a servo without integral, of which a motor at rest needs none.
 LOOPS = {"position_gain": 20.0, "rate_gain": 2e3}
 
 
 @pytest.mark.parametrize(("seed", "joints"), [(3, 2), (5, 3), (8, 4)])
-def test_motors_move_as_scipy_has_them(tmp_path, seed, joints):
-    """Random robots whose gears and motors slip and stick under force steps: to 1e-10 rad of 1e-4."""
+def test_motors_move_as_in_python(tmp_path, seed, joints):
+    """Random robots whose gears and motors slip and stick under force steps: to 1e-11 rad of 1e-4."""
     rng = np.random.default_rng(seed)
     robot = driven(make_robot(seed, joints), rng)
-    fmu = built(robot, tmp_path)
-    q = rng.uniform(-0.5, 0.5, joints)
-    slave = fmu.start(fmu.slave(), q, 1e-8, drive="servo", torque_curve="linear")
-    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
-    state, time, step, slipped = start_of(fmu, slave, own, q), 0.0, 4e-3, set()
-    angles = [f"motor_angle[{i + 1}]" for i in own.driven]
-    names = [f"deflection[{k + 1}]" for k in range(len(own.stiffness))]
-    elongations = [f"elongation[{k + 1}]" for k in range(len(own.stop_of))]
-    began = np.array(fmu.get(slave, *names, *angles))
+    q, slipped = rng.uniform(-0.5, 0.5, joints), set()
+    both = Both(robot, tmp_path, q, "servo", tolerance=1e-8)
+    began = both.model.deflection(), both.model.motor_angle()
+    whole = np.array([joint.drive.slip_angle for joint in robot.joints if joint.drive])
     for _ in range(12):
-        force = rng.normal(size=3) * 400.0
-        fmu.set(slave, dict(zip(("force.x", "force.y", "force.z"), force, strict=True)))
-        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
-        slave.doStep(time, step)
-        state = own.run(state, np.array([time, time + step]), 1e-4, 1e-9)[-1]
-        time += step
-        x, _, angle, _, _, stops, presliding = own.split(state)
-        np.testing.assert_allclose(fmu.get(slave, *names), x, rtol=0, atol=1e-10)
-        np.testing.assert_allclose(fmu.get(slave, *angles), angle, rtol=0, atol=1e-10)
-        np.testing.assert_allclose(fmu.get(slave, *elongations), stops, rtol=0, atol=1e-10)
-        slipped |= {("gear", k) for k in np.flatnonzero(np.abs(stops) >= own.stop_angle)}
-        slipped |= {("motor", k) for k in np.flatnonzero(np.abs(presliding) >= own.presliding)}
-    moved = np.abs(np.append(x, angle) - began).max()
-    assert moved > 1e-5
-    assert {"gear", "motor"} == {kind for kind, _ in slipped}
+        both.step(4e-3, q, 0.0 * q, [*(rng.normal(size=3) * 400.0), 0.0, 0.0, 0.0])
+        both.require_same(1e-11, "deflection", "motor_angle", "elongation", "presliding")
+        both.require_same(1e-4, "motor_torque", "servo_integral")
+        elements = both.model.chain.elements
+        if np.any(np.abs(both.model.elongation()) >= elements.slip_angle):
+            slipped.add("gear")
+        if np.any(np.abs(both.model.presliding()) >= whole):
+            slipped.add("motor")
+    ended = both.model.deflection(), both.model.motor_angle()
+    assert max(np.abs(b - a).max() for a, b in zip(began, ended, strict=True)) > 1e-5
+    assert slipped == {"gear", "motor"}
 
 
 @pytest.mark.parametrize(("seed", "joints"), [(5, 3), (8, 4)])
 def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
-    """The TCP's, against SciPy, within a hundredth of it; ten times less for a hundredth of it."""
+    """The TCP's, against Python, within a hundredth of it; ten times less for a hundredth of it."""
     rng = np.random.default_rng(seed)
     robot = driven(make_robot(seed, joints), rng)
-    fmu, step = built(robot, tmp_path), 4e-3
     q, forces = rng.uniform(-0.5, 0.5, joints), rng.normal(size=(6, 3)).repeat(5, axis=0) * 400.0
-    tolerances, paths = (1e-6, 1e-7, 1e-8, 1e-9), []
+    tolerances, errors = (1e-6, 1e-7, 1e-8, 1e-9), []
     for tolerance in tolerances:
-        slave = fmu.start(fmu.slave(), q, tolerance, drive="servo", torque_curve="linear")
-        paths.append([fmu.get(slave, "tcp.x", "tcp.y", "tcp.z")])
-        for k, force in enumerate(forces):
-            fmu.set(slave, dict(zip(("force.x", "force.y", "force.z"), force, strict=True)))
-            slave.doStep(k * step, step)
-            paths[-1].append(fmu.get(slave, "tcp.x", "tcp.y", "tcp.z"))
-    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
-    state = start_of(fmu, fmu.start(fmu.slave(), q, drive="servo", torque_curve="linear"), own, q)
-    exact = [paths[0][0]]
-    for k, force in enumerate(forces):
-        own.wrench = lambda _, force=force: np.append(force, np.zeros(3))
-        state = own.run(state, np.array([k, k + 1]) * step, 2e-4, 1e-10)[-1]
-        angles = q.copy()
-        x, _, angles[own.driven], *_ = own.split(state)
-        theta = own.chain.theta(angles, x)
-        exact.append(base_from_tool(own.chain, own.dynamics.data, theta).translation.copy())
-    errors = np.abs(np.array(paths) - exact).max(axis=(1, 2))
-    scipy = 1e-11  # what its steps over slips leave
-    assert np.all(errors < 1e-2 * np.array(tolerances) + scipy)
+        folder = tmp_path / str(tolerance)
+        folder.mkdir()
+        both = Both(robot, folder, q, "servo", tolerance=tolerance, exact=1e-10)
+        paths = [both.of_both("tcp")]
+        for force in forces:
+            both.step(4e-3, q, 0.0 * q, [*force, 0.0, 0.0, 0.0])
+            paths.append(both.of_both("tcp"))
+        found, exact = np.array(paths)[:, :, :3].swapaxes(0, 1)
+        errors.append(np.abs(found - exact).max())
+    assert np.all(np.array(errors) < 1e-2 * np.array(tolerances))
     assert errors[2] < 0.1 * errors[0]
     assert np.ptp(exact, axis=0).max() > 1e-4
+
+
+@pytest.mark.parametrize("curve", ["linear", "backlash"])
+@pytest.mark.parametrize("seed", [5, 8])
+def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve):
+    """Jumps of the command beyond what 100 N m can do: torques stay at, leave and slide along it.
+
+    The FMU begins and ends the integral's waiting at its steps' ends, the model where it happens.
+    """
+    robot = limited(driven(make_robot(seed, 3), np.random.default_rng(seed)), 100.0)
+    robot = replace(robot, gravity=(0.0, 0.0, 0.0))
+    q, at_limit = np.zeros(3), []
+    both = Both(robot, tmp_path, q, "servo", curve, tolerance=1e-10)
+    for k in range(40):
+        both.step(4e-3, q + 0.01 * (k < 20), 0.0 * q, np.zeros(6))
+        both.require_same(5e-6, "deflection", "motor_angle")
+        at_limit.append(np.abs(both.model.motor_torque()) > 100.0 * (1.0 - 1e-9))
+    assert 0.05 < np.mean(at_limit) < 0.95
 
 
 def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
@@ -157,22 +156,21 @@ def test_free_motors_keep_their_energy(tmp_path):
     )
     robot = replace(robot, joints=free, gravity=(0.0, 0.0, 0.0))
     fmu = built(robot, tmp_path)
-    q = rng.uniform(-0.5, 0.5, 3)
+    q, chain = rng.uniform(-0.5, 0.5, 3), build_chain(robot)
+    data, stiffness = chain.model.createData(), Parameters.of(robot).stiffness
     slave = fmu.start(fmu.slave(), q, 1e-9, drive="torque", torque_curve="linear")
-    own = DrivenRobot(robot, lambda _: (q, 0.0 * q, 0.0 * q), lambda _: np.zeros(6))
-    m, names = len(own.stiffness), []
+    m, names = chain.elastic_count, []
     for name in ("deflection", "deflection_rate"):
         names += [f"{name}[{k + 1}]" for k in range(m)]
     for name in ("motor_angle", "motor_rate"):
         names += [f"{name}[{i + 1}]" for i in range(3)]
-    inertia = np.zeros(3)
-    inertia[own.driven] = [d.inertia for d in own.drives]
+    inertia = np.array([j.drive.inertia if j.drive else 0.0 for j in robot.joints])
 
     def energy() -> float:
         x, v, angle, rate = np.split(np.array(fmu.get(slave, *names)), [m, 2 * m, 2 * m + 3])
-        theta, moving = own.chain.theta(angle, x), own.chain.theta(rate, v)
-        links = pin.computeKineticEnergy(own.chain.model, own.dynamics.data, theta, moving)
-        return links + 0.5 * (inertia @ rate**2) + 0.5 * own.stiffness @ x**2
+        theta, moving = chain.theta(angle, x), chain.theta(rate, v)
+        links = pin.computeKineticEnergy(chain.model, data, theta, moving)
+        return links + 0.5 * (inertia @ rate**2) + 0.5 * stiffness @ x**2
 
     for k in range(10):  # pushed, then free
         fmu.set(slave, {"force.z": 500.0 if k < 9 else 0.0, "force.x": 200.0 if k < 9 else 0.0})

@@ -51,7 +51,7 @@ class Packed:
         made = []
         for source in sorted(self.sources.rglob("*.c")):
             made.append(str(folder / f"{self.name}_{source.stem}.o"))
-            command = [compiler(), "-std=c99", "-O1", "-c", *flags, "-o", made[-1], str(source)]
+            command = [compiler(), "-std=c99", "-O0", "-c", *flags, "-o", made[-1], str(source)]
             subprocess.run(command, check=True)
         return made
 

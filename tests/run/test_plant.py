@@ -261,16 +261,6 @@ def test_a_bad_plant_is_one_message(tmp_path, name):
     assert "plant" in str(refused.value)
 
 
-def test_servos_need_a_native_fmu(tmp_path):
-    with_motors(tmp_path, 1.0)
-    file = moving(tmp_path, 'description = "servo.toml"\ndrive = "servo"')
-    file.write_text(file.read_text().replace("[robot]", '[robot]\nfmu = "python"'))
-    with pytest.raises(CaseError) as refused:
-        load_case(file)
-    said = 'plant: drive: expected fmu = "native" in [robot] beside "servo", got "python"'
-    assert str(refused.value) == f"{file}: {said}"
-
-
 def test_a_robot_of_fewer_joints_cannot_stand_for_the_model(tmp_path):
     text = shipped_robots()["icme2008"].read_text()
     last = text.rindex("[[joint]]")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.outputs import HELD, REST, ROTORS, STATES, TUNABLE
@@ -20,15 +20,58 @@ from elastic_robot.fmi.sizes import (
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 from elastic_robot.hysteresis import REVERSAL_TIME
 
-# What there is of motors that move by themselves; zero in Python, whose drives follow their commands.
-OF_MOTORS = {*ROTORS, *(STATES[key].derivative for key in ROTORS), "motor_slip", "torque_room"}
+
+@dataclass(frozen=True)
+class Rate:
+    """The derivatives of a block of states by time.
+
+    Attributes:
+        text: What one is, in a description.
+        of: What each is one of.
+        unit, nominal: Unit of one and its usual size.
+        starts_from, exchanged, own, tuned: As of a `Block`.
+    """
+
+    text: str
+    of: Sequence[str]
+    unit: str
+    nominal: float
+    starts_from: Names = ()
+    exchanged: Names = ()
+    own: Names = ()
+    tuned: Names = ()
+
+    def block(self, state: str, variables: Sequence[Variable]) -> Block:
+        """Return their block, one for each variable of the state."""
+        return Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"der({variable.name})",
+                    self.unit,
+                    f"{self.text} of {name} as the equation of motion has it",
+                    nominal=self.nominal,
+                )
+                for variable, name in zip(variables, self.of, strict=True)
+            ),
+            starts_from=self.starts_from,
+            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(variables)),),
+            exchanged=self.exchanged,
+            own=self.own,
+            derivative_of=state,
+            tuned=self.tuned,
+        )
 
 
-def exchange(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
+def exchange(
+    chain: Chain, states: Mapping[str, Block], motors: Sequence[int] = ()
+) -> dict[str, Block]:
     """Return, by block, derivatives of the states and event indicators.
 
     Args:
         chain: The robot's chain.
+        states: The blocks of `STATES` among the outputs.
         motors: Joints with a motor, counted from 1.
     """
     names, elements = chain.elastic_names, chain.elements
@@ -38,91 +81,57 @@ def exchange(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     servo = ("q_cmd", "qd_cmd", TIME)
     bend = "of the torque curve of"
     rotors = [f"the motor of joint[{i}]" for i in motors]
-
-    def derivatives(
-        state: str,
-        unit: str,
-        nominal: float,
-        starts_from: Names,
-        exchanged: Names,
-        own: Names = (),
-        tuned: Names = (),
-    ) -> Block:
-        text, numbers, of = {
-            "deflection": ("Rate", itertools.count(1), names),
-            "deflection_rate": ("Acceleration", itertools.count(1), names),
-            "elongation": ("Rate of elongation", itertools.count(1), elongated),
-            "rotor_angle": ("Rate", motors, rotors),
-            "rotor_rate": ("Acceleration", motors, rotors),
-            "servo_integral": ("Growth of the integral", motors, rotors),
-            "presliding": ("Rate of elongation of the friction", motors, rotors),
-        }[state]
-        return Block(
-            "local",
-            "continuous",
-            tuple(
-                Variable(
-                    f"der({state}[{k}])",
-                    unit,
-                    f"{text} of {name} as the equation of motion has it",
-                    nominal=nominal,
-                )
-                for k, name in zip(numbers, of, strict=False)
-            ),
-            starts_from=starts_from,
-            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(of)),),
-            exchanged=exchanged,
-            own=own,
-            derivative_of=state,
-            tuned=tuned,
-        )
-
-    return {
-        STATES["deflection"].derivative: derivatives(
-            "deflection", "rad/s", RATE, (), ("deflection_rate",), ("deflection_rate",)
+    by_rotor = {
+        "starts_from": ("qd_cmd", "strings", TIME),
+        "exchanged": ("rotor_rate",),
+        "own": ("rotor_rate",),
+    }
+    rates = {
+        "deflection": Rate(
+            "Rate",
+            names,
+            "rad/s",
+            RATE,
+            exchanged=("deflection_rate",),
+            own=("deflection_rate",),
         ),
-        STATES["deflection_rate"].derivative: derivatives(
-            "deflection_rate",
+        "deflection_rate": Rate(
+            "Acceleration",
+            names,
             "rad/s2",
             ACCELERATION,
             (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd"),
             moving,
             tuned=TUNABLE,
         ),
-        STATES["elongation"].derivative: derivatives(
-            "elongation", "rad/s", RATE, (), ("deflection_rate",)
+        "elongation": Rate(
+            "Rate of elongation", elongated, "rad/s", RATE, exchanged=("deflection_rate",)
         ),
-        STATES["rotor_angle"].derivative: derivatives(
-            "rotor_angle",
-            "rad/s",
-            RATE,
-            ("qd_cmd", "strings", TIME),
-            ("rotor_rate",),
-            ("rotor_rate",),
-        ),
-        STATES["rotor_rate"].derivative: derivatives(
-            "rotor_rate",
+        "rotor_angle": Rate("Rate", rotors, "rad/s", RATE, **by_rotor),
+        "rotor_rate": Rate(
+            "Acceleration",
+            rotors,
             "rad/s2",
             ACCELERATION,
             (*REST, "qd_cmd", "qdd_cmd", "torque_cmd", "friction"),
             (*servo, "torque_cmd", *of_motor),
             tuned=TUNABLE,
         ),
-        STATES["servo_integral"].derivative: derivatives(
-            "servo_integral",
+        "servo_integral": Rate(
+            "Growth of the integral",
+            rotors,
             "N.m/s",
             GROWTH,
             ("q_cmd", "qd_cmd", "strings", TIME),
             (*servo, "rotor_angle", "rotor_rate", "servo_integral"),
         ),
-        STATES["presliding"].derivative: derivatives(
-            "presliding",
-            "rad/s",
-            RATE,
-            ("qd_cmd", "strings", TIME),
-            ("rotor_rate",),
-            ("rotor_rate",),
-        ),
+        "presliding": Rate("Rate of elongation of the friction", rotors, "rad/s", RATE, **by_rotor),
+    }
+    return {
+        **{
+            state.derivative: rates[key].block(key, states[key].variables)
+            for key, state in STATES.items()
+        },
         "bend": Block(
             "local",
             "continuous",

@@ -14,7 +14,6 @@ import numpy as np
 from elastic_robot.commands import CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
-from elastic_robot.fmi.exchange import OF_MOTORS
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
 from elastic_robot.fmi.interface import SLIPPED
 from elastic_robot.fmi.lifecycle import Phase
@@ -93,7 +92,8 @@ class Instance:
         undeflected = strings["initial_state"] == "undeflected"
         slipped = SLIPPED.get(strings["initial_state"], 0)
         self._past = None
-        model.reset(0.0, self._drives(0.0, 0.0), self._values.load(), undeflected, slipped)
+        drives, load, torque = self._drives(0.0, 0.0), self._values.load(), self._values.torque()
+        model.reset(0.0, drives, load, undeflected, slipped, torque)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
@@ -124,7 +124,7 @@ class Instance:
             return []
         reals = self._values.reals
         places = reals.places(references)
-        for key in places.outputs - self._computed - OF_MOTORS:
+        for key in places.outputs - self._computed:
             value = getattr(self.initialised(), key)()
             reals.block(key)[:] = value[_UPPER] if key == "compliance" else value.ravel()
             self._computed.add(key)
@@ -264,14 +264,14 @@ class Instance:
         return own if abs(given - own) <= rounding else given
 
     def _move(self, model: ElasticRobot, end: float, drives: Drives) -> None:
-        load = self._values.load()
+        load, torque = self._values.load(), self._values.torque()
         if not self._parameters_changed:
-            model.step(end, drives, load)
+            model.step(end, drives, load, torque)
             return
         before = model.snapshot
         model.parameters = self._values.parameters()
         try:
-            model.step(end, drives, load)
+            model.step(end, drives, load, torque)
         except ElasticRobotError:
             model.snapshot = before
             raise

@@ -20,6 +20,8 @@ from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
 from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
+from elastic_robot.motors import DRIVES
+from elastic_robot.motors import IDEAL as IDEAL
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -35,8 +37,6 @@ INITIAL_STATES = (
     "equilibrium_from_below",
     "equilibrium_from_above",
 )
-IDEAL: Literal["ideal"] = "ideal"
-DRIVES = (IDEAL, "servo", "torque")
 # Of those after which all elements of hysteresis slip: upwards, downwards.
 SLIPPED = {"equilibrium_from_below": 1, "equilibrium_from_above": -1}
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
@@ -50,11 +50,12 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
+    told = outputs(chain, motors)
     table = {
         **inputs(robot.joints),
-        **outputs(chain, motors),
+        **told,
         **parameters,
-        **exchange(chain, motors),
+        **exchange(chain, told, motors),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}

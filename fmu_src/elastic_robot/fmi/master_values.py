@@ -11,11 +11,11 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
-from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
-from elastic_robot.fmi.interface import IDEAL, blocks
+from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
+from elastic_robot.motors import require_drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import NO_CONTACT, PlaneContact
 from elastic_robot.robot import ElasticRobot
@@ -119,6 +119,10 @@ class MasterValues:
         spring = ContactSpring(position.copy(), velocity.copy(), symmetric(entries))
         return Load(wrench, spring, rate, contact)
 
+    def torque(self) -> np.ndarray:
+        """Return the torques that motors without servo are given [N m], (motors,)."""
+        return self.reals.block("torque_cmd").copy()
+
     def parameters(self) -> Parameters:
         """Return the tunable parameters."""
         reals = self.reals
@@ -144,13 +148,10 @@ class MasterValues:
             strings: Values of the string variables by name.
             tolerance: Error allowed at the TCP over a path [m].
         """
-        if strings["drive"] != IDEAL:
-            raise ParameterError(
-                f"drive: expected {IDEAL} in an FMU of kind python, got {strings['drive']}: build it"
-                " with --kind native"
-            )
+        curve, drive = strings["torque_curve"], strings["drive"]
         quasistatic = strings["mode"] == "quasistatic"
-        return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
+        require_drives(self._robot, drive, quasistatic, bool(strings["trajectory"]))
+        return ElasticRobot(self._robot, curve, quasistatic, tolerance, drive)
 
     def read_trajectory(self, strings: dict[str, str]) -> Trajectory | None:
         """Return the drives' motion; None where they follow the inputs.

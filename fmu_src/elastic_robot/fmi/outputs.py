@@ -32,8 +32,9 @@ class StateBlock:
     nominal: float
 
 
-# The states of model exchange in their order: x [rad], x' [rad/s] and s [rad]; of motors their angles
-# [rad] and rates [rad/s], z [N m] and the elongation of their friction [rad].
+# The states of model exchange in the order of modelDescription.xml and of the native FMU: x [rad], x'
+# [rad/s] and s [rad]; of motors their angles [rad] and rates [rad/s], z [N m] and the elongation of
+# their friction [rad].
 STATES = {
     "deflection": StateBlock("deflection_derivative", ANGLE),
     "deflection_rate": StateBlock("rate_derivative", RATE),
@@ -126,14 +127,14 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def rotor(name: str, unit: str, text: str, nominal: float, *starts_from: str) -> Block:
+    def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
         return block(
             [
                 Variable(
                     f"{name}[{i}]",
                     unit,
                     f"{text} of the motor of joint[{i}] where it moves by itself",
-                    nominal=nominal,
+                    nominal=STATES[name].nominal,
                 )
                 for i in motors
             ],
@@ -211,6 +212,8 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=TUNABLE if motors else (),
         )
 
+    # What motors feel of their gears' torque follows the place in a kinematic error.
+    felt = ("q_cmd", TIME) if len(chain.kinematic_errors.joint) else ()
     apart = "TCP minus rigid TCP"
     turned = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
@@ -328,14 +331,14 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
         "motor_torque": torques(
             "motor_torque",
             "the motor at its gear's output",
-            (*COMMANDS, "torque_cmd", TIME) if motors else (),
+            (*COMMANDS, "torque_cmd", TIME) if motors else felt,
         ),
         "motor_angle": drives("motor_angle", "rad", "Angle", "q_cmd"),
         "motor_rate": drives("motor_rate", "rad/s", "Rate", "qd_cmd"),
-        "rotor_angle": rotor("rotor_angle", "rad", "Angle", ANGLE, "q_cmd", "strings", TIME),
-        "rotor_rate": rotor("rotor_rate", "rad/s", "Rate", RATE, "qd_cmd", "strings", TIME),
+        "rotor_angle": rotor("rotor_angle", "rad", "Angle", "q_cmd", "strings", TIME),
+        "rotor_rate": rotor("rotor_rate", "rad/s", "Rate", "qd_cmd", "strings", TIME),
         "servo_integral": rotor(
-            "servo_integral", "N.m", "Integral of the servo", TORQUE, *REST, "qd_cmd", "qdd_cmd"
+            "servo_integral", "N.m", "Integral of the servo", *REST, "qd_cmd", "qdd_cmd"
         ),
-        "presliding": rotor("presliding", "rad", "Elongation of the friction", PRESLIDING),
+        "presliding": rotor("presliding", "rad", "Elongation of the friction"),
     }

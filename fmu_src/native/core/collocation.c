@@ -211,7 +211,7 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     for (int b = 0; b < robot->balancers; b++)
         balance(r, &robot->balancer[b], nodes, states);
     if (r->motors > 0)
-        er_motors_wind_up(r, nodes, states);
+        r->means->kernel.motor_wind_up(robot, r->motors, nodes, states, w->x, w->v, (const er_lanes *)w->residual, &w->motors);
     r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
     for (int b = 0; b < laws->bent; b++) {
@@ -222,6 +222,14 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     for (int k = 0; robot->elements > 0 && k < r->m; k++)
         for (int l = 0; l < states; l++)
             w->residual[k][l] += laws->held[k] + laws->stuck[k] * w->x[k][l];
+}
+
+static void find_motor_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
+{
+    const er_system *system = r->system;
+    r->means->kernel.motor_residual(system->robot, r->motors, system->gears->slip_torque + r->m,
+                                    system->drive == ER_SERVO ? NULL : system->torque, nodes, acceleration,
+                                    (const er_lanes *)r->work->residual, &r->work->motors);
 }
 
 static void place_end(const er_run *r, const double *x, const double *v, er_step *step)
@@ -239,7 +247,7 @@ static void place_end(const er_run *r, const double *x, const double *v, er_step
 
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
  * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
-static double estimate_error(const er_run *r, const er_state *state, const step_laws *laws, const er_step *step)
+static double estimate_error(const er_run *r, const step_laws *laws, const er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
@@ -253,7 +261,7 @@ static double estimate_error(const er_run *r, const er_state *state, const step_
         defect[k] = w->residual[k][0];
     if (r->motors > 0) {
         kernel->spread(r->motors, step->motors.pa, of_motors);
-        er_motors_residual(r, state, &w->end, (const er_lanes *)of_motors, 1);
+        find_motor_residual(r, &w->end, (const er_lanes *)of_motors);
         own = er_motors_defect(r, defect);
     }
     return step->length * step->length * fmax(kernel->filter(r->m, w->inverse, defect), own);
@@ -359,17 +367,20 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         double size, rate = RATE_SAFETY * state->rate;
         kernel->stages(r->m, h, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
         if (r->motors > 0)
-            er_motors_stages(r, state, step);
+            kernel->motor_stages(r->system->robot, r->motors, h, &w->stages,
+                                 (const er_lanes *)step->motor_acceleration, &w->motors);
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
         if (r->motors > 0) {
-            er_motors_residual(r, state, &w->stages, (const er_lanes *)step->motor_acceleration, ER_STAGES);
-            er_motors_before(r, w->residual, (const er_lanes *)step->acceleration);
+            find_motor_residual(r, &w->stages, (const er_lanes *)step->motor_acceleration);
+            kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)step->acceleration, w->residual,
+                                 &w->motors);
         }
         size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
                                step->acceleration);
         if (r->motors > 0)
-            size = sqrt(size * size + er_motors_after(r, (const er_lanes *)step->acceleration,
-                                                      step->motor_acceleration));
+            size = sqrt(size * size + kernel->motor_after(r->system->robot, r->motors,
+                                                          (const er_lanes *)step->acceleration, &w->motors,
+                                                          step->motor_acceleration));
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;
         } else {
@@ -390,7 +401,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         find_depths(r, state, &from, step);
     if (r->motors > 0)
         er_motors_end(r, state, step);
-    step->error = estimate_error(r, state, &laws, step);
+    step->error = estimate_error(r, &laws, step);
     wind_up_end(r, step);
     return step->error < INFINITY;
 }

@@ -136,8 +136,14 @@ static void find_wind_up(const er_run *r, int k, const er_state *state, const er
     find_course(step->length, state->x[k] + error.value,
                 state->v[k] + (motor < 0 ? 0.0 : error.slope * state->motors.rate[motor]), (const double *)acceleration,
                 x);
-    if (motor >= 0 && robot->errors > 0)
-        add_values(x, -1.0, r->work->motors.error[motor]);
+    if (motor >= 0 && robot->errors > 0) {
+        const er_motor_work *work = &r->work->motors;
+        double values[ER_CONTROL];
+        values[0] = work->start_error[motor];
+        memcpy(values + 1, work->stage_error[motor], sizeof work->stage_error[motor]);
+        values[ER_DEGREE] = work->end_error[motor];
+        add_values(x, -1.0, values);
+    }
 }
 
 /* That of a motor: of p, and of its command at the nodes. */
@@ -292,7 +298,7 @@ static void find_chain_end(const er_run *r, const er_step *step, double *theta)
     double y[ER_MAX_ANGLES];
     memcpy(y, step->x, (size_t)r->m * sizeof *y);
     for (int d = 0; d < r->motors; d++)
-        y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.error[d][ER_STAGES + 1];
+        y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.end_error[d];
     er_angles(robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
 }
 

@@ -156,6 +156,29 @@ typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_direction *direction, const double *wrench,
                                  const er_lanes *pull, er_lanes *load);
 
+struct er_motor_work; /* motors.h */
+
+/* w and z of motors at the stages of a step of length h [s], from p''. */
+typedef void er_motor_stages_function(const er_robot *robot, int motors, double h, const er_nodes *nodes,
+                                      const er_lanes *acceleration, struct er_motor_work *work);
+
+/* Turns x and v of the chain into wind-ups, and keeps what acts on gears beside their torque: the residual so far. */
+typedef void er_motor_wind_up_function(const er_robot *robot, int motors, const er_nodes *nodes, int states,
+                                       er_lanes *x, er_lanes *v, const er_lanes *residual, struct er_motor_work *work);
+
+/* Residuals of motors from those of the chain, where the gears' torques are now, and p''; with the torques at which
+ * they slip, and those that motors without servo exert, NULL with servos [N m]. */
+typedef void er_motor_residual_function(const er_robot *robot, int motors, const double *slip_torque,
+                                        const double *torque, const er_nodes *nodes, const er_lanes *acceleration,
+                                        const er_lanes *residual, struct er_motor_work *work);
+
+/* Takes the motors' residuals into those of their gears before a pass of Newton's method, and what the pass has done
+ * to the gears' accelerations into the motors' behind it; returns the square of the length of that [rad^2/s^4]. */
+typedef void er_motor_before_function(const er_robot *robot, int motors, const er_lanes *acceleration,
+                                      er_lanes *residual, struct er_motor_work *work);
+typedef double er_motor_after_function(const er_robot *robot, int motors, const er_lanes *acceleration,
+                                       const struct er_motor_work *work, er_lanes *motor_acceleration);
+
 typedef struct {
     er_drive_function *drive;
     er_move_function *move;
@@ -172,6 +195,11 @@ typedef struct {
     er_direct_function *direct;
     er_shift_function *shift;
     er_tangent_function *tangent;
+    er_motor_stages_function *motor_stages;
+    er_motor_wind_up_function *motor_wind_up;
+    er_motor_residual_function *motor_residual;
+    er_motor_before_function *motor_before;
+    er_motor_after_function *motor_after;
 } er_kernel;
 
 /* The fastest kernel of this processor. */

@@ -9,6 +9,8 @@
 
 #include "gauss.h"
 #include "kernel.h"
+#include "motors.h"
+#include "transmission.h"
 
 #if defined(__GNUC__) && defined(__x86_64__)
 
@@ -111,6 +113,7 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_body.h"
 #include "kernel_newton.h"
 #include "kernel_tangent.h"
+#include "kernel_motor.h"
 
 #if defined(__clang__)
 #pragma clang attribute pop
@@ -136,7 +139,8 @@ er_kernel er_best_kernel(void)
     return has_avx2()
                ? (er_kernel){avx2_drive, avx2_move, avx2_reach, avx2_loads, avx2_carry, avx2_stages,
                              avx2_finish, avx2_spread, avx2_invert, avx2_improve, avx2_filter,
-                             avx2_link, avx2_direct, avx2_shift, avx2_tangent}
+                             avx2_link, avx2_direct, avx2_shift, avx2_tangent, avx2_motor_stages, avx2_motor_wind_up,
+                             avx2_motor_residual, avx2_motor_before, avx2_motor_after}
                : er_plain_kernel();
 }
 

@@ -5,6 +5,8 @@
 
 #include "gauss.h"
 #include "kernel.h"
+#include "motors.h"
+#include "transmission.h"
 
 typedef double er_real;
 #define ER_WIDTH 1
@@ -95,10 +97,12 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_body.h"
 #include "kernel_newton.h"
 #include "kernel_tangent.h"
+#include "kernel_motor.h"
 
 er_kernel er_plain_kernel(void)
 {
     return (er_kernel){plain_drive, plain_move, plain_reach, plain_loads, plain_carry, plain_stages,
                        plain_finish, plain_spread, plain_invert, plain_improve, plain_filter,
-                       plain_link, plain_direct, plain_shift, plain_tangent};
+                       plain_link, plain_direct, plain_shift, plain_tangent, plain_motor_stages, plain_motor_wind_up,
+                       plain_motor_residual, plain_motor_before, plain_motor_after};
 }

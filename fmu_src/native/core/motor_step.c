@@ -29,38 +29,48 @@ void er_motors_begin(const er_run *r, const er_state *state)
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &robot->motor[d];
         const er_gear_error error = er_gear_error_at(robot, motor->joint, state->motors.angle[d]);
+        int j = robot->elements + d;
+        work->angle[d] = state->motors.angle[d];
+        work->start_integral[d] = state->motors.integral[d];
+        work->held[d] = state->stops.elongation[j] / robot->element[j].angle;
+        work->stuck[d] = state->stops.slipping[j] == 0 ? 1.0 / robot->element[j].angle : 0.0;
         work->command[d] = q[motor->joint];
         work->p[d] = state->motors.angle[d] - q[motor->joint];
-        work->error[d][0] = error.value;
+        work->start_error[d] = error.value;
         work->pv[d] = state->motors.rate[d] - qd[motor->joint];
         work->x[motor->coordinate] += work->p[d] + error.value;
         work->v[motor->coordinate] += work->pv[d] + error.slope * state->motors.rate[d];
     }
 }
 
-void er_motors_stages(const er_run *r, const er_state *state, const er_step *step)
+/* What a servo asks for at a moment, and its integral's growth. */
+typedef struct {
+    double beyond, growth; /* of its limit [N m], [N m/s] */
+    bool waits;
+} demand;
+
+static demand find_demand(const er_motor *motor, double wanted, double integral)
 {
-    const er_workspace *w = r->work;
-    er_motor_work *work = &r->work->motors;
-    double h = step->length;
-    r->means->kernel.stages(r->motors, h, work->p, work->pv, (const er_lanes *)step->motor_acceleration,
-                            work->stage_p, work->stage_pv);
-    for (int d = 0; d < r->motors; d++) {
-        const er_motor *motor = &r->system->robot->motor[d];
-        double growth[ER_STAGES];
-        for (int l = 0; l < ER_STAGES; l++) {
-            work->wanted[d][l] =
-                er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], w->stages.qd[motor->joint][l]);
-            growth[l] = er_servo_waits(motor, work->wanted[d][l], work->integral[d][l])
-                            ? 0.0
-                            : motor->integral_gain * work->wanted[d][l];
-        }
-        for (int l = 0; l < ER_STAGES; l++)
-            work->integral[d][l] = state->motors.integral[d];
-        for (int j = 0; j < ER_STAGES; j++)
-            for (int l = 0; l < ER_STAGES; l++)
-                work->integral[d][l] += h * er_gauss_once[j][l] * growth[j];
+    bool waits = er_servo_waits(motor, wanted, integral);
+    return (demand){fabs(motor->rate_gain * wanted + integral) - motor->torque_limit, motor->integral_gain * wanted,
+                    waits};
+}
+
+/* By how much a servo that comes to its torque limit within a step, or leaves it, departs from the one smooth law that
+ * the step obeys [N m]: the bend of the torque, and what the integral would have grown by where it waits. */
+static double find_bend(const er_motor *motor, double h, const demand *demands, int count)
+{
+    double most = -INFINITY, least = INFINITY, growth = 0.0, bend;
+    bool waits = false, grows = false;
+    for (int l = 0; l < count; l++) {
+        most = fmax(most, demands[l].beyond);
+        least = fmin(least, demands[l].beyond);
+        growth = fmax(growth, fabs(demands[l].growth));
+        waits |= demands[l].waits;
+        grows |= !demands[l].waits;
     }
+    bend = fmax(fmin(most, -least), 0.0);
+    return bend + (waits && grows ? h * growth : 0.0);
 }
 
 void er_motors_end(const er_run *r, const er_state *state, er_step *step)
@@ -68,7 +78,11 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     const er_workspace *w = r->work;
     er_motor_work *work = &r->work->motors;
     double h = step->length;
-    er_motors_stages(r, state, step);
+    work->bend = 0.0;
+    r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
+                                  (const er_lanes *)step->motor_acceleration, work);
+    if (r->system->robot->errors > 0)
+        memcpy(work->stage_error, work->error, sizeof work->stage_error);
     memcpy(step->motors.p, work->p, sizeof step->motors.p);
     memcpy(step->motors.pv, work->pv, sizeof step->motors.pv);
     r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
@@ -84,54 +98,23 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
         step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
-        work->error[d][ER_STAGES + 1] =
+        work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
+        if (r->system->drive == ER_SERVO && motor->torque_limit < INFINITY) {
+            demand demands[ER_STAGES + 2];
+            double command_rate = step->motors.rate[d] - step->motors.pv[d], start_rate = state->motors.rate[d] - work->pv[d];
+            for (int l = 0; l < ER_STAGES; l++)
+                demands[l] = find_demand(motor, work->wanted[d][l], work->integral[d][l]);
+            demands[ER_STAGES] =
+                find_demand(motor, er_servo_wanted(motor, work->p[d], work->pv[d], start_rate), state->motors.integral[d]);
+            demands[ER_STAGES + 1] =
+                find_demand(motor, er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d], command_rate),
+                            step->motors.integral[d]);
+            work->bend = fmax(work->bend, find_bend(motor, h, demands, ER_STAGES + 2) / motor->inertia);
+        }
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
         work->integral[d][0] = step->motors.integral[d];
-    }
-}
-
-void er_motors_wind_up(const er_run *r, const er_nodes *nodes, int states)
-{
-    er_workspace *w = r->work;
-    for (int d = 0; d < r->motors; d++) {
-        const er_motor *motor = &r->system->robot->motor[d];
-        int k = motor->coordinate, i = motor->joint;
-        for (int l = 0; l < states; l++) {
-            double p = w->motors.stage_p[d][l], pv = w->motors.stage_pv[d][l];
-            er_gear_error error = er_gear_error_at(r->system->robot, i, nodes->q[i][l] + p);
-            w->x[k][l] -= p + error.value;
-            w->v[k][l] -= pv + error.slope * (nodes->qd[i][l] + pv);
-            w->motors.winds[d][l] = 1.0 + error.slope;
-            w->motors.load[d][l] = w->residual[k][l];
-            if (states == ER_STAGES)
-                w->motors.error[d][1 + l] = error.value;
-        }
-    }
-}
-
-void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
-                        int states)
-{
-    const er_system *system = r->system;
-    er_workspace *w = r->work;
-    er_motor_work *work = &w->motors;
-    for (int d = 0; d < r->motors; d++) {
-        const er_motor *motor = &system->robot->motor[d];
-        double slip_torque = system->gears->slip_torque[r->m + d];
-        int i = motor->joint;
-        for (int l = 0; l < states; l++) {
-            double gear = w->residual[motor->coordinate][l] - work->load[d][l], slope, torque;
-            double part = er_friction_part(r, state, d, nodes->q[i][l] + work->stage_p[d][l], &slope);
-            double rate = nodes->qd[i][l] + work->stage_pv[d][l];
-            double wanted = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], nodes->qd[i][l]);
-            torque = system->drive == ER_SERVO ? er_servo_torque(motor, wanted, work->integral[d][l])
-                                               : system->torque[d];
-            work->residual[d][l] = motor->inertia * (nodes->qdd[i][l] + acceleration[d][l]) - torque -
-                                   work->winds[d][l] * gear +
-                                   er_motor_friction(motor, slip_torque, gear, part, rate, &slope);
-        }
     }
 }
 
@@ -217,68 +200,10 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
     }
 }
 
-static void to_pairs(const er_lanes stages, er_pairs pairs)
-{
-    memset(pairs, 0, sizeof(er_pairs));
-    for (int l = 0; l < ER_STAGES; l++)
-        for (int p = 0; p < 2 * ER_PAIRS; p++)
-            pairs[p] += er_gauss_to_pairs[l][p] * stages[l];
-}
-
-static void add_from_pairs(const er_pairs pairs, er_lanes stages)
-{
-    for (int p = 0; p < 2 * ER_PAIRS; p++)
-        for (int l = 0; l < ER_STAGES; l++)
-            stages[l] += er_gauss_from_pairs[p][l] * pairs[p];
-}
-
-static void times(const er_pairs a, const er_pairs b, er_pairs product)
-{
-    for (int p = 0; p < ER_PAIRS; p++)
-        multiply(a[p], a[ER_PAIRS + p], b[p], b[ER_PAIRS + p], &product[p], &product[ER_PAIRS + p]);
-}
-
-void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration)
-{
-    er_workspace *w = r->work;
-    for (int d = 0; d < r->motors; d++) {
-        int k = r->system->robot->motor[d].coordinate;
-        er_pairs passed_on;
-        to_pairs(w->motors.residual[d], w->motors.left[d]);
-        times(w->motors.share[d], w->motors.left[d], passed_on);
-        add_from_pairs(passed_on, residual[k]);
-        memcpy(w->motors.before[d], acceleration[k], sizeof w->motors.before[d]);
-    }
-}
-
-double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration)
-{
-    const er_motor_work *work = &r->work->motors;
-    double sum = 0.0;
-    for (int d = 0; d < r->motors; d++) {
-        int k = r->system->robot->motor[d].coordinate;
-        er_lanes change, own = {0.0};
-        er_pairs moved, force;
-        for (int l = 0; l < ER_STAGES; l++)
-            change[l] = acceleration[k][l] - work->before[d][l];
-        to_pairs(change, moved);
-        times(work->gear[d], moved, force);
-        for (int p = 0; p < 2 * ER_PAIRS; p++)
-            force[p] -= work->left[d][p];
-        times(work->yields[d], force, moved);
-        add_from_pairs(moved, own);
-        for (int l = 0; l < ER_STAGES; l++) {
-            motor_acceleration[d][l] += own[l];
-            sum += own[l] * own[l];
-        }
-    }
-    return sum;
-}
-
 double er_motors_defect(const er_run *r, double *defect)
 {
     const er_motor_work *work = &r->work->motors;
-    double largest = 0.0;
+    double largest = work->bend;
     for (int d = 0; d < r->motors; d++) {
         double own = work->residual[d][0];
         defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * own;

@@ -57,10 +57,12 @@ typedef struct {
 typedef double er_pairs[2 * ER_PAIRS];
 
 /* The motors in the step that is solved. */
-typedef struct {
+typedef struct er_motor_work {
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES]; /* y and y' at its start */
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS]; /* p and p' there */
-    double command[ER_MAX_JOINTS];             /* q_cmd there [rad] */
+    double command[ER_MAX_JOINTS], angle[ER_MAX_JOINTS]; /* q_cmd and q there [rad] */
+    double start_integral[ER_MAX_JOINTS];      /* z there [N m] */
+    double held[ER_MAX_JOINTS], stuck[ER_MAX_JOINTS]; /* part of friction there, and over the angle [1, 1/rad] */
     ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
     ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w at the stages [rad/s] */
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
@@ -68,8 +70,10 @@ typedef struct {
     er_lanes residual[ER_MAX_JOINTS];
     er_motor_slopes slopes[ER_MAX_JOINTS]; /* of the matrices */
     er_pairs gear[ER_MAX_JOINTS], share[ER_MAX_JOINTS], yields[ER_MAX_JOINTS]; /* G, G/(cG + A), 1/(cG + A) */
-    er_lanes winds[ER_MAX_JOINTS];             /* 1 + eps' at the present nodes */
-    double error[ER_MAX_JOINTS][ER_STAGES + 2]; /* eps at the step's start, its stages and its end [rad] */
+    er_lanes winds[ER_MAX_JOINTS], error[ER_MAX_JOINTS]; /* 1 + eps', eps [rad] at the present nodes */
+    double start_error[ER_MAX_JOINTS], end_error[ER_MAX_JOINTS]; /* eps at the step's start and its end [rad] */
+    er_lanes stage_error[ER_MAX_JOINTS];       /* and at its stages */
+    double bend;                               /* of servos at their limits, over the rotors [rad/s^2] */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;

@@ -152,7 +152,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     s->response = 0.0;
     r->means->kernel.stages(r->m, step->length, from.x, from.v, (const er_lanes *)step->acceleration, w->x, w->v);
     if (r->motors > 0)
-        er_motors_stages(r, state, step);
+        r->means->kernel.motor_stages(r->system->robot, r->motors, step->length, &w->stages,
+                                      (const er_lanes *)step->motor_acceleration, &w->motors);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
     if (system->anchored || (s->first + s->count > er_first_column(system->robot, ER_BY_SPRING) &&
                              s->first < er_first_column(system->robot, ER_BY_CONTACT)))
@@ -166,7 +167,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     if (system->robot->balancers > 0 || system->robot->errors > 0)
         prepare_gears(s, r, state, step->length);
     if (r->motors > 0)
-        er_motors_wind_up(r, &w->stages, ER_STAGES);
+        r->means->kernel.motor_wind_up(r->system->robot, r->motors, &w->stages, ER_STAGES, w->x, w->v,
+                                       (const er_lanes *)w->residual, &w->motors);
     memset(s->stuck, 0, sizeof s->stuck);
     er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
@@ -370,11 +372,13 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         }
         if (r->motors > 0) {
             er_motor_column_residual(s, r, state, h, column, motors, (const er_lanes *)own);
-            er_motors_before(r, tangent, (const er_lanes *)acceleration);
+            kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)acceleration, tangent,
+                                 &r->work->motors);
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
         if (r->motors > 0)
-            size = sqrt(size * size + er_motors_after(r, (const er_lanes *)acceleration, motors->acceleration));
+            size = sqrt(size * size + kernel->motor_after(r->system->robot, r->motors, (const er_lanes *)acceleration,
+                                                          &r->work->motors, motors->acceleration));
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)

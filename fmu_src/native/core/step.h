@@ -190,29 +190,16 @@ er_start er_chain_start(const er_run *r, const er_state *state);
 /* The part of a motor's slip torque that its element has at an angle, and the slope of that by the angle. */
 double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope);
 
-/* p, p', w and z at the stages, from the accelerations in a step; at its end, and what the step has of it. */
-void er_motors_stages(const er_run *r, const er_state *state, const er_step *step);
+/* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
-
-/* Turns w->x and w->v, of the chain, into wind-ups, and keeps w->residual as what acts on gears beside their torque. */
-void er_motors_wind_up(const er_run *r, const er_nodes *nodes, int states);
 
 /* Torque by which a gear holds its link at a wind-up and its rate in a step from a state [N m]. */
 double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v);
-
-/* Residuals of the motors from w->residual, where the gears' torques are now, and p''. */
-void er_motors_residual(const er_run *r, const er_state *state, const er_nodes *nodes, const er_lanes *acceleration,
-                        int states);
 
 /* Takes the motors out of Newton's matrix, with the slopes that they had when it was linearised: that of each gear
  * becomes less. */
 void er_motors_linearise(const er_run *r, const er_state *state);
 void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
-
-/* Takes the motors' residuals into those of their gears before a pass of Newton's method, and what the pass has done
- * to the gears' accelerations into the motors' behind it; returns the square of the length of that [rad^2/s^4]. */
-void er_motors_before(const er_run *r, er_lanes *residual, const er_lanes *acceleration);
-double er_motors_after(const er_run *r, const er_lanes *acceleration, er_lanes *motor_acceleration);
 
 /* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
  * acceleration. */

@@ -17,37 +17,35 @@
         return true;                                                                                \
     }
 
-/* The same of one entry of x, for every torsion. */
-#define OF_TORSIONS(name)                                                                           \
+/* The same of what is asked of each torsion or motor. */
+#define OF_EACH(name, count, entry)                                                                 \
     static bool find_##name(er_instance *instance, double *values)                                  \
     {                                                                                               \
-        for (int i = 0; i < instance->interface.torsions; i++)                                      \
-            values[i] = er_model_##name(instance->model, instance->interface.torsion[i]);           \
+        for (int i = 0; i < (count); i++)                                                           \
+            values[i] = er_model_##name(instance->model, entry);                                    \
         return true;                                                                                \
     }                                                                                               \
     static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
     {                                                                                               \
-        for (int i = 0; i < instance->interface.torsions; i++)                                      \
-            derivatives[i] = er_##name##_along(instance->model, change, instance->interface.torsion[i]); \
+        for (int i = 0; i < (count); i++)                                                           \
+            derivatives[i] = er_##name##_along(instance->model, change, entry);                     \
         return true;                                                                                \
     }
 
-/* The same of a motor, for every one. */
-#define OF_MOTORS(name, value, along)                                                               \
+/* The same of event indicators: `count` values from place `first` of those that exchange.c finds. */
+#define OF_INDICATORS(name, found, first, count)                                                    \
     static bool find_##name(er_instance *instance, double *values)                                  \
     {                                                                                               \
-        const er_model *model = instance->model;                                                    \
-        const er_state *state = &model->memory.state;                                               \
-        (void)state;                                                                                \
-        for (int d = 0; d < model->robot.motors; d++)                                               \
-            values[d] = value;                                                                      \
+        double ways[ER_MAX_INDICATORS];                                                             \
+        er_exchange_##found(instance, ways);                                                        \
+        memcpy(values, ways + (first), (size_t)(count) * sizeof *values);                           \
         return true;                                                                                \
     }                                                                                               \
     static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
     {                                                                                               \
-        const er_model *model = instance->model;                                                    \
-        for (int d = 0; d < model->robot.motors; d++)                                               \
-            derivatives[d] = along;                                                                 \
+        double ways[ER_MAX_INDICATORS];                                                             \
+        er_exchange_##found##_along(instance, change, ways);                                        \
+        memcpy(derivatives, ways + (first), (size_t)(count) * sizeof *derivatives);                 \
         return true;                                                                                \
     }
 
@@ -57,8 +55,14 @@ OF_MODEL(rigid)
 OF_MODEL(deviation)
 OF_MODEL(motor_angle)
 OF_MODEL(motor_rate)
-OF_TORSIONS(gear_torque)
-OF_TORSIONS(motor_torque)
+OF_EACH(gear_torque, instance->interface.torsions, instance->interface.torsion[i])
+OF_EACH(motor_torque, instance->interface.torsions, instance->interface.torsion[i])
+OF_EACH(motor_acceleration, instance->model->robot.motors, i)
+OF_EACH(integral_growth, instance->model->robot.motors, i)
+OF_INDICATORS(bends, bends, 0, 2 * instance->interface.torsions)
+OF_INDICATORS(slips, slips, 0, instance->model->robot.elements)
+OF_INDICATORS(motor_slips, slips, instance->model->robot.elements, instance->model->robot.motors)
+OF_INDICATORS(limits, limits, 0, instance->model->robot.motors)
 
 static bool find_compliance(er_instance *instance, double *values)
 {
@@ -72,66 +76,26 @@ static bool compliance_along(er_instance *instance, const er_change *change, dou
                                        " singular");
 }
 
-static size_t size_of_x(const er_instance *instance)
-{
-    return (size_t)instance->model->robot.elastics * sizeof(double);
-}
-
-static bool find_deflection(er_instance *instance, double *values)
-{
-    memcpy(values, instance->model->memory.state.x, size_of_x(instance));
-    return true;
-}
-
-static bool deflection_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    memcpy(derivatives, change->x, size_of_x(instance));
-    return true;
-}
-
-static bool find_rate(er_instance *instance, double *values)
-{
-    memcpy(values, instance->model->memory.state.v, size_of_x(instance));
-    return true;
-}
-
-static bool rate_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    memcpy(derivatives, change->v, size_of_x(instance));
-    return true;
-}
-
 static bool find_acceleration(er_instance *instance, double *values)
 {
     er_model *model = instance->model;
-    memset(values, 0, size_of_x(instance));
+    const size_t size = (size_t)model->robot.elastics * sizeof *values;
+    memset(values, 0, size);
     if (model->memory.options.quasistatic)
         return true;
     if (!er_free_motion_find(model))
         return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
                                            " singular");
-    memcpy(values, model->free.acceleration, size_of_x(instance));
+    memcpy(values, model->free.acceleration, size);
     return true;
 }
 
 static bool acceleration_along(er_instance *instance, const er_change *change, double *derivatives)
 {
-    memset(derivatives, 0, size_of_x(instance));
-    if (!instance->model->memory.options.quasistatic)
-        er_free_motion_along(instance->model, change, derivatives);
-    return true;
-}
-
-static bool find_elongation(er_instance *instance, double *values)
-{
     const er_model *model = instance->model;
-    memcpy(values, model->memory.state.stops.elongation, (size_t)model->robot.elements * sizeof *values);
-    return true;
-}
-
-static bool elongation_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    memcpy(derivatives, change->elongation, (size_t)instance->model->robot.elements * sizeof *derivatives);
+    memset(derivatives, 0, (size_t)model->robot.elastics * sizeof *derivatives);
+    if (!model->memory.options.quasistatic)
+        er_free_motion_along(instance->model, change, derivatives);
     return true;
 }
 
@@ -156,83 +120,22 @@ static bool elongation_rate_along(er_instance *instance, const er_change *change
     return true;
 }
 
-/* Elongation of a motor's friction, and its rate where the motor has one. */
-static int of_friction(const er_model *model, int d)
+/* Rates of the elongations of motors' friction where the motors have rates. */
+static void follow_motors(const er_model *model, const double *motors, double *rates)
 {
-    return model->robot.elements + d;
-}
-
-static double follow(const er_model *model, int d, double rate)
-{
-    return model->memory.state.stops.slipping[of_friction(model, d)] == 0 ? rate : 0.0;
-}
-
-OF_MOTORS(rotor_angle, state->motors.angle[d], change->motors.angle[d])
-OF_MOTORS(rotor_rate, state->motors.rate[d], change->motors.rate[d])
-OF_MOTORS(servo_integral, state->motors.integral[d], change->motors.integral[d])
-OF_MOTORS(presliding, state->stops.elongation[of_friction(model, d)], change->elongation[of_friction(model, d)])
-OF_MOTORS(rotor_acceleration, er_model_motor_acceleration(model, d), er_motor_acceleration_along(model, change, d))
-OF_MOTORS(integral_growth, er_model_integral_growth(model, d), er_integral_growth_along(model, change, d))
-OF_MOTORS(presliding_rate, follow(model, d, state->motors.rate[d]), follow(model, d, change->motors.rate[d]))
-
-static bool find_slips(er_instance *instance, double *values)
-{
-    double ways[ER_MAX_ELEMENTS];
-    er_exchange_slips(instance, ways);
-    memcpy(values, ways, (size_t)instance->model->robot.elements * sizeof *values);
-    return true;
-}
-
-static bool slips_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    double ways[ER_MAX_ELEMENTS];
-    er_exchange_slips_along(instance, change, ways);
-    memcpy(derivatives, ways, (size_t)instance->model->robot.elements * sizeof *derivatives);
-    return true;
-}
-
-/* The same of motors' friction; 1 where they do not move by themselves. */
-static bool find_motor_slips(er_instance *instance, double *values)
-{
-    double ways[ER_MAX_ELEMENTS];
-    const er_model *model = instance->model;
-    er_exchange_slips(instance, ways);
     for (int d = 0; d < model->robot.motors; d++)
-        values[d] = er_model_motors(model) > 0 ? ways[of_friction(model, d)] : 1.0;
+        rates[d] = model->memory.state.stops.slipping[model->robot.elements + d] == 0 ? motors[d] : 0.0;
+}
+
+static bool find_presliding_rate(er_instance *instance, double *values)
+{
+    follow_motors(instance->model, instance->model->memory.state.motors.rate, values);
     return true;
 }
 
-static bool motor_slips_along(er_instance *instance, const er_change *change, double *derivatives)
+static bool presliding_rate_along(er_instance *instance, const er_change *change, double *derivatives)
 {
-    double ways[ER_MAX_ELEMENTS];
-    const er_model *model = instance->model;
-    er_exchange_slips_along(instance, change, ways);
-    for (int d = 0; d < model->robot.motors; d++)
-        derivatives[d] = er_model_motors(model) > 0 ? ways[of_friction(model, d)] : 0.0;
-    return true;
-}
-
-static bool find_limits(er_instance *instance, double *values)
-{
-    er_exchange_limits(instance, values);
-    return true;
-}
-
-static bool limits_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    er_exchange_limits_along(instance, change, derivatives);
-    return true;
-}
-
-static bool find_bends(er_instance *instance, double *values)
-{
-    er_exchange_bends(instance, values);
-    return true;
-}
-
-static bool bends_along(er_instance *instance, const er_change *change, double *derivatives)
-{
-    er_exchange_bends_along(instance, change, derivatives);
+    follow_motors(instance->model, change->motors.rate, derivatives);
     return true;
 }
 
@@ -292,9 +195,9 @@ static void watch_limits(er_instance *instance, int reference)
     }
 }
 
-/* Place of what is set, and of how it changes. */
+/* Where an input or a parameter has its value, where what lies in the state does, and where changes of these stand. */
 #define AT(input, change) .place = offsetof(er_inputs, input), .along = offsetof(er_change, change)
-#define STATE(entry, change) .place = offsetof(er_state, entry), .along = offsetof(er_change, change)
+#define IN_STATE(entry, change) .place = offsetof(er_state, entry), .along = offsetof(er_change, change)
 #define RATE(input) .rate = offsetof(er_inputs, input)
 
 const er_block er_blocks[] = {
@@ -322,12 +225,10 @@ const er_block er_blocks[] = {
     {"rigid", ER_OUTPUT, .fixed = 7, .find = find_rigid, .differentiate = rigid_along},
     {"deviation", ER_OUTPUT, .fixed = 6, .find = find_deviation, .differentiate = deviation_along},
     {"compliance", ER_OUTPUT, .fixed = 6, .find = find_compliance, .differentiate = compliance_along},
-    {"deflection", ER_OUTPUT, .elastic = 1, STATE(x, x), .find = find_deflection,
-     .differentiate = deflection_along},
-    {"deflection_rate", ER_OUTPUT, .elastic = 1, STATE(v, v), .find = find_rate,
-     .differentiate = rate_along},
-    {"elongation", ER_OUTPUT, .element = 1, STATE(stops.elongation, elongation), .find = find_elongation,
-     .differentiate = elongation_along},
+    /* Outputs that lie in the state are the states of model exchange. */
+    {"deflection", ER_OUTPUT, .elastic = 1, IN_STATE(x, x)},
+    {"deflection_rate", ER_OUTPUT, .elastic = 1, IN_STATE(v, v)},
+    {"elongation", ER_OUTPUT, .element = 1, IN_STATE(stops.elongation, elongation)},
     {"contact_force", ER_OUTPUT, .fixed = 3, .find = find_contact_force,
      .differentiate = contact_force_along},
     {"gear_torque", ER_OUTPUT, .torsion = 1, .find = find_gear_torque,
@@ -338,14 +239,10 @@ const er_block er_blocks[] = {
      .differentiate = motor_angle_along},
     {"motor_rate", ER_OUTPUT, .joint = 1, .find = find_motor_rate, .differentiate = motor_rate_along},
 
-    {"rotor_angle", ER_OUTPUT, .motor = 1, STATE(motors.angle, motors.angle), .find = find_rotor_angle,
-     .differentiate = rotor_angle_along},
-    {"rotor_rate", ER_OUTPUT, .motor = 1, STATE(motors.rate, motors.rate), .find = find_rotor_rate,
-     .differentiate = rotor_rate_along},
-    {"servo_integral", ER_OUTPUT, .motor = 1, STATE(motors.integral, motors.integral), .find = find_servo_integral,
-     .differentiate = servo_integral_along},
-    {"presliding", ER_OUTPUT, .motor = 1, .behind_elements = true, STATE(stops.elongation, elongation),
-     .find = find_presliding, .differentiate = presliding_along},
+    {"rotor_angle", ER_OUTPUT, .motor = 1, IN_STATE(motors.angle, motors.angle)},
+    {"rotor_rate", ER_OUTPUT, .motor = 1, IN_STATE(motors.rate, motors.rate)},
+    {"servo_integral", ER_OUTPUT, .motor = 1, IN_STATE(motors.integral, motors.integral)},
+    {"presliding", ER_OUTPUT, .motor = 1, .behind_elements = true, IN_STATE(stops.elongation, elongation)},
 
     {"gravity", ER_TUNABLE, .fixed = 3, AT(parameters.gravity, parameters.gravity),
      .cause = ER_BY_GRAVITY},
@@ -362,26 +259,54 @@ const er_block er_blocks[] = {
     {"tolerance", ER_FIXED, .fixed = 1, .range = ER_NOT_NEGATIVE,
      .place = offsetof(er_inputs, tcp_tolerance)},
 
-    {"deflection_derivative", ER_LOCAL, .elastic = 1, .find = find_rate, .differentiate = rate_along},
+    {"deflection_derivative", ER_LOCAL, .elastic = 1, IN_STATE(v, v)},
     {"rate_derivative", ER_LOCAL, .elastic = 1, .find = find_acceleration,
      .differentiate = acceleration_along, .from_value = true},
     {"elongation_derivative", ER_LOCAL, .element = 1, .find = find_elongation_rate,
      .differentiate = elongation_rate_along},
-    {"rotor_angle_derivative", ER_LOCAL, .motor = 1, .find = find_rotor_rate, .differentiate = rotor_rate_along},
-    {"rotor_rate_derivative", ER_LOCAL, .motor = 1, .find = find_rotor_acceleration,
-     .differentiate = rotor_acceleration_along},
+    {"rotor_angle_derivative", ER_LOCAL, .motor = 1, IN_STATE(motors.rate, motors.rate)},
+    {"rotor_rate_derivative", ER_LOCAL, .motor = 1, .find = find_motor_acceleration,
+     .differentiate = motor_acceleration_along},
     {"servo_integral_derivative", ER_LOCAL, .motor = 1, .find = find_integral_growth,
      .differentiate = integral_growth_along},
     {"presliding_derivative", ER_LOCAL, .motor = 1, .find = find_presliding_rate,
      .differentiate = presliding_rate_along},
-    {"bend", ER_LOCAL, .torsion = 2, .find = find_bends, .differentiate = bends_along,
-     .is_indicator = true},
-    {"slip", ER_LOCAL, .element = 1, .find = find_slips, .differentiate = slips_along, .is_indicator = true},
-    {"motor_slip", ER_LOCAL, .motor = 1, .find = find_motor_slips, .differentiate = motor_slips_along,
-     .is_indicator = true},
-    {"torque_room", ER_LOCAL, .motor = 1, .find = find_limits, .differentiate = limits_along, .is_indicator = true},
-    {"contact_gap", ER_LOCAL, .fixed = 1, .find = find_contact_gap, .differentiate = contact_gap_along,
-     .is_indicator = true},
+    {"bend", ER_LOCAL, .torsion = 2, .find = find_bends, .differentiate = bends_along},
+    {"slip", ER_LOCAL, .element = 1, .find = find_slips, .differentiate = slips_along},
+    {"motor_slip", ER_LOCAL, .motor = 1, .find = find_motor_slips, .differentiate = motor_slips_along},
+    {"torque_room", ER_LOCAL, .motor = 1, .find = find_limits, .differentiate = limits_along},
+    {"contact_gap", ER_LOCAL, .fixed = 1, .find = find_contact_gap, .differentiate = contact_gap_along},
 };
 const int er_block_count = sizeof er_blocks / sizeof *er_blocks;
 typedef char blocks_fit[sizeof er_blocks / sizeof *er_blocks <= ER_MAX_BLOCKS ? 1 : -1];
+
+/* Where a block's first variable stands in a state, or in a change of it. */
+static const double *first_in(const er_instance *instance, int block, const void *whole, size_t place)
+{
+    unsigned first = (unsigned)instance->interface.first[block];
+    return (const double *)((const char *)whole + place) + er_entry(&instance->interface, first);
+}
+
+bool er_block_find(er_instance *instance, int block, double *values)
+{
+    const er_block *own = &er_blocks[block];
+    const er_state *state = &instance->model->memory.state;
+    if (own->find != NULL)
+        return own->find(instance, values);
+    memcpy(values, first_in(instance, block, state, own->place),
+           (size_t)instance->interface.size[block] * sizeof *values);
+    return true;
+}
+
+bool er_block_along(er_instance *instance, int block, const er_change *change, double *derivatives)
+{
+    const er_block *own = &er_blocks[block];
+    if (own->differentiate != NULL)
+        return own->differentiate(instance, change, derivatives);
+    if (own->place == 0)
+        return er_fail(&instance->failure, "%s has no derivative; expected another output",
+                       instance->interface.name[instance->interface.first[block]]);
+    memcpy(derivatives, first_in(instance, block, change, own->along),
+           (size_t)instance->interface.size[block] * sizeof *derivatives);
+    return true;
+}

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "exchange.h"
-#include "variables.h"
 #include "log_categories.h"
 
 /* Without the master's log, stderr. */
@@ -238,86 +237,4 @@ bool er_component_none_of(er_component *c, er_call call, const char *kind, const
     er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind,
             references[0], others);
     return er_component_refuse(c, failure.text);
-}
-
-/* Memory of another state. */
-static er_saved_state *new_state(er_component *c)
-{
-    er_saved_state *saved = calloc(1, sizeof *saved);
-    if (saved == NULL)
-        er_component_refuse(c, "the state does not fit into memory");
-    return saved;
-}
-
-static bool require_state(er_component *c, const void *state)
-{
-    return er_component_may(c, ER_CALL_ANY) &&
-           (state != NULL ||
-            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
-}
-
-bool er_component_get_state(er_component *c, void **state)
-{
-    er_saved_state *saved;
-    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state))
-        return false;
-    saved = *state != NULL ? *state : new_state(c);
-    if (saved == NULL)
-        return false;
-    er_instance_save(c->robot, saved);
-    *state = saved;
-    return true;
-}
-
-bool er_component_set_state(er_component *c, const void *state)
-{
-    return require_state(c, state) && er_component_told(c, er_instance_restore(c->robot, state));
-}
-
-bool er_component_free_state(er_component *c, void **state)
-{
-    if (!er_component_may(c, ER_CALL_ANY))
-        return false;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return true;
-}
-
-bool er_component_state_size(er_component *c, const void *state, size_t *size)
-{
-    if (!require_state(c, state) || !er_component_given(c, 1, size, size))
-        return false;
-    *size = ER_SERIALISED_SIZE;
-    return true;
-}
-
-bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size)
-{
-    if (!require_state(c, state) || !er_component_given(c, size, bytes, bytes))
-        return false;
-    if (size < ER_SERIALISED_SIZE)
-        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
-    er_serialise(state, bytes);
-    return true;
-}
-
-/* A state that is there already is replaced by a good one only. */
-bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state)
-{
-    er_saved_state *saved;
-    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state) ||
-        !er_component_given(c, size, bytes, bytes))
-        return false;
-    saved = new_state(c);
-    if (saved == NULL)
-        return false;
-    if (!er_component_told(c, er_deserialise(c->robot, bytes, size, saved))) {
-        free(saved);
-        return false;
-    }
-    free(*state);
-    *state = saved;
-    return true;
 }

@@ -30,6 +30,28 @@ struct er_component {
     char name[];
 };
 
+/* Statuses, which FMI 2.0 and FMI 3.0 give the same numbers. */
+enum { ER_OK,
+       ER_WARNING,
+       ER_DISCARD,
+       ER_ERROR };
+
+static inline int er_status(bool good)
+{
+    return good ? ER_OK : ER_ERROR;
+}
+
+/* That of a call that may be tried again where its refusal says so; and of one that may have warned, too. */
+static inline int er_status_tried(const er_component *c, bool good)
+{
+    return !good && c != NULL && c->discards ? ER_DISCARD : er_status(good);
+}
+
+static inline int er_status_taken(const er_component *c, bool good)
+{
+    return good && c->warns ? ER_WARNING : er_status_tried(c, good);
+}
+
 /* Takes over a robot; NULL, after telling the failure, if there is none. */
 er_component *er_component_create(const char *name, er_log log, er_instance *robot,
                                   const er_failure *failure);

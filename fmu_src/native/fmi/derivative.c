@@ -4,8 +4,6 @@
  * A step is computed again from where it began, with the sensitivities of its state carried along,
  * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
  */
-#include "variables.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -275,12 +273,8 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
 /* Derivatives of a block along a change. */
 static bool block_along(er_instance *instance, int number, const er_change *change, double *out)
 {
-    const er_block *block = &er_blocks[number];
-    if (block->differentiate == NULL)
-        return er_fail(&instance->failure, "%s has no derivative; expected another output",
-                       instance->interface.name[instance->interface.first[number]]);
-    return (!block->from_value || er_instance_require(instance, number)) &&
-           block->differentiate(instance, change, out);
+    return (!er_blocks[number].from_value || er_instance_require(instance, number)) &&
+           er_block_along(instance, number, change, out);
 }
 
 bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,

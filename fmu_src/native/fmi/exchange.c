@@ -77,10 +77,10 @@ void er_exchange_bends_along(const er_instance *instance, const er_change *along
     }
 }
 
-/* Elements of gears, and of motors that move by themselves. */
-static int count_elements(const er_model *model)
+/* Whether an element is that of a motor that does not move by itself. */
+static bool is_idle(const er_model *model, int j)
 {
-    return model->robot.elements + er_model_motors(model);
+    return j >= model->robot.elements + er_model_motors(model);
 }
 
 /* Rate of the coordinate of an element [rad/s]. */
@@ -105,12 +105,15 @@ void er_exchange_slips(const er_instance *instance, double *ways)
 {
     const er_state *state = &instance->model->memory.state;
     const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < count_elements(instance->model); j++) {
+    for (int j = 0; j < er_all_elements(robot); j++) {
         int direction = state->stops.slipping[j];
-        double rate = rate_of(robot, state->v, state->motors.rate, j);
-        ways[j] = slip_slack(instance, j) + (direction == 0
-                                                 ? robot->element[j].angle - fabs(state->stops.elongation[j])
-                                                 : direction * rate * ER_REVERSAL_TIME);
+        if (is_idle(instance->model, j))
+            ways[j] = 1.0;
+        else if (direction == 0)
+            ways[j] = slip_slack(instance, j) + (robot->element[j].angle - fabs(state->stops.elongation[j]));
+        else
+            ways[j] = slip_slack(instance, j) +
+                      direction * rate_of(robot, state->v, state->motors.rate, j) * ER_REVERSAL_TIME;
     }
 }
 
@@ -118,10 +121,13 @@ void er_exchange_slips_along(const er_instance *instance, const er_change *chang
 {
     const er_stops *stops = &instance->model->memory.state.stops;
     const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < count_elements(instance->model); j++) {
-        double rate = rate_of(robot, change->v, change->motors.rate, j);
-        ways[j] = stops->slipping[j] == 0 ? -copysign(1.0, stops->elongation[j]) * change->elongation[j]
-                                          : stops->slipping[j] * rate * ER_REVERSAL_TIME;
+    for (int j = 0; j < er_all_elements(robot); j++) {
+        if (is_idle(instance->model, j))
+            ways[j] = 0.0;
+        else if (stops->slipping[j] == 0)
+            ways[j] = -copysign(1.0, stops->elongation[j]) * change->elongation[j];
+        else
+            ways[j] = stops->slipping[j] * rate_of(robot, change->v, change->motors.rate, j) * ER_REVERSAL_TIME;
     }
 }
 
@@ -165,7 +171,7 @@ static bool settle_elements(er_instance *instance)
     double ways[ER_MAX_ELEMENTS];
     bool changed = false;
     er_exchange_slips(instance, ways);
-    for (int j = 0; j < count_elements(instance->model); j++) {
+    for (int j = 0; j < er_all_elements(robot); j++) {
         if (ways[j] > 0.0)
             continue;
         if (stops->slipping[j] != 0) {
@@ -212,7 +218,7 @@ bool er_exchange_completed(er_instance *instance, bool *has_event)
     for (int i = 0; i < 2 * instance->interface.torsions; i++)
         *has_event |= ways[i] <= 0.0;
     er_exchange_slips(instance, slips);
-    for (int j = 0; j < count_elements(instance->model); j++)
+    for (int j = 0; j < er_all_elements(&instance->model->robot); j++)
         *has_event |= slips[j] <= 0.0;
     return true;
 }

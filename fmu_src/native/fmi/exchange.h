@@ -13,6 +13,9 @@
 #include "../core/tangent.h"
 #include "instance.h"
 
+/* As many values as one of the kinds of event indicators below may have. */
+enum { ER_MAX_INDICATORS = 2 * ER_MAX_JOINTS > ER_MAX_ELEMENTS ? 2 * ER_MAX_JOINTS : ER_MAX_ELEMENTS };
+
 /* Turns a rate into a way, of about a first step [s]. */
 #define ER_REVERSAL_TIME 1e-3
 
@@ -32,9 +35,9 @@ void er_exchange_bends(const er_instance *instance, double *ways);
 /* How they change with x and backlash. */
 void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
 
-/* Ways of the elements, behind those of gears those of motors that move by themselves, to their slip angles [rad], of
- * those that slip to the reversal of their coordinates, which is their rate times ER_REVERSAL_TIME; and how they
- * change. */
+/* Ways of the elements, behind those of gears those of motors, to their slip angles [rad], of those that slip to the
+ * reversal of their coordinates, which is their rate times ER_REVERSAL_TIME; 1 of motors that do not move by
+ * themselves; and how they change. */
 void er_exchange_slips(const er_instance *instance, double *ways);
 void er_exchange_slips_along(const er_instance *instance, const er_change *change, double *ways);
 

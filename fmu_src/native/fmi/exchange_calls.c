@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "exchange.h"
-#include "variables.h"
 
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
@@ -11,18 +10,22 @@ enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
 static const char *const called[] = {"continuous states", "derivatives of continuous states",
                                      "event indicators"};
 
+/* Place of a vector's block in the table. */
+static int block_of(const er_interface *in, er_exchanged which, int k)
+{
+    return which == ER_INDICATORS ? in->indicator[k] : which == ER_STATES ? in->state[k].block
+                                                                          : in->state[k].derivative;
+}
+
 /* Value references of a vector; returns their number. */
 static int list(const er_interface *in, er_exchanged which, unsigned references[MOST])
 {
-    int blocks[ER_MAX_BLOCKS], count = 0, known = 0;
-    for (int k = 0; which != ER_INDICATORS && k < in->states; k++)
-        blocks[count++] = which == ER_STATES ? in->state[k].block : in->state[k].derivative;
-    for (int k = 0; which == ER_INDICATORS && k < er_block_count; k++)
-        if (er_blocks[k].is_indicator)
-            blocks[count++] = k;
-    for (int b = 0; b < count; b++)
-        for (int k = 0; k < in->size[blocks[b]]; k++)
-            references[known++] = (unsigned)(in->first[blocks[b]] + k);
+    int blocks = which == ER_INDICATORS ? in->indicators : in->states, known = 0;
+    for (int b = 0; b < blocks; b++) {
+        int block = block_of(in, which, b);
+        for (int k = 0; k < in->size[block]; k++)
+            references[known++] = (unsigned)(in->first[block] + k);
+    }
     return known;
 }
 

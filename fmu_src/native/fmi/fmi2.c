@@ -6,25 +6,7 @@
 
 #include "../io/file.h"
 #include "component.h"
-#include "variables.h"
 #include "log_categories.h"
-
-static fmi2Status status(bool good)
-{
-    return good ? fmi2OK : fmi2Error;
-}
-
-/* Of a call that may be tried again. */
-static fmi2Status tried(const er_component *c, bool good)
-{
-    return !good && c != NULL && c->discards ? fmi2Discard : status(good);
-}
-
-/* Of a call that may have warned. */
-static fmi2Status taken(const er_component *c, bool good)
-{
-    return good && c->warns ? fmi2Warning : tried(c, good);
-}
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -88,62 +70,62 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
-    return status(er_component_log(c, logging != fmi2False, false, categories, count));
+    return er_status(er_component_log(c, logging != fmi2False, false, categories, count));
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
-    return status(er_component_setup(c, start, has_stop ? stop : INFINITY,
-                                     has_tolerance ? tolerance : 0.0));
+    return er_status(er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                        has_tolerance ? tolerance : 0.0));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    return status(er_component_enter(c));
+    return er_status(er_component_enter(c));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    return taken(c, er_component_exit(c));
+    return er_status_taken(c, er_component_exit(c));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
 {
-    return status(er_component_terminate(c));
+    return er_status(er_component_terminate(c));
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
-    return status(er_component_reset(c));
+    return er_status(er_component_reset(c));
 }
 
 fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        fmi2Real values[])
 {
     er_component *c = instance;
-    return tried(c, er_component_may(c, ER_CALL_GET) &&
-                        er_component_given(c, count, references, values) &&
-                        er_component_tried(c, er_instance_get_reals(c->robot, references, count,
-                                                                    values)));
+    return er_status_tried(c, er_component_may(c, ER_CALL_GET) &&
+                                  er_component_given(c, count, references, values) &&
+                                  er_component_tried(c, er_instance_get_reals(c->robot, references, count,
+                                                                              values)));
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        const fmi2Real values[])
 {
-    return taken(instance, er_component_set_reals(instance, references, count, values));
+    return er_status_taken(instance, er_component_set_reals(instance, references, count, values));
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
                          fmi2String values[])
 {
-    return status(er_component_get_strings(c, ER_CALL_GET, references, count, values));
+    return er_status(er_component_get_strings(c, ER_CALL_GET, references, count, values));
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
                          const fmi2String values[])
 {
-    return tried(c, er_component_set_strings(c, references, count, values));
+    return er_status_tried(c, er_component_set_strings(c, references, count, values));
 }
 
 #define NO_VARIABLES(Type, kind)                                                                    \
@@ -151,14 +133,14 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
                              fmi2##Type values[])                                                   \
     {                                                                                               \
         (void)values;                                                                               \
-        return status(                                                                              \
+        return er_status(                                                                              \
             er_component_none_of(c, ER_CALL_GET, kind, "real and string", references, count));      \
     }                                                                                               \
     fmi2Status fmi2Set##Type(fmi2Component c, const fmi2ValueReference references[], size_t count,  \
                              const fmi2##Type values[])                                             \
     {                                                                                               \
         (void)values;                                                                               \
-        return status(                                                                              \
+        return er_status(                                                                              \
             er_component_none_of(c, ER_CALL_SET, kind, "real and string", references, count));      \
     }
 
@@ -167,33 +149,33 @@ NO_VARIABLES(Boolean, "boolean")
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    return status(er_component_get_state(c, state));
+    return er_status(er_component_get_state(c, state));
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    return status(er_component_set_state(c, state));
+    return er_status(er_component_set_state(c, state));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    return status(er_component_free_state(c, state));
+    return er_status(er_component_free_state(c, state));
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    return status(er_component_state_size(c, state, size));
+    return er_status(er_component_state_size(c, state, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    return status(er_component_serialise(c, state, bytes, size));
+    return er_status(er_component_serialise(c, state, bytes, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *state)
 {
-    return status(er_component_deserialise(c, bytes, size, state));
+    return er_status(er_component_deserialise(c, bytes, size, state));
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
@@ -202,12 +184,12 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                         const fmi2Real seed[], fmi2Real sensitivity[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_DERIVE) &&
-                  er_component_given(c, unknown_count, unknowns, sensitivity) &&
-                  er_component_given(c, known_count, knowns, seed) &&
-                  er_component_told(c, er_instance_derivative(c->robot, unknowns, unknown_count,
-                                                              knowns, known_count, seed,
-                                                              sensitivity)));
+    return er_status(er_component_may(c, ER_CALL_DERIVE) &&
+                     er_component_given(c, unknown_count, unknowns, sensitivity) &&
+                     er_component_given(c, known_count, knowns, seed) &&
+                     er_component_told(c, er_instance_derivative(c->robot, unknowns, unknown_count,
+                                                                 knowns, known_count, seed,
+                                                                 sensitivity)));
 }
 
 /* Whether an instance is one of co-simulation, whose functions these are. */
@@ -245,20 +227,20 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)references;
     (void)order;
     (void)values;
-    return status(er_component_may(c, ER_CALL_RESULT) &&
-                  (count == 0 ||
-                   er_component_refuse(c, "output derivatives are asked for; there are none")));
+    return er_status(er_component_may(c, ER_CALL_RESULT) &&
+                     (count == 0 ||
+                      er_component_refuse(c, "output derivatives are asked for; there are none")));
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fmi2Boolean no_set_state)
 {
     (void)no_set_state;
-    return tried(c, er_component_step(c, time, size));
+    return er_status_tried(c, er_component_step(c, time, size));
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return status(
+    return er_status(
         er_component_refuse(c, "a step is cancelled; steps of this FMU are not asynchronous"));
 }
 

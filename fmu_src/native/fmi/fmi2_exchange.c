@@ -3,20 +3,9 @@
 
 #include "component.h"
 
-static fmi2Status status(bool good)
-{
-    return good ? fmi2OK : fmi2Error;
-}
-
-/* Of a trial state: an integrator may take a shorter step. */
-static fmi2Status tried(const er_component *c, bool good)
-{
-    return !good && c != NULL && c->discards ? fmi2Discard : status(good);
-}
-
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
-    return status(er_component_enter_event(c, ER_CALL_EVENT_MODE));
+    return er_status(er_component_enter_event(c, ER_CALL_EVENT_MODE));
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
@@ -35,7 +24,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
-    return status(er_component_enter_continuous(c));
+    return er_status(er_component_enter_continuous(c));
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state,
@@ -53,30 +42,30 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
-    return status(er_component_set_time(c, time));
+    return er_status(er_component_set_time(c, time));
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t count)
 {
-    return tried(c, er_component_set_states(c, states, count));
+    return er_status_tried(c, er_component_set_states(c, states, count));
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t count)
 {
-    return status(er_component_get_nominals(c, nominals, count));
+    return er_status(er_component_get_nominals(c, nominals, count));
 }

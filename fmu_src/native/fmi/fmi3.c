@@ -3,25 +3,14 @@
  * Value references are those of FMI 2.0; an array has that of its first element, and the independent
  * variable, time, the first one behind all others.
  */
-#include "fmi3.h"
+#include "fmi3Functions.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "../io/file.h"
-#include "variables.h"
+#include "component.h"
 #include "log_categories.h"
-
-static fmi3Status status(bool good)
-{
-    return good ? fmi3OK : fmi3Error;
-}
-
-/* Of a call that may have warned. */
-static fmi3Status taken(const er_component *c, bool good)
-{
-    return good && c->warns ? fmi3Warning : er_fmi3_tried(c, good);
-}
 
 const char *fmi3GetVersion(void)
 {
@@ -41,12 +30,12 @@ static void tell(const er_component *c, unsigned category, const char *text)
                                               er_log_name(category), escaped);
 }
 
-er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)
+static er_log log_of(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)
 {
     return (er_log){tell, (void (*)(void))function, environment, on ? ER_LOG_ALL : 0};
 }
 
-er_instance *er_fmi3_create(fmi3String token, fmi3String resources, er_failure *failure)
+static er_instance *create(fmi3String token, fmi3String resources, er_failure *failure)
 {
     char *file = er_path_in_folder(resources != NULL ? resources : "", ER_ROBOT_FILE);
     er_instance *robot = NULL;
@@ -80,8 +69,38 @@ fmi3Instance fmi3InstantiateCoSimulation(
     else if (intermediate_count > 0)
         er_fail(&failure, "intermediate variables are asked for; this FMU has none");
     else
-        robot = er_fmi3_create(token, resources, &failure);
-    return er_component_create(name, er_fmi3_log(logging, log, environment), robot, &failure);
+        robot = create(token, resources, &failure);
+    return er_component_create(name, log_of(logging, log, environment), robot, &failure);
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
+                                          fmi3Boolean visible, fmi3Boolean logging,
+                                          fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log)
+{
+    er_failure failure;
+    er_instance *robot = create(token, resources, &failure);
+    (void)visible;
+    if (robot != NULL)
+        robot->exchange.on = true;
+    return er_component_create(name, log_of(logging, log, environment), robot, &failure);
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
+    fmi3UnlockPreemptionCallback unlock)
+{
+    er_failure failure;
+    (void)token;
+    (void)resources;
+    (void)visible;
+    (void)clock_update;
+    (void)lock;
+    (void)unlock;
+    er_fail(&failure, "scheduled execution is asked for; this FMU does co-simulation and model exchange");
+    return er_component_create(name, log_of(logging, log, environment), NULL, &failure);
 }
 
 void fmi3FreeInstance(fmi3Instance c)
@@ -92,32 +111,32 @@ void fmi3FreeInstance(fmi3Instance c)
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
                                const fmi3String categories[])
 {
-    return status(er_component_log(c, logging, true, categories, count));
+    return er_status(er_component_log(c, logging, true, categories, count));
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
                                        fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean has_stop, fmi3Float64 stop)
 {
-    return status(er_component_may(c, ER_CALL_ENTER) &&
-                  er_component_setup(c, start, has_stop ? stop : INFINITY,
-                                     has_tolerance ? tolerance : 0.0) &&
-                  er_component_enter(c));
+    return er_status(er_component_may(c, ER_CALL_ENTER) &&
+                     er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                        has_tolerance ? tolerance : 0.0) &&
+                     er_component_enter(c));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
-    return taken(c, er_component_exit(c));
+    return er_status_taken(c, er_component_exit(c));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    return status(er_component_terminate(c));
+    return er_status(er_component_terminate(c));
 }
 
 fmi3Status fmi3Reset(fmi3Instance c)
 {
-    return status(er_component_reset(c));
+    return er_status(er_component_reset(c));
 }
 
 static bool is_time(const er_component *c, fmi3ValueReference reference)
@@ -188,20 +207,20 @@ static bool get(er_component *c, const fmi3ValueReference references[], size_t c
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           fmi3Float64 values[], size_t value_count)
 {
-    return er_fmi3_tried(c, er_component_may(c, ER_CALL_GET_START) &&
-                                er_component_given(c, count, references, values) &&
-                                er_component_tried(c, get(c, references, count, values,
-                                                          value_count)));
+    return er_status_tried(c, er_component_may(c, ER_CALL_GET_START) &&
+                                  er_component_given(c, count, references, values) &&
+                                  er_component_tried(c, get(c, references, count, values,
+                                                            value_count)));
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
     unsigned elements[ER_MAX_REALS];
-    return taken(c, er_component_may(c, ER_CALL_SET) &&
-                        er_component_given(c, count, references, values) &&
-                        er_component_tried(c, expand(c, references, count, value_count, elements)) &&
-                        er_component_set_reals(c, elements, value_count, values));
+    return er_status_taken(c, er_component_may(c, ER_CALL_SET) &&
+                                  er_component_given(c, count, references, values) &&
+                                  er_component_tried(c, expand(c, references, count, value_count, elements)) &&
+                                  er_component_set_reals(c, elements, value_count, values));
 }
 
 /* A string variable has one value. */
@@ -216,46 +235,46 @@ static bool require_strings(er_component *c, size_t count, size_t values)
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                          fmi3String values[], size_t value_count)
 {
-    return status(require_strings(c, count, value_count) &&
-                  er_component_get_strings(c, ER_CALL_GET_START, references, count, values));
+    return er_status(require_strings(c, count, value_count) &&
+                     er_component_get_strings(c, ER_CALL_GET_START, references, count, values));
 }
 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                          const fmi3String values[], size_t value_count)
 {
-    return er_fmi3_tried(c, require_strings(c, count, value_count) &&
-                                er_component_set_strings(c, references, count, values));
+    return er_status_tried(c, require_strings(c, count, value_count) &&
+                                  er_component_set_strings(c, references, count, values));
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    return status(er_component_get_state(c, state));
+    return er_status(er_component_get_state(c, state));
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    return status(er_component_set_state(c, state));
+    return er_status(er_component_set_state(c, state));
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    return status(er_component_free_state(c, state));
+    return er_status(er_component_free_state(c, state));
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    return status(er_component_state_size(c, state, size));
+    return er_status(er_component_state_size(c, state, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    return status(er_component_serialise(c, state, bytes, size));
+    return er_status(er_component_serialise(c, state, bytes, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *state)
 {
-    return status(er_component_deserialise(c, bytes, size, state));
+    return er_status(er_component_deserialise(c, bytes, size, state));
 }
 
 static bool derive(er_component *c, const fmi3ValueReference unknowns[], size_t unknown_count,
@@ -275,11 +294,11 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t seed_count, fmi3Float64 sensitivity[],
                                         size_t sensitivity_count)
 {
-    return status(er_component_may(c, ER_CALL_DERIVE) &&
-                  er_component_given(c, unknown_count, unknowns, sensitivity) &&
-                  er_component_given(c, known_count, knowns, seed) &&
-                  er_component_told(c, derive(c, unknowns, unknown_count, knowns, known_count, seed,
-                                              seed_count, sensitivity, sensitivity_count)));
+    return er_status(er_component_may(c, ER_CALL_DERIVE) &&
+                     er_component_given(c, unknown_count, unknowns, sensitivity) &&
+                     er_component_given(c, known_count, knowns, seed) &&
+                     er_component_told(c, derive(c, unknowns, unknown_count, knowns, known_count, seed,
+                                                 seed_count, sensitivity, sensitivity_count)));
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
@@ -300,5 +319,5 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
     *terminate = fmi3False;
     *early = fmi3False;
     *last_time = c->robot->progress.time;
-    return er_fmi3_tried(c, good);
+    return er_status_tried(c, good);
 }

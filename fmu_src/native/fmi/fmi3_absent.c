@@ -1,5 +1,7 @@
 /* The functions of FMI 3.0 for what this FMU does not have: each is refused with a sentence. */
-#include "fmi3.h"
+#include "fmi3Functions.h"
+
+#include "component.h"
 
 #if defined __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* nothing here looks at what is asked */
@@ -12,8 +14,8 @@
 #define NONE(Name, call, Type, parameters)                                                          \
     fmi3Status fmi3##Name##Type parameters                                                          \
     {                                                                                               \
-        return er_component_none_of(c, call, #Type, "Float64 and String", references, count)        \
-                   ? fmi3OK : fmi3Error;                                                            \
+        return er_status(                                                                           \
+            er_component_none_of(c, call, #Type, "Float64 and String", references, count));         \
     }
 
 #define NO_VARIABLES(Type)                                                                          \
@@ -83,20 +85,3 @@ ABSENT(GetAdjointDerivative,
 ABSENT(GetOutputDerivatives,
        (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
        "output derivatives are asked for; there are none")
-
-static fmi3Instance instantiate_none(fmi3String name, er_log log, const char *found)
-{
-    er_failure failure;
-    er_fail(&failure, "%s", found);
-    return er_component_create(name, log, NULL, &failure);
-}
-
-fmi3Instance fmi3InstantiateScheduledExecution(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
-    fmi3UnlockPreemptionCallback unlock)
-{
-    return instantiate_none(name, er_fmi3_log(logging, log, environment),
-                            "scheduled execution is asked for; this FMU does co-simulation and model exchange");
-}

@@ -1,33 +1,16 @@
 /* The functions of FMI 3.0 for model exchange. */
+#include "fmi3Functions.h"
+
 #include "component.h"
-#include "fmi3.h"
-
-static fmi3Status status(bool good)
-{
-    return good ? fmi3OK : fmi3Error;
-}
-
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
-                                          fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment,
-                                          fmi3LogMessageCallback log)
-{
-    er_failure failure;
-    er_instance *robot = er_fmi3_create(token, resources, &failure);
-    (void)visible;
-    if (robot != NULL)
-        robot->exchange.on = true;
-    return er_component_create(name, er_fmi3_log(logging, log, environment), robot, &failure);
-}
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
-    return status(er_component_enter_event(c, ER_CALL_EVENT));
+    return er_status(er_component_enter_event(c, ER_CALL_EVENT));
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 {
-    return status(er_component_enter_continuous(c));
+    return er_status(er_component_enter_continuous(c));
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update, fmi3Boolean *terminate,
@@ -59,40 +42,40 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
 
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time)
 {
-    return status(er_component_set_time(c, time));
+    return er_status(er_component_set_time(c, time));
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_set_states(c, states, count));
+    return er_status_tried(c, er_component_set_states(c, states, count));
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t count)
 {
-    return status(er_component_get_nominals(c, nominals, count));
+    return er_status(er_component_get_nominals(c, nominals, count));
 }
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
-    return status(er_component_count_exchanged(c, ER_INDICATORS, count));
+    return er_status(er_component_count_exchanged(c, ER_INDICATORS, count));
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
-    return status(er_component_count_exchanged(c, ER_STATES, count));
+    return er_status(er_component_count_exchanged(c, ER_STATES, count));
 }

@@ -90,4 +90,32 @@ const er_step_start *er_step_start_of(const er_instance *instance);
 /* Moves on by a communication step [s]; inputs are those at its start. */
 bool er_instance_step(er_instance *instance, double start, double size);
 
+/* variables.c: reals and strings by value reference.  Outputs are computed when they are read. */
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
+                           double *values);
+bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
+                           const double *values);
+
+/* Takes derivatives of the first order of inputs: those of the wrench and of the anchor's position, which are
+ * inputs too, and of q''.  Others have no effect: `ignored` says of the first, or is NULL. */
+bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
+                                 const int *orders, const double *values, const char **ignored);
+
+/* Has the values of a block of computed variables, by its place in er_blocks. */
+bool er_instance_require(er_instance *instance, int block);
+
+/* Where an input, a parameter or a state has its value; nothing is looked at. */
+double *er_instance_settable(er_instance *instance, unsigned reference);
+
+bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
+bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
+                             const char *const *values);
+
+/* derivative.c: d(unknowns)/d(knowns) times a seed: how outputs at the end of the last step, or in the initial
+ * state, follow the inputs and parameters that led there, and at a communication point the states and
+ * time. */
+bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                            const unsigned *knowns, size_t known_count, const double *seed,
+                            double *sensitivity);
+
 #endif

@@ -29,11 +29,24 @@ static bool read_state(er_interface *in, er_lines *lines)
         return er_lines_refuse(lines, "fewer blocks of states");
     if (!read_block(lines, &state->block))
         return false;
-    if (!er_is_computed(&er_blocks[state->block]) || er_blocks[state->block].place == 0)
+    if (!er_is_state_block(state->block))
         return er_lines_refuse(lines, "a block of states");
     if (!read_block(lines, &state->derivative) || !er_lines_numbers(lines, 1, &state->nominal))
         return false;
     in->states++;
+    return true;
+}
+
+static bool read_indicator(er_interface *in, er_lines *lines)
+{
+    int *block = &in->indicator[in->indicators];
+    if (in->indicators == ER_MAX_STATES)
+        return er_lines_refuse(lines, "fewer blocks of event indicators");
+    if (!read_block(lines, block))
+        return false;
+    if (er_blocks[*block].kind != ER_LOCAL)
+        return er_lines_refuse(lines, "a block of event indicators");
+    in->indicators++;
     return true;
 }
 
@@ -85,6 +98,39 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
     return string->start >= 0 || er_lines_refuse(lines, "choices with the start value among them");
 }
 
+/* How often a block of states or of local variables must be among the states, their derivatives and the event
+ * indicators. */
+static bool require_once(const er_interface *in, int block, int times, er_lines *lines)
+{
+    bool wanted = in->size[block] > 0 && (er_is_state_block(block) || er_blocks[block].kind == ER_LOCAL);
+    return !wanted || times == 1 ||
+           er_fail(lines->failure, "the robot's data: expected the block %s once among states, their derivatives and"
+                                   " event indicators, got it %d times: build the FMU again",
+                   er_blocks[block].name, times);
+}
+
+/* All that the model integrates is a state, all that there is of it and of events is told, each state has a
+ * derivative. */
+static bool require_exchange(const er_interface *in, er_lines *lines)
+{
+    int times[ER_MAX_BLOCKS] = {0};
+    bool good = true;
+    for (int k = 0; k < in->states; k++) {
+        const er_state_block *state = &in->state[k];
+        times[state->block]++;
+        times[state->derivative]++;
+        if (in->size[state->block] != in->size[state->derivative])
+            return er_fail(lines->failure, "the robot's data: expected as many variables of the block %s as of %s,"
+                                           " got others: build the FMU again",
+                           er_blocks[state->derivative].name, er_blocks[state->block].name);
+    }
+    for (int k = 0; k < in->indicators; k++)
+        times[in->indicator[k]]++;
+    for (int k = 0; k < er_block_count && good; k++)
+        good = require_once(in, k, times[k], lines);
+    return good;
+}
+
 /* What the robot makes of the blocks must be what the model has. */
 static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
 {
@@ -124,6 +170,9 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
     while (strcmp(lines->word, "state") == 0)
         if (!read_state(in, lines) || !er_lines_next(lines))
             return false;
+    while (strcmp(lines->word, "indicator") == 0)
+        if (!read_indicator(in, lines) || !er_lines_next(lines))
+            return false;
     if (!er_lines_key(lines, "limits") || !read_limits(in, robot->joints, lines) ||
         !er_lines_next(lines))
         return false;
@@ -134,7 +183,7 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
         if (!er_lines_key(lines, "string") || !read_string(&in->string[k], choices[k], lines) ||
             !er_lines_next(lines))
             return false;
-    return er_lines_key(lines, "end") && require_sizes(in, robot, lines);
+    return er_lines_key(lines, "end") && require_sizes(in, robot, lines) && require_exchange(in, lines);
 }
 
 bool er_require_range(const er_interface *interface, unsigned reference, double value,

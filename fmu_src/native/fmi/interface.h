@@ -13,7 +13,7 @@
 typedef struct er_instance er_instance;
 struct er_change;
 
-/* As many blocks of reals, reals and blocks of states as there may be. */
+/* As many blocks of reals, reals and blocks of states or event indicators as there may be. */
 enum { ER_MAX_BLOCKS = 64, /* as a mask has bits */
        ER_MAX_REALS = 1024,
        ER_MAX_STATES = 8 };
@@ -39,22 +39,26 @@ typedef struct {
     int fixed, joint, elastic, torsion, hysteretic, element, motor;
     bool behind_elements; /* in their place those of the gears' elements come first */
     er_range range;
-    /* Of inputs and parameters: their place in er_inputs, in bytes; of states that in er_state. */
+    /* Of inputs and parameters: their place in er_inputs, in bytes; that in er_state of what lies in the state. */
     size_t place;
     size_t along; /* and where er_change has how they change */
     size_t rate;  /* place in er_inputs of an input's derivative by time; 0: it has none */
     er_cause cause; /* of inputs and parameters: what the motion follows with them */
     void (*watch)(er_instance *instance, int reference); /* what else happens when one is set, or NULL */
-    /* Of outputs and local variables: their values, and their derivatives along a change, or NULL. */
+    /* Of outputs and local variables: their values, and their derivatives along a change; NULL where they lie in the
+     * state. */
     bool (*find)(er_instance *instance, double *values);
     bool (*differentiate)(er_instance *instance, const struct er_change *change, double *derivatives);
-    bool from_value;   /* the derivatives need the values */
-    bool is_indicator; /* of an event */
+    bool from_value; /* the derivatives need the values */
 } er_block;
 
 /* The table, in blocks.c. */
 extern const er_block er_blocks[];
 extern const int er_block_count;
+
+/* Values of a block of outputs or local variables, and their derivatives along a change. */
+bool er_block_find(er_instance *instance, int block, double *values);
+bool er_block_along(er_instance *instance, int block, const struct er_change *change, double *derivatives);
 
 /* String variables, in their order; the choices of all but the first are those of er_options. */
 enum { ER_TRAJECTORY,
@@ -83,7 +87,8 @@ typedef struct {
     double usual, relative, least, most;
 } er_tolerance;
 
-/* A block of continuous states, and that of their derivatives by time. */
+/* A block of continuous states, and that of their derivatives by time, as STATES of elastic_robot/fmi/outputs.py has
+ * them. */
 typedef struct {
     int block, derivative;
     double nominal; /* usual size of one */
@@ -94,6 +99,8 @@ typedef struct {
     er_tolerance tolerance;
     int states;                  /* blocks of states of model exchange, in their order */
     er_state_block state[ER_MAX_STATES];
+    int indicators;              /* blocks of event indicators, in their order */
+    int indicator[ER_MAX_STATES];
     double limit[ER_MAX_JOINTS][2]; /* lowest and highest angle of each drive [rad]; infinite without */
     int reals;
     int first[ER_MAX_BLOCKS];        /* value reference of each block's first variable */
@@ -134,13 +141,16 @@ static inline bool er_is_computed(const er_block *block)
     return block->kind == ER_OUTPUT || block->kind == ER_LOCAL;
 }
 
+/* Whether a block, by its place, is of continuous states: outputs that lie in the model's state. */
+static inline bool er_is_state_block(int block)
+{
+    return er_blocks[block].kind == ER_OUTPUT && er_blocks[block].place > 0;
+}
+
 /* Whether it is a continuous state of model exchange. */
 static inline bool er_is_state(const er_interface *interface, unsigned reference)
 {
-    bool is = false;
-    for (int k = 0; k < interface->states; k++)
-        is |= interface->block[reference] == interface->state[k].block;
-    return is;
+    return er_is_state_block(interface->block[reference]);
 }
 
 /* Elements of the FMI 3.0 variable with a value reference, 0 if there is none. */

@@ -1,11 +1,27 @@
-#include "variables.h"
+/* States of an instance, which its master keeps, and brings back as they are or as bytes. */
+#include "component.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "../io/file.h"
 #include "exchange.h"
 
-/* Changes with the layout of er_saved_state. */
+/* All that an instance remembers: one flat block. */
+typedef struct {
+    uint64_t mark;        /* of this format */
+    uint64_t fingerprint; /* of the robot */
+    er_inputs inputs;
+    er_progress progress;
+    er_step_start step_start;
+    er_exchange exchange;
+    er_memory memory;
+} saved_state;
+
+/* The same as bytes has a checksum, for another process on the same kind of machine. */
+#define SERIALISED_SIZE (sizeof(saved_state) + sizeof(uint64_t))
+
+/* Changes with the layout of saved_state. */
 #define STATE_MARK UINT64_C(0x45526f626f74000a)
 
 static void copy_step_start(const er_robot *robot, er_step_start *to, const er_step_start *from)
@@ -13,7 +29,7 @@ static void copy_step_start(const er_robot *robot, er_step_start *to, const er_s
     memcpy(to, from, offsetof(er_step_start, state) + er_state_size(robot));
 }
 
-void er_instance_save(er_instance *instance, er_saved_state *saved)
+static void save(er_instance *instance, saved_state *saved)
 {
     er_exchange_hold(instance); /* as any call that asks for values; what refuses it refuses them */
     saved->mark = STATE_MARK;
@@ -30,7 +46,7 @@ static const char *kind(const er_exchange *exchange)
     return exchange->on ? "model exchange" : "co-simulation";
 }
 
-static bool require_own(er_instance *instance, const er_saved_state *saved)
+static bool require_own(er_instance *instance, const saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
@@ -44,7 +60,7 @@ static bool require_own(er_instance *instance, const er_saved_state *saved)
                    (unsigned long long)saved->fingerprint);
 }
 
-bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
+static bool restore(er_instance *instance, const saved_state *saved)
 {
     if (!require_own(instance, saved))
         return false;
@@ -61,24 +77,106 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
     return true;
 }
 
-void er_serialise(const er_saved_state *saved, void *bytes)
+static void serialise(const saved_state *saved, void *bytes)
 {
     uint64_t checksum = er_hash(saved, sizeof *saved, ER_HASH_START);
     memcpy(bytes, saved, sizeof *saved);
     memcpy((unsigned char *)bytes + sizeof *saved, &checksum, sizeof checksum);
 }
 
-bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_saved_state *saved)
+static bool deserialise(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
 {
     uint64_t checksum;
-    if (size != ER_SERIALISED_SIZE)
+    if (size != SERIALISED_SIZE)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
                                            " %lu bytes",
-                       (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
+                       (unsigned long)SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
         return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
                        (unsigned long)size);
     return require_own(instance, saved);
+}
+
+/* Memory of another state. */
+static saved_state *new_state(er_component *c)
+{
+    saved_state *saved = calloc(1, sizeof *saved);
+    if (saved == NULL)
+        er_component_refuse(c, "the state does not fit into memory");
+    return saved;
+}
+
+static bool require_state(er_component *c, const void *state)
+{
+    return er_component_may(c, ER_CALL_ANY) &&
+           (state != NULL ||
+            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
+}
+
+bool er_component_get_state(er_component *c, void **state)
+{
+    saved_state *saved;
+    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state))
+        return false;
+    saved = *state != NULL ? *state : new_state(c);
+    if (saved == NULL)
+        return false;
+    save(c->robot, saved);
+    *state = saved;
+    return true;
+}
+
+bool er_component_set_state(er_component *c, const void *state)
+{
+    return require_state(c, state) && er_component_told(c, restore(c->robot, state));
+}
+
+bool er_component_free_state(er_component *c, void **state)
+{
+    if (!er_component_may(c, ER_CALL_ANY))
+        return false;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return true;
+}
+
+bool er_component_state_size(er_component *c, const void *state, size_t *size)
+{
+    if (!require_state(c, state) || !er_component_given(c, 1, size, size))
+        return false;
+    *size = SERIALISED_SIZE;
+    return true;
+}
+
+bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size)
+{
+    if (!require_state(c, state) || !er_component_given(c, size, bytes, bytes))
+        return false;
+    if (size < SERIALISED_SIZE)
+        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
+    serialise(state, bytes);
+    return true;
+}
+
+/* A state that is there already is replaced by a good one only. */
+bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state)
+{
+    saved_state *saved;
+    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state) ||
+        !er_component_given(c, size, bytes, bytes))
+        return false;
+    saved = new_state(c);
+    if (saved == NULL)
+        return false;
+    if (!er_component_told(c, deserialise(c->robot, bytes, size, saved))) {
+        free(saved);
+        return false;
+    }
+    free(*state);
+    *state = saved;
+    return true;
 }

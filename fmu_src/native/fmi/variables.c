@@ -1,7 +1,5 @@
 /* Variables of an instance: inputs and parameters as they are set, outputs computed when read, strings fixed
  * when initialisation ends. */
-#include "variables.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -41,7 +39,7 @@ bool er_instance_require(er_instance *instance, int block)
     if ((instance->fresh & bit) != 0) /* nothing has changed since */
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance) ||
-        !er_blocks[block].find(instance, instance->outputs + instance->interface.first[block]))
+        !er_block_find(instance, block, instance->outputs + instance->interface.first[block]))
         return false;
     instance->fresh |= bit;
     return true;

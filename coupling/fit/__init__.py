@@ -1,1 +1,0 @@
-"""What fits of a robot's parameters share: parameters, verdicts, and the file that they end in."""

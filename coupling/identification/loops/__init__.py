@@ -1,0 +1,1 @@
+"""Elasticity and hysteresis of gears from loading loops: docs/identify.md."""

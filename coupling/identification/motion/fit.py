@@ -1,0 +1,258 @@
+"""Least squares over simulations, intervals of its parameters, and which of them are identifiable.
+
+Residuals are correlated over time and between channels: a fit without one block of a recording, for
+every block, shows how much the values owe to it [Kunsch1989].  Blocks are several times as long as the
+residuals are correlated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from coupling.identification.motion.problem import MotionProblem
+from coupling.identification.motion.sensors import SensorParameter
+from coupling.identification.verdict import quantile
+
+# Passes, each with the channels weighed by what is left of them: most steps, and what settles them.
+_PASSES = ((5, 1e-2), (8, 1e-4))
+# The solver starts so far inside its bounds.
+_INSIDE = 1e-6
+# An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
+# which shows that there is none.
+_OF_ITSELF, _NARROW = 1.0, 0.3
+# A channel weighs at most so many times as much as its measured size says.
+_LEAST_PART = 1e-3
+# What is left of a channel counts as this at least [rad, N m]: below is rounding.
+_EXACT = 1e-9
+# Length of a block over the correlation time, and how many there are at least and at most.
+_TIMES, _FEWEST, _MOST = 8.0, 12, 60
+# Eigenvalues of scaled normal matrices below this part of the largest are not seen.
+_UNSEEN = 1e-11
+
+
+@dataclass(frozen=True)
+class MotionFit:
+    """A fitted robot.
+
+    Attributes:
+        problem: The problem with the last weights.
+        x: What the fit counts, (P,).
+        blocks: Its normal equations, block by block.
+        converged: Whether the last step moved nothing.
+    """
+
+    problem: MotionProblem
+    x: np.ndarray
+    blocks: NormalBlocks
+    converged: bool
+
+
+def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
+    """Return the fit of a problem's parameters, from given values or those of the start."""
+    x = problem.start if x is None else x
+    converged = True
+    for most, settled in _PASSES:
+        problem = reweighed(problem, x)
+        if not len(x):
+            break
+        lowest, highest = problem.bounds
+        found = least_squares(
+            problem.residual,
+            np.clip(x, lowest + _INSIDE, highest - _INSIDE),
+            problem.jacobian,
+            bounds=(lowest, highest),
+            x_scale=1.0,
+            max_nfev=most,
+            xtol=settled,
+            ftol=settled,
+        )
+        x, converged = found.x, found.status > 0
+    return MotionFit(problem, x, _blocks(problem, x), converged)
+
+
+def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
+    """Return the problem with channels weighed by the rms of what is left of them at x."""
+    wind_up, torque = [], []
+    for moved in problem.moved:
+        left = problem.left(moved, problem.predicted(moved, x))
+        wind_up.append(left[0])
+        torque.append(left[1])
+    measured = np.vstack([moved.recording.torque for moved in problem.moved])
+    least = _LEAST_PART * rms(measured)
+    return replace(
+        problem,
+        wind_up_deviation=np.maximum(rms(np.vstack(wind_up)), _EXACT),
+        torque_deviation=np.maximum(rms(np.vstack(torque)), np.maximum(least, _EXACT)),
+    )
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    """Return the rms of columns, nan where one has none."""
+    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
+    return size
+
+
+def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
+    residual, jacobian = problem.residual(x), problem.jacobian(x)
+    rows = [len(moved.recording.time) for moved in problem.moved]
+    return NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+
+
+def identifiable(fit: MotionFit) -> np.ndarray:
+    """Return which parameters of a fit the recordings identify, (P,) of bool.
+
+    What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
+    as in the start, the widest first; the others answer, to first order.
+    """
+    chosen = np.ones(len(fit.x), dtype=bool)
+    away = fit.problem.start - fit.x
+    while chosen.any():
+        blocks = fit.blocks.only(chosen, away)
+        x = fit.x[chosen] + blocks.step
+        width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
+        worst = int(np.argmax(width))
+        if width[worst] <= 1.0:
+            break
+        lost = fit.problem.parameters[np.flatnonzero(chosen)[worst]]
+        for k, p in enumerate(fit.problem.parameters):
+            # A sine without its cosine is no eccentricity.
+            with_it = isinstance(lost, SensorParameter) and p.term == lost.term
+            chosen[k] &= p is not lost and not with_it
+    return chosen
+
+
+def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
+    """Return half of the widest interval of an identifiable parameter, (P,)."""
+    allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
+    for k, p in enumerate(problem.parameters):
+        if p.vanishes:
+            allowed[k] = _NARROW
+    for term in {p.term for p in problem.parameters if isinstance(p, SensorParameter)}:
+        own = np.array([p.term == term for p in problem.parameters])
+        allowed[own] = np.maximum(_OF_ITSELF * np.linalg.norm(x[own]), _NARROW)
+    return allowed
+
+
+def correlation_time(residual: np.ndarray) -> float:
+    """Return the integrated correlation time of the slowest channel [rows]: 1 of white noise.
+
+    Args:
+        residual: Residuals, (n, channels).
+    """
+    longest = 1.0
+    for channel in residual.T:
+        centred = channel - channel.mean()
+        size = 1 << (2 * len(centred) - 1).bit_length()
+        spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
+        covariance = np.fft.irfft(spectrum, size)[: len(centred)]
+        if covariance[0] <= 0.0:
+            continue
+        correlation = covariance / covariance[0]
+        ends = np.flatnonzero(correlation <= 0.0)
+        last = int(ends[0]) if len(ends) else len(correlation)
+        longest = max(longest, float(1.0 + 2.0 * np.sum(correlation[1:last])))
+    return longest
+
+
+@dataclass(frozen=True)
+class NormalBlocks:
+    """Normal equations of least squares, block of time by block: sums over g are the whole problem.
+
+    Attributes:
+        matrices: J^T J of each block, (g, P, P).
+        vectors: -J^T r of each block, (g, P).
+    """
+
+    matrices: np.ndarray
+    vectors: np.ndarray
+
+    @classmethod
+    def of(
+        cls, jacobian: np.ndarray, residual: np.ndarray, rows: Sequence[int], channels: int
+    ) -> NormalBlocks:
+        """Return the blocks of a linearised problem.
+
+        Args:
+            jacobian: Derivatives of the residual, rows of time with all channels, (r, P).
+            residual: The residual, (r,).
+            rows: Rows of time of each recording.
+            channels: Channels in each row.
+        """
+        ends = np.cumsum(rows)[:-1]
+        parts = np.split(residual.reshape(-1, channels), ends)
+        own = np.split(jacobian.reshape(-1, channels, jacobian.shape[1]), ends)
+        length = _TIMES * max(correlation_time(part) for part in parts)
+        total = int(np.clip(sum(rows) / length, _FEWEST, _MOST))
+        matrices, vectors = [], []
+        for part, columns in zip(parts, own, strict=True):
+            count = max(1, round(total * len(part) / sum(rows)))
+            for r, a in zip(
+                np.array_split(part, count), np.array_split(columns, count), strict=True
+            ):
+                flat = a.reshape(-1, a.shape[2])
+                matrices.append(flat.T @ flat)
+                vectors.append(-flat.T @ r.ravel())
+        return cls(np.array(matrices), np.array(vectors))
+
+    def only(self, chosen: np.ndarray, others: np.ndarray) -> NormalBlocks:
+        """Return the problem of some parameters with the others moved.
+
+        Args:
+            chosen: Which stay, (P,) of bool.
+            others: Change of the others, (P,); what stands at those chosen does not count.
+        """
+        moved = self.matrices[:, :, ~chosen] @ others[~chosen]
+        return NormalBlocks(
+            self.matrices[:, chosen][:, :, chosen], (self.vectors - moved)[:, chosen]
+        )
+
+    @property
+    def step(self) -> np.ndarray:
+        """What solves the whole problem, (P,)."""
+        return _solved(self.matrices.sum(axis=0), self.vectors.sum(axis=0))
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviations of the solution by the jackknife over blocks, (P,)."""
+        matrix, vector = self.matrices.sum(axis=0), self.vectors.sum(axis=0)
+        each = np.array(
+            [
+                _solved(matrix - own, vector - part)
+                for own, part in zip(self.matrices, self.vectors, strict=True)
+            ]
+        )
+        count = len(each)
+        away = each - each.mean(axis=0)
+        deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0))
+        return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
+
+    @property
+    def half(self) -> np.ndarray:
+        """Half of 95 % intervals over the standard deviations, (P,).
+
+        Student's, with the number of blocks that carry the information on a parameter, which may be few.
+        """
+        inverse = _inverse(self.matrices.sum(axis=0))
+        carried = np.einsum("ij,gjk,ki->gi", inverse, self.matrices, inverse)
+        whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
+        count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)
+        return np.array([quantile(own - 1.0) for own in count.tolist()])
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse of normal equations, zero along what they do not see."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale[scale == 0.0] = np.inf
+    both = np.outer(scale, scale)
+    inverse: np.ndarray = np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
+    return inverse
+
+
+def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return the solution of normal equations, none along what they do not see."""
+    found: np.ndarray = _inverse(matrix) @ vector
+    return found

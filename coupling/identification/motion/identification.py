@@ -1,0 +1,269 @@
+"""Identification from motion as a whole: fit, judge, predict what was held out, leave terms out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.identification.motion.fit import MotionFit, fitted, identifiable, rms
+from coupling.identification.motion.moved_robot import MovedRobot
+from coupling.identification.motion.parameters import MotionParameter, motion_parameters
+from coupling.identification.motion.problem import (
+    MotionProblem,
+    MovedRecording,
+    Predicted,
+)
+from coupling.identification.motion.recording import Recording, smooth
+from coupling.identification.motion.sensors import SHORT_TRAVEL, encoder_lines, sensor_parameters
+from elastic_robot.description import Robot
+
+# Fits at most, each of what the one before identifies.
+_MOST_PASSES = 4
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How well a recording is predicted.
+
+    Attributes:
+        moved: The recording.
+        held_out: Whether it was not fitted.
+        predicted: What is predicted of it.
+        left_wind_up: What is left of motor less link [rad], (n, j).
+        wind_up: Rms of that, (j,); nan without encoder.
+        without_lines: The same with an offset alone for each encoder, (j,).
+        torque: Rms of what is left of the motors' torques over that of the torques, (j,).
+        slow_torque: The same below the bandwidth of the motors' motion, (j,).
+    """
+
+    moved: MovedRecording
+    held_out: bool
+    predicted: Predicted
+    left_wind_up: np.ndarray
+    wind_up: np.ndarray
+    without_lines: np.ndarray
+    torque: np.ndarray
+    slow_torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class TermLeftOut:
+    """What a recording that was held out says of a term: rms without it, beside that with it.
+
+    Attributes:
+        term: The term.
+        joint: Index of the joint whose figures are told.
+        wind_up: With and without it [rad]; nan without encoder.
+        torque: With and without it, over the torques' rms.
+    """
+
+    term: str
+    joint: int
+    wind_up: tuple[float, float]
+    torque: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class MotionIdentification:
+    """What recordings identify of a robot.
+
+    Attributes:
+        robot: The start.
+        bandwidth: Of the motors' smoothed motion [Hz].
+        first: The fit of all parameters.
+        fit: The fit of those that are identifiable.
+        chosen: Which of the first are, (P,) of bool.
+        judged: Recordings, those fitted first.
+        terms: What each term is worth; none if not asked for.
+        remarks: What could not be fitted, in sentences.
+    """
+
+    robot: Robot
+    bandwidth: float
+    first: MotionFit
+    fit: MotionFit
+    chosen: np.ndarray
+    judged: tuple[Judged, ...]
+    terms: tuple[TermLeftOut, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def refusal(self) -> str:
+        """Why no robot should be written, in words; "" where one may be."""
+        if not self.chosen.any():
+            return "nothing is identified"
+        left = np.median([one.torque for one in self.judged if not one.held_out])
+        if left > 1.0:
+            return (
+                f"of the motors' torques {100.0 * left:.0f} % are left: are angles in rad, and torques"
+                " and angles those at the gears' outputs, counted as in the robot file?"
+            )
+        return ""
+
+    @property
+    def identified_robot(self) -> Robot:
+        """The robot as written."""
+        return self.fit.problem.robot_of(self.fit.x)
+
+
+def identify_motion(
+    robot: Robot,
+    recordings: Sequence[Recording],
+    held_out: Sequence[Recording],
+    bandwidth: float,
+    leave_out: bool,
+) -> MotionIdentification:
+    """Identify a robot from recordings of its motion.
+
+    Args:
+        robot: The start.
+        recordings: What is fitted.
+        held_out: What is predicted.
+        bandwidth: Of the motors' smoothed motion [Hz].
+        leave_out: Whether every term is left out in turn, which the last recording held out judges.
+
+    Raises:
+        IdentifyError: If a joint is rigid, encoders differ, or nothing is to be fitted.
+        SimulationError: If the start cannot be simulated along them.
+    """
+    _require_elastic(robot)
+    with_link = recordings[0].with_link
+    for recording in (*recordings, *held_out):
+        if recording.with_link != with_link:
+            raise IdentifyError(
+                f"{recording.name}: expected the links' angles that {recordings[0].name} has"
+            )
+    moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
+    others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
+    turned = np.vstack([recording.link for recording in recordings])
+    travel = np.ptp(turned, axis=0)
+    parameters: tuple[MotionParameter, ...] = (
+        *motion_parameters(robot, with_link),
+        *sensor_parameters(with_link, travel),
+    )
+    if not parameters:
+        raise IdentifyError(
+            f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
+            " recording, got none: nothing of it can be identified from a motion"
+        )
+    unit = np.ones(len(robot.joints))
+    with MovedRobot(robot) as fmu:
+        problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
+        first = fitted(problem)
+        lines = _lines(first)
+        if any(lines):
+            moved = tuple(replace(one, lines=lines) for one in moved)
+            others = tuple(replace(one, lines=lines) for one in others)
+            first = fitted(replace(first.problem, moved=moved), first.x)
+        fit, chosen = first, np.ones(len(parameters), dtype=bool)
+        for _ in range(_MOST_PASSES):
+            own = identifiable(fit) & ~_drowned(fit)
+            if own.all():
+                break
+            chosen[np.flatnonzero(chosen)[~own]] = False
+            fit = fitted(fit.problem.only(own), fit.x[own])
+        judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
+        judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
+        terms = _terms(fit, judged[-1]) if leave_out and others else ()
+    remarks = tuple(
+        f"Eccentricity of encoder {i + 1} is not fitted: its link turns by {travel[i]:.2g} rad, less"
+        f" than {SHORT_TRAVEL:.3g} rad."
+        for i in with_link
+        if travel[i] < SHORT_TRAVEL
+    )
+    return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+
+
+def _require_elastic(robot: Robot) -> None:
+    rigid = [j for j, joint in enumerate(robot.joints, start=1) if joint.stiffness is None]
+    if rigid:
+        raise IdentifyError(
+            f"{robot.name}: expected a stiffness of every joint, got none of joint {rigid[0]}"
+        )
+
+
+def _drowned(fit: MotionFit) -> np.ndarray:
+    """Return which numbers of gears do less than half of what is left of wind-ups, (P,) of bool.
+
+    What is left follows no model; a stiffness that is fitted to it has an interval that is too narrow.
+    """
+    problem, gear, left = fit.problem, [], []
+    for moved in problem.moved:
+        predicted = problem.predicted(moved, fit.x)
+        gear.append(predicted.shares["gear"])
+        left.append(problem.left(moved, predicted)[0])
+    small = np.std(np.vstack(gear), axis=0) < 0.5 * rms(np.vstack(left))
+    own = [p.of_gear for p in problem.parameters]
+    return np.array(own) & small[[p.joint for p in problem.parameters]]
+
+
+def _lines(fit: MotionFit) -> tuple[tuple[float, ...], ...]:
+    """Return the lines of every joint's encoder."""
+    problem = fit.problem
+    left = [problem.left(one, problem.predicted(one, fit.x))[0] for one in problem.moved]
+    found: list[tuple[float, ...]] = [()] * len(problem.robot.joints)
+    for i in problem.moved[0].recording.with_link:
+        angles = [one.recording.link[:, i] for one in problem.moved]
+        found[i] = encoder_lines([own[:, i] for own in left], angles)
+    return tuple(found)
+
+
+def judge(
+    problem: MotionProblem, moved: MovedRecording, x: np.ndarray, bandwidth: float, held_out: bool
+) -> Judged:
+    """Return how well a recording is predicted.
+
+    Args:
+        problem: The problem.
+        moved: The recording.
+        x: What the fit counts, (P,).
+        bandwidth: Of the motors' smoothed motion [Hz].
+        held_out: Whether it was not fitted.
+    """
+    predicted = problem.predicted(moved, x)
+    wind_up, torque = problem.left(moved, predicted)
+    apart = moved.recording.wind_up - predicted.wind_up
+    measured = moved.recording.torque
+    size = np.maximum(rms(measured), 1e-300)
+    slow = smooth(torque, moved.recording.step, bandwidth)
+    return Judged(
+        moved,
+        held_out,
+        predicted,
+        wind_up,
+        rms(wind_up),
+        np.std(apart, axis=0),
+        rms(torque) / size,
+        rms(slow) / size,
+    )
+
+
+def _terms(fit: MotionFit, judged: Judged) -> tuple[TermLeftOut, ...]:
+    """Return what each term of a fit is worth, by the others' answer to first order."""
+    problem, found = fit.problem, []
+    for term in dict.fromkeys(p.term for p in problem.parameters):
+        own = np.array([p.term == term for p in problem.parameters])
+        none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
+        x = np.where(own, none, fit.x)
+        rest = fit.blocks.only(~own, x - fit.x)
+        x[~own] += rest.step
+        x = np.clip(x, *problem.bounds)
+        without = judge(problem, judged.moved, x, 1.0, True)
+        joint = next(p.joint for p in problem.parameters if p.term == term)
+        found.append(
+            TermLeftOut(
+                term,
+                joint,
+                (float(judged.wind_up[joint]), float(without.wind_up[joint])),
+                (float(judged.torque[joint]), float(without.torque[joint])),
+            )
+        )
+    for i, lines in enumerate(judged.moved.lines):
+        if lines:
+            pair = (float(judged.wind_up[i]), float(judged.without_lines[i]))
+            same = (float(judged.torque[i]),) * 2
+            found.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
+    return tuple(found)

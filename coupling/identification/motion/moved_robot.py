@@ -1,0 +1,119 @@
+"""The robot's native FMU with ideal drives that move as motors did: wind-up and torque of every gear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import SimulationError
+from coupling.files.scratch import ScratchFolder
+from coupling.fmu.driver import FmuError, SimulationJob
+from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
+from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.native_fmu import ROBOT_ENTRY
+from coupling.fmu_export.robot_text import robot_text
+from coupling.identification.motion.recording import SmoothedMotion
+from coupling.path.histories import JointPath
+from coupling.robot.robot_fmu import save_trajectory
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+
+# Error allowed at the TCP [m]: at an arm of a metre and more less than the encoders' noise.
+_TOLERANCE = 5e-7
+# What ends the robot's own lines.
+_END = "\nend\n"
+
+
+@dataclass(frozen=True)
+class GearMotion:
+    """What the gears of a moved robot do, n rows of j joints.
+
+    Attributes:
+        wind_up: Angles of the links less those of the drives [rad], (n, j); 0 of a rigid joint.
+        torque: Torques of the gears on their links [N m], (n, j).
+    """
+
+    wind_up: np.ndarray
+    torque: np.ndarray
+
+
+class MovedRobot:
+    """An FMU whose robot has other numbers in every simulation; a context manager that cleans up.
+
+    Args:
+        robot: The robot, none of whose joints is rigid; others must have the same joints and parts.
+
+    Raises:
+        SimulationError: If the FMU cannot run here.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._torsions = build_chain(robot).torsions
+        self._count = len(build_chain(robot).elastic_names)
+        self._folder = ScratchFolder()
+        self._worker: WorkerProcess | None = None
+        file = build_fmu(robot, self._folder.path / "moved.fmu")
+        try:
+            unpack(file, self._folder.path / "fmu")
+            self._worker = WorkerProcess(self._folder.path / "fmu")
+        except FmuError as cause:
+            self.close()
+            raise SimulationError(f"{robot.name}: {cause}") from cause
+        self._text = self._folder.path / "fmu" / ROBOT_ENTRY
+        # Behind the robot's own lines follow those of the variables, which stay.
+        own, self._variables = self._text.read_text(encoding="utf-8").split(_END, maxsplit=1)
+        self._guid = own.splitlines()[1].split(maxsplit=1)[1]
+
+    def __enter__(self) -> MovedRobot:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process and remove its files."""
+        if self._worker is not None:
+            self._worker.close()
+        self._folder.close()
+
+    def moved(self, robot: Robot, time: np.ndarray, motion: SmoothedMotion) -> GearMotion:
+        """Return what the gears of a robot do while its drives move.
+
+        Args:
+            robot: The robot with these numbers.
+            time: Times [s], (n,).
+            motion: Motion of the drives.
+
+        Raises:
+            SimulationError: If the FMU refuses the robot or a step.
+        """
+        assert self._worker is not None
+        # An instance reads the robot's numbers when it is made.
+        own, _ = f"{robot_text(robot, self._guid)}\n".split(_END)
+        self._text.write_text(own + _END + self._variables, encoding="utf-8")
+        trajectory = Path(self._folder.path, "trajectory.npz")
+        save_trajectory(trajectory, JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,)))
+        joints = range(1, motion.q.shape[1] + 1)
+        outputs = [f"deflection[{k + 1}]" for k in self._torsions]
+        outputs += [f"gear_torque[{i}]" for i in joints]
+        job = SimulationJob(
+            {
+                "trajectory": str(trajectory),
+                "torque_curve": "backlash",
+                "mode": "dynamic",
+                "tcp_tolerance": _TOLERANCE,
+            },
+            time,
+            (),
+            np.empty((len(time), 0)),
+            tuple(outputs),
+            len(outputs),
+        )
+        try:
+            self._worker.send(job)
+            rows = self._worker.receive(lambda done, total: None)
+        except (FmuError, WorkerEndedError) as cause:
+            raise SimulationError(f"{robot.name}: {cause}") from cause
+        return GearMotion(rows[:, : len(joints)], rows[:, len(joints) :])

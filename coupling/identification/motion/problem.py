@@ -1,0 +1,242 @@
+"""Measured less predicted wind-up and motor torque of recordings, and their derivatives.
+
+    wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
+    torque    tau = T(t) + J q'' + f(s/a, q')
+
+phi = q + eps(q) + e; e and T are the FMU's along the motors' motion q, f and s/a those of
+`elastic_robot.gear_parts.Drive`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from coupling.errors import SimulationError
+from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
+from coupling.identification.motion.parameters import MotionParameter, with_numbers
+from coupling.identification.motion.recording import Recording, SmoothedMotion
+from coupling.identification.motion.sensors import SensorParameter, column, delayed, own_columns
+from coupling.inverse.servo import presliding
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
+from elastic_robot.kinematic_errors import KinematicErrors
+
+# Rows at the start from which the friction's elongation there is told.
+_FIRST = 25
+# Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
+_CHANGE = 1e-2
+# A stiffness may be so many times the start's: least of what the fit counts by.
+_LEAST_INVERSE = 0.02
+# Weighed residual of a robot that cannot be simulated.
+_IMPOSSIBLE = 1e3
+
+
+@dataclass(frozen=True)
+class MovedRecording:
+    """A recording and the motion of its motors.
+
+    Attributes:
+        recording: The recording.
+        motion: Smoothed motion of its motors.
+        lines: Periods of each encoder's error in a turn of the link, by joint.
+    """
+
+    recording: Recording
+    motion: SmoothedMotion
+    lines: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, recording: Recording, bandwidth: float) -> MovedRecording:
+        """Return a recording whose motors are smoothed to a bandwidth [Hz]."""
+        motion = SmoothedMotion.of(recording.motor, recording.step, bandwidth)
+        return cls(recording, motion, ((),) * recording.motor.shape[1])
+
+    @cached_property
+    def own(self) -> dict[int, np.ndarray]:
+        """What is fitted in every recording by itself, by joint: orthonormal columns (n, c)."""
+        return {
+            i: np.linalg.qr(own_columns(self.recording, i, self.lines[i]))[0]
+            for i in self.recording.with_link
+        }
+
+    def without_own(self, values: np.ndarray, joint: int) -> np.ndarray:
+        """Return wind-up [rad], (n,), less what offset and lines of the recording can take of it."""
+        own = self.own[joint]
+        left: np.ndarray = values - own @ (own.T @ values)
+        return left
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """What is predicted of a recording, without what is fitted in it by itself.
+
+    Attributes:
+        wind_up: Motor less link [rad], (n, j); the sensors' lag, eccentricity and loop are in it.
+        torque: Torques of the motors [N m], (n, j).
+        gears: What the FMU said.
+        part: Friction over its largest, (n, j).
+        shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the eccentricity's, the
+            loop's.
+    """
+
+    wind_up: np.ndarray
+    torque: np.ndarray
+    gears: GearMotion
+    part: np.ndarray
+    shares: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class MotionProblem:
+    """Parameters and the recordings that they are fitted to.
+
+    Attributes:
+        fmu: The FMU.
+        robot: The start.
+        parameters: What is fitted, P of them.
+        moved: The recordings.
+        wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
+        torque_deviation: Those of torques [N m], (j,).
+    """
+
+    fmu: MovedRobot
+    robot: Robot
+    parameters: tuple[MotionParameter, ...]
+    moved: tuple[MovedRecording, ...]
+    wind_up_deviation: np.ndarray
+    torque_deviation: np.ndarray
+
+    @property
+    def start(self) -> np.ndarray:
+        """Values of the start, as the fit counts, (P,)."""
+        return np.array([p.inward(p.start) for p in self.parameters])
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest values of what the fit counts, (P,) each."""
+        least = [
+            _LEAST_INVERSE if p.inverse else -p.most if p.signed else 0.0 for p in self.parameters
+        ]
+        return np.array(least), np.array([p.most for p in self.parameters])
+
+    def only(self, chosen: np.ndarray) -> MotionProblem:
+        """Return the problem of some of the parameters, (P,) of bool."""
+        own = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
+        return replace(self, parameters=own)
+
+    def robot_of(self, x: np.ndarray) -> Robot:
+        """Return the robot of what the fit counts, (P,)."""
+        values = map(MotionParameter.outward, self.parameters, x.tolist())
+        return with_numbers(self.robot, zip(self.parameters, values, strict=True))
+
+    def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
+        """Return what is predicted of a recording by what the fit counts, (P,)."""
+        robot = self.robot_of(x)
+        gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
+        errors = KinematicErrors.of(robot)
+        passed = errors.slope(moved.motion.q) * gears.torque
+        part = np.zeros_like(passed)
+        for i, joint in enumerate(robot.joints):
+            if joint.drive is not None:
+                part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
+        torque = _motor_torque(moved.motion, robot, gears, passed, part)
+        links = errors.output_angle(moved.motion.q) + gears.wind_up
+        shares = {"gear": moved.motion.q - links}
+        for p, value in zip(self.parameters, x.tolist(), strict=True):
+            if not isinstance(p, SensorParameter):
+                continue
+            i = p.joint
+            own = p.size * value * column(p, moved.motion, part[:, i])
+            if p.kind == "lag":
+                own = links[:, i] - delayed(links[:, i], moved.recording.step, p.size * value)
+            share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
+            share[:, i] += own
+        return Predicted(np.sum(list(shares.values()), axis=0), torque, gears, part, shares)
+
+    def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
+        """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
+
+        What is fitted in the recording by itself is taken off; nan where no link is measured.
+        """
+        recording = moved.recording
+        wind_up = recording.wind_up - predicted.wind_up
+        for i in recording.with_link:
+            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
+        return wind_up, recording.torque - predicted.torque
+
+    def rows(self, wind_up: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Return weighed rows of wind-ups and torques, (n, channels)."""
+        channels = np.hstack([wind_up / self.wind_up_deviation, torque / self.torque_deviation])
+        seen: np.ndarray = channels[:, np.isfinite(channels).all(axis=0)]
+        return seen
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Return weighed residuals of all recordings, (rows,)."""
+        parts = []
+        for moved in self.moved:
+            try:
+                parts.append(self.rows(*self.left(moved, self.predicted(moved, x))).ravel())
+            except SimulationError:  # a step of the solver that led too far
+                channels = moved.recording.motor.shape[1] + len(moved.recording.with_link)
+                parts.append(np.full(len(moved.recording.time) * channels, _IMPOSSIBLE))
+        return np.concatenate(parts)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `residual` by what the fit counts, (rows, P)."""
+        blocks = []
+        for moved in self.moved:
+            base = self.predicted(moved, x)
+            columns = [self._column(moved, x, base, k) for k in range(len(x))]
+            blocks.append(np.column_stack(columns))
+        return np.vstack(blocks)
+
+    def _column(self, moved: MovedRecording, x: np.ndarray, base: Predicted, k: int) -> np.ndarray:
+        parameter = self.parameters[k]
+        wind_up, torque = np.zeros_like(base.wind_up), np.zeros_like(base.torque)
+        missing = np.isnan(moved.recording.link).any(axis=0)
+        wind_up[:, missing] = np.nan
+        if isinstance(parameter, SensorParameter):
+            i = parameter.joint
+            own = column(parameter, moved.motion, base.part[:, i])
+            wind_up[:, i] = -parameter.size * moved.without_own(own, i)
+            return self.rows(wind_up, torque).ravel()
+        further = x.copy()
+        further[k] += _CHANGE
+        robot, gears = self.robot_of(further), base.gears
+        if parameter.moves:
+            gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
+            wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE
+        # How friction was loaded at the start stays: its part of the derivative is none of the motion.
+        passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
+        there = _motor_torque(moved.motion, robot, gears, passed, base.part)
+        torque += (base.torque - there) / _CHANGE
+        for i in moved.recording.with_link:
+            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
+        return self.rows(wind_up, torque).ravel()
+
+
+def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray) -> np.ndarray:
+    """Return a motor's friction over its largest, (n,), loaded at the start as its torque there says."""
+    started = 0.0
+    if drive.friction > 0.0:
+        needed = passed[:_FIRST] + drive.inertia * moved.motion.qdd[:_FIRST, i]
+        left = np.mean(moved.recording.torque[:_FIRST, i] - needed)
+        started = float(np.clip(left / drive.friction, -1.0, 1.0))
+    return presliding(moved.motion.q[:, i], drive.slip_angle, started)
+
+
+def _motor_torque(
+    motion: SmoothedMotion, robot: Robot, gears: GearMotion, passed: np.ndarray, part: np.ndarray
+) -> np.ndarray:
+    """Return torques of motors [N m], (n, j), that turn rotors, gears and friction."""
+    torque = passed.copy()
+    for i, joint in enumerate(robot.joints):
+        drive = joint.drive
+        if drive is not None:
+            torque[:, i] += drive.inertia * motion.qdd[:, i] + drive.friction_torque(
+                drive.friction, part[:, i], motion.qd[:, i], gears.torque[:, i]
+            )
+    return torque

@@ -1,0 +1,153 @@
+"""recording.csv -> angles of motors and links, torques of motors, and the motors' smoothed motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from coupling.errors import IdentifyError
+from coupling.files.measured_table import MeasuredTable
+
+TIME = "time"
+# Steps of time may differ by this part of their mean; a row that is missing differs by all of it.
+_UNEVEN = 0.02
+# Fewest rows of a motion.
+_FEWEST = 100
+# Order of the filter in one direction; there and back it has none of a phase and twice this order.
+_ORDER = 3
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A motion as it was measured, in n equal steps of time, of a robot with j joints.
+
+    Attributes:
+        name: The file's.
+        time: Times [s], (n,).
+        motor: Angles of the motors over their gears' ratios, as in the robot file [rad], (n, j).
+        torque: Torques of the motors times the ratios [N m], (n, j).
+        link: Angles of the links behind the gears [rad], (n, j); nan where no encoder is.
+    """
+
+    name: str
+    time: np.ndarray
+    motor: np.ndarray
+    torque: np.ndarray
+    link: np.ndarray
+
+    @property
+    def step(self) -> float:
+        """Step of time [s]."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    @property
+    def with_link(self) -> list[int]:
+        """Indices of joints whose link's angle is measured."""
+        return np.flatnonzero(np.isfinite(self.link).all(axis=0)).tolist()
+
+    @property
+    def wind_up(self) -> np.ndarray:
+        """Motor less link [rad], (n, j)."""
+        return self.motor - self.link
+
+
+def is_recording(path: Path) -> bool:
+    """Return whether a file's columns are those of a motion, not of static deflections."""
+    header = MeasuredTable.read(path, IdentifyError).header
+    return TIME in header and any(name.startswith("motor") for name in header)
+
+
+def read_recording(path: Path, joints: int) -> Recording:
+    """Read a motion (columns: docs/motion.md).
+
+    Args:
+        path: CSV file; lines that begin with # are comments, other columns are ignored.
+        joints: Number of the robot's joints.
+
+    Raises:
+        IdentifyError: With file, line, column, what was expected and what was got.
+    """
+    table = MeasuredTable.read(path, IdentifyError)
+    motor, torque, link = (
+        [f"{what}[{i + 1}]" for i in range(joints)] for what in ("motor", "motor_torque", "link")
+    )
+    table.require((TIME, *motor, *torque))
+    more = f"motor[{joints + 1}]"
+    if more in table.header:
+        raise IdentifyError(
+            f"{path}: expected the motors of a robot with {joints} joints, got {more}: --robot?"
+        )
+    if len(table.lines) < _FEWEST:
+        raise IdentifyError(
+            f"{path}: expected a motion of at least {_FEWEST} rows, got {len(table.lines)}"
+        )
+    time = table.of([TIME])[:, 0]
+    steps = np.diff(time)
+    mean = (time[-1] - time[0]) / len(steps)
+    uneven = np.flatnonzero(~(np.abs(steps - mean) <= _UNEVEN * mean))
+    if not mean > 0.0 or len(uneven):
+        row = int(uneven[0]) + 1 if len(uneven) else 1
+        raise table.row_error(TIME, row, "equal steps of time")
+    links = np.full((len(time), joints), np.nan)
+    for k, name in enumerate(link):
+        if name in table.header:
+            links[:, k] = table.of([name])[:, 0]
+    moved = table.of(motor)
+    if not np.ptp(moved, axis=0).any():
+        raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
+    return Recording(path.name, time, moved, table.of(torque), links)
+
+
+def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
+    """Return columns without what is faster than a bandwidth, their phase as it was.
+
+    A Butterworth filter runs forwards and backwards over the rows.
+
+    Args:
+        values: Rows at equal times, (n, k), any unit.
+        step: Step of time [s].
+        bandwidth: Half power [Hz]; at or above half the sampling rate nothing is filtered.
+
+    Example:
+        >>> time = 0.004 * np.arange(1000)
+        >>> slow = np.sin(2.0 * np.pi * 1.0 * time)[:, None]
+        >>> bool(np.abs(smooth(slow, 0.004, 20.0) - slow)[100:-100].max() < 1e-4)
+        True
+    """
+    if bandwidth >= 0.5 / step:
+        return values
+    sections = butter(_ORDER, bandwidth, fs=1.0 / step, output="sos")
+    length = min(len(values) - 1, round(2.0 / (bandwidth * step)))
+    filtered: np.ndarray = sosfiltfilt(sections, values, axis=0, padlen=length)
+    return filtered
+
+
+@dataclass(frozen=True)
+class SmoothedMotion:
+    """Smoothed motion of the motors, n rows of j.
+
+    Attributes:
+        q, qd, qdd: Angle [rad], rate [rad/s] and acceleration [rad/s^2], (n, j).
+        noise: Standard deviation of the acceleration at rest [rad/s^2], (j,): what the encoders' noise
+            leaves of itself.
+    """
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+    noise: np.ndarray
+
+    @classmethod
+    def of(cls, motor: np.ndarray, step: float, bandwidth: float) -> SmoothedMotion:
+        """Return the motion of measured angles [rad], (n, j), below a bandwidth [Hz]."""
+        q = smooth(motor, step, bandwidth)
+        qd = np.gradient(q, step, axis=0, edge_order=2)
+        qdd = smooth(np.gradient(qd, step, axis=0, edge_order=2), step, bandwidth)
+        quiet = max(len(q) // 20, 20)
+        # The quietest stretch is one at rest, if there is one.
+        rough = qdd - smooth(qdd, step, bandwidth / 4.0)
+        parts = np.array_split(rough, max(len(q) // quiet, 1))
+        return cls(q, qd, qdd, np.min([part.std(axis=0) for part in parts], axis=0))

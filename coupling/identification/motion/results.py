@@ -1,0 +1,203 @@
+"""What a motion has identified: figures in identified.json, and the robot file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.files.robot_edit import RobotEdit
+from coupling.identification.motion.identification import Judged, MotionIdentification
+from coupling.identification.motion.parameters import dry_friction
+from coupling.identification.motion.sensors import SensorParameter
+from coupling.identification.robot_file import SAYS, fitted_head
+from coupling.identification.verdict import KEPT, interval_words
+from coupling.results.motion_result import (
+    LinesResult,
+    MotionParameterResult,
+    MotionResult,
+    RecordingResult,
+    TermResult,
+    WindUpShareResult,
+)
+
+_DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
+
+
+def motion_figures(found: MotionIdentification) -> MotionResult:
+    """Return the figures of an identification; SI, None for what is infinite or not known."""
+    first = found.judged[0]
+    inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in found.robot.joints]
+    return MotionResult(
+        refusal=found.refusal,
+        converged=found.fit.converged,
+        bandwidth_Hz=found.bandwidth,
+        noise_torque_Nm=tuple((first.moved.motion.noise * inertia).tolist()),
+        blocks=len(found.fit.blocks.matrices),
+        remarks=found.remarks,
+        joints=tuple(i + 1 for i in first.moved.recording.with_link),
+        parameters=tuple(_parameters(found)),
+        recordings=tuple(_recording(one) for one in found.judged),
+        lines=tuple(
+            LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
+        ),
+        terms=tuple(
+            TermResult.of(own, joint=own.joint + 1, wind_up_rad=_all(own.wind_up))
+            for own in found.terms
+        ),
+    )
+
+
+def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
+    fit, rows = found.fit, []
+    half = (fit.blocks.half * fit.blocks.deviation).tolist()
+    fitted = {
+        p.name: (x, h) for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
+    }
+    for p in found.first.problem.parameters:
+        value = low = high = None
+        if p.name in fitted:
+            x, h = fitted[p.name]
+            value = _known(p.outward(x))
+            low, high = map(_known, sorted((p.outward(x - h), p.outward(x + h))))
+        rows.append(
+            MotionParameterResult.of(
+                p, value=value, low=low, high=high, identified=p.name in fitted
+            )
+        )
+    return rows
+
+
+def _recording(one: Judged) -> RecordingResult:
+    recording = one.moved.recording
+    linked = recording.with_link
+    return RecordingResult.of(
+        one,
+        recording,
+        rows=len(recording.time),
+        wind_up_rad=_all(one.wind_up),
+        wind_up_without_lines_rad=_all(one.without_lines),
+        torque_relative=_all(one.torque),
+        slow_torque_relative=_all(one.slow_torque),
+        measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
+        left_wind_up=_columns(one.left_wind_up[:, linked]),
+        shares=tuple(
+            WindUpShareResult(name=name, wind_up=_columns(own - own.mean(axis=0)))
+            for name, own in _shares(one).items()
+        ),
+        measured_torque=_columns(recording.torque),
+        left_torque=_columns(recording.torque - one.predicted.torque),
+    )
+
+
+def _shares(one: Judged) -> dict[str, np.ndarray]:
+    """Return the causes of motor less link of joints with an encoder [rad], (n, l) each."""
+    recording, linked = one.moved.recording, one.moved.recording.with_link
+    shares = {name: own[:, linked] for name, own in one.predicted.shares.items()}
+    lines = recording.wind_up - one.predicted.wind_up - one.left_wind_up
+    if any(one.moved.lines):
+        shares["lines of the encoder"] = lines[:, linked]
+    return shares
+
+
+def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(np.round(column, 9).tolist()) for column in values.T)
+
+
+def _all(values: np.ndarray | Sequence[float]) -> tuple[float | None, ...]:
+    return tuple(map(_known, np.asarray(values).tolist()))
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def moved_text(
+    found: MotionIdentification, told: MotionResult, start: Path, target: Path, source: str
+) -> str:
+    """Return the robot file with what was identified.
+
+    Args:
+        found: The identification.
+        told: Its figures.
+        start: The start file.
+        target: Where the new one will be.
+        source: What was recorded, for [sources].
+
+    Raises:
+        IdentifyError: If the identification refuses to be written, or the file has another form.
+        RobotFileError: If the start file cannot be read.
+    """
+    if found.refusal:
+        raise IdentifyError(f"{target}: not written: {found.refusal}")
+    file = RobotEdit(start, found.robot)
+    says = f"{SAYS['identify']}, {source}"
+    own = {p.name: p for p in found.first.problem.parameters if not isinstance(p, SensorParameter)}
+    results = {p.name: p for p in told.parameters if p.name in own}
+    robot = found.identified_robot
+    for name, result in results.items():
+        remark = _remark(result)
+        if name.endswith(_DRY[1]):
+            continue
+        if name.endswith(_DRY[0]):
+            _write_dry(file, found, own[name].joint, results, says)
+        elif name.endswith(".balancer"):
+            if result.identified and result.value is not None:
+                file.scale_balancer(own[name].joint + 1, result.value, says)
+        elif name.endswith(".load_friction"):
+            drive = robot.joints[own[name].joint].drive
+            if result.identified and drive is not None:
+                place = f"joint[{own[name].joint + 1}].gear.efficiency"
+                file.set_number(place, 1.0 / (1.0 + drive.load_friction), says, "")
+        elif name.startswith("payload.com"):
+            continue
+        elif (
+            name.endswith((".stiffness", ".hysteresis"))
+            and result.identified
+            and result.value is not None
+        ):
+            file.change(name, result.value, says)
+            file.remark(name, remark)
+        else:
+            file.set_number(name, result.value if result.identified else None, says, remark)
+    if any(results[name].identified for name in results if name.startswith("payload.com")):
+        assert robot.payload is not None
+        file.set_number("payload.com", list(robot.payload.com), says, "")
+    kept = [p.name for p in told.parameters if not p.identified and p.name[:7] != "encoder"]
+    return file.text(fitted_head(start, "identify", source, _left(told), kept), target)
+
+
+def _write_dry(
+    file: RobotEdit,
+    found: MotionIdentification,
+    joint: int,
+    results: dict[str, MotionParameterResult],
+    says: str,
+) -> None:
+    """Write both numbers of dry friction: that in motion, and that at rest where it is another."""
+    place = f"joint[{joint + 1}].drive."
+    slips, more = (results[place + key] for key in _DRY)
+    drive = found.identified_robot.joints[joint].drive
+    assert drive is not None
+    slipping, sticking = dry_friction(drive)
+    if slips.identified:
+        file.set_number(place + _DRY[0], slipping, says, _remark(slips))
+    if (more.identified or slips.identified) and sticking > 0.0:
+        file.set_number(f"{place}friction.stiction_Nm", slipping + sticking, says, "")
+
+
+def _left(told: MotionResult) -> str:
+    lines = []
+    for one in told.recordings:
+        words = "predicted" if one.held_out else "fitted"
+        left = ", ".join(f"{1e6 * own:.0f}" for own in one.wind_up_rad if own is not None)
+        torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)
+        link = f"motor less link {left} urad rms left, " if left else ""
+        lines.append(f"{one.name}, {words}: {link}motor torque {torque} % of its rms.")
+    return "\n".join(lines)
+
+
+def _remark(result: MotionParameterResult) -> str:
+    return interval_words(result.low, result.high) if result.identified else KEPT

@@ -1,0 +1,157 @@
+"""Errors of the encoders in a motion: lag, offset, eccentricity, and lines found in residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from coupling.identification.motion.parameters import MotionParameter
+from coupling.identification.motion.recording import Recording, SmoothedMotion
+from elastic_robot.description import Robot
+
+# Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
+SHORT_TRAVEL = np.pi / 3.0
+_KINDS = (
+    ("lag", "lag", "lag", 1e-3, "s"),
+    ("eccentricity.cosine", "eccentricity", "cosine", 3e-4, "rad"),
+    ("eccentricity.sine", "eccentricity", "sine", 3e-4, "rad"),
+    ("loop", "loop", "loop", 1e-4, "rad"),
+)
+# Fewest lines in a turn: what is slower may be the gear's.
+_FEWEST = 100.0
+# A line is one if it takes this part of what is left, in the sum over all recordings.
+_TAKES = 0.1
+# How many periods of a line a motion must cover; most lines of an encoder.
+_PERIODS, _MOST_LINES = 20.0, 2
+# Points in a main lobe of the spectrum.
+_POINTS = 8
+
+
+@dataclass(frozen=True)
+class SensorParameter(MotionParameter):
+    """A number of a joint's encoder, the same in all recordings.
+
+    Attributes:
+        kind: "lag", "cosine", "sine" or "loop".
+    """
+
+    start: float = 0.0
+    put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
+    signed: bool = True
+    kind: str = ""
+
+
+def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorParameter, ...]:
+    """Return those of joints whose link's angle is measured.
+
+    Args:
+        with_link: Indices of these joints.
+        travel: How far the recordings together turn each link [rad], (j,).
+    """
+    return tuple(
+        SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, size, unit, kind=kind)
+        for i in with_link
+        for name, term, kind, size, unit in _KINDS
+        if term != "eccentricity" or travel[i] >= SHORT_TRAVEL
+    )
+
+
+def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
+    """Return values at equal steps [s] a lag [s] later, (n,): a cubic spline, held at its ends."""
+    rows = np.arange(len(values))
+    there = np.clip(rows - lag / step, 0.0, len(values) - 1.0)
+    later: np.ndarray = CubicSpline(rows, values)(there)
+    return later
+
+
+def column(parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray) -> np.ndarray:
+    """Return the wind-up by a sensor's number of 1 [rad], (n,): of a lag, to first order.
+
+    Args:
+        parameter: The number.
+        motion: Motion of the motors.
+        part: Friction of the joint's motor over its largest, (n,).
+    """
+    q = motion.q[:, parameter.joint]
+    if parameter.kind == "lag":
+        return motion.qd[:, parameter.joint]
+    if parameter.kind == "cosine":
+        return np.cos(q)
+    if parameter.kind == "sine":
+        return np.sin(q)
+    return part
+
+
+def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
+    """Return the wind-up by what is a recording's own, (n, 1 + 2 l): offset, cosine and sine of lines.
+
+    Args:
+        recording: The recording.
+        joint: Index of the joint.
+        lines: Numbers of periods in a turn of the link.
+    """
+    angle = recording.link[:, joint]
+    columns = [np.ones(len(angle))]
+    for line in lines:
+        columns += [np.cos(line * angle), np.sin(line * angle)]
+    return np.column_stack(columns)
+
+
+def encoder_lines(left: Sequence[np.ndarray], angle: Sequence[np.ndarray]) -> tuple[float, ...]:
+    """Return the numbers of periods in a turn that what is left of wind-ups has.
+
+    An incremental encoder's scale begins anywhere in each recording, so that every recording has a phase
+    of its own; the number must be the same.
+
+    Args:
+        left: What is left in each recording [rad], (n,) each.
+        angle: Angles of the link [rad], (n,) each.
+
+    Example:
+        >>> turn = np.sin(np.linspace(0.0, 6.0, 4000))
+        >>> encoder_lines([2e-5 * np.cos(512.0 * turn + 1.0)], [turn])
+        (512.0,)
+    """
+    travel = max(float(np.ptp(own)) for own in angle)
+    if travel <= 0.0:
+        return ()
+    # Two samples a period where the link turns fastest.
+    fastest = max(float(np.abs(np.diff(own)).max()) for own in angle)
+    lowest = max(_FEWEST, 2.0 * np.pi * _PERIODS / travel)
+    tried = np.arange(lowest, np.pi / fastest, 2.0 * np.pi / travel / _POINTS)
+    rest = [own - own.mean() for own in left]
+    found: list[float] = []
+    while len(tried) and len(found) < _MOST_LINES:
+        takes = _taken(rest, angle, tried)
+        best = float(tried[int(np.argmax(takes))])
+        step = tried[1] - tried[0] if len(tried) > 1 else 1.0
+        near = best + step * np.linspace(-1.0, 1.0, 41)
+        near_takes = _taken(rest, angle, near)
+        best = round(float(near[int(np.argmax(near_takes))]), 1)
+        if near_takes.max() < _TAKES:
+            break
+        found.append(best)
+        rest = [own - _fitted(own, best * turn) for own, turn in zip(rest, angle, strict=True)]
+    return tuple(found)
+
+
+def _taken(
+    left: Sequence[np.ndarray], angle: Sequence[np.ndarray], lines: np.ndarray
+) -> np.ndarray:
+    """Return the part of the squares that each line takes, (len(lines),)."""
+    whole = sum(float(own @ own) for own in left)
+    taken = np.zeros(len(lines))
+    for own, turn in zip(left, angle, strict=True):
+        for k, line in enumerate(lines.tolist()):
+            taken[k] += 2.0 * abs(np.exp(1j * line * turn) @ own) ** 2 / len(own)
+    share: np.ndarray = taken / max(whole, 1e-300)
+    return share
+
+
+def _fitted(left: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    columns = np.column_stack([np.cos(phase), np.sin(phase)])
+    fitted: np.ndarray = columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    return fitted

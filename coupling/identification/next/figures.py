@@ -1,0 +1,111 @@
+"""How the next command was found: next.json, and in words for terminal and page."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coupling.identification.next.command import CommandPlan
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.results.forecast import PassForecast
+from coupling.results.next_result import NextPassResult, NextResult, PathCorrectionResult
+
+
+def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextResult:
+    """Return the figures of a plan; SI.
+
+    Args:
+        found: How the next command is computed.
+        forecast: What it is expected to leave; None before it is computed.
+    """
+    beyond = found.repeating
+    return NextResult.of(
+        found,
+        found.options,
+        sentences=sentences(found),
+        passes=[_pass(run) for run in found.history.runs],
+        parameters_refused="" if found.learned is None else found.learned.refusal,
+        correction=beyond
+        and PathCorrectionResult.of(
+            beyond, new_m=found.hypotheses.rms, deviation_m=beyond.deviation[:, :3]
+        ),
+        forecast=forecast,
+    )
+
+
+def _pass(run: MeasuredRun) -> NextPassResult:
+    told, time = run.source.forecast, run.seen.time
+    thin = slice(None, None, max(1, len(time) // 2000))
+    return NextPassResult.of(
+        run,
+        from_s=time[0],
+        to_s=time[-1],
+        forecast=told and told.model_copy(update={"robots": ()}),
+        time=time[thin],
+        distance_m=np.linalg.norm(run.deviation[thin], axis=1),
+    )
+
+
+def sentences(found: CommandPlan) -> list[str]:
+    """Return what there is to say of a plan, the most important first."""
+    lines = [_verdict(found)]
+    lines.append(f"Next: {_move(found)}.")
+    if found.learned is not None and found.learned.refusal:
+        lines.append(f"Parameters are not learned: {found.learned.refusal}.")
+    if found.move.learns_path:
+        lines.append(f"Converges: {found.contraction.sentence}.")
+    if not found.options.absolute:
+        lines.append(
+            "The constant of the deviation is left as the robot file has it: give --frame-known where"
+            " the measuring frame is known, and the position is corrected too."
+        )
+    return lines
+
+
+def _verdict(found: CommandPlan) -> str:
+    """Return how the last pass was, beside the best one and its forecast."""
+    runs, judgement = found.history.runs, found.judgement
+    last, best = runs[judgement.last], runs[judgement.best]
+    if judgement.worse:
+        return (
+            f"WORSE: {last.source.folder.name} left {_rms(found, last)} rms, {best.source.folder.name}"
+            f" only {_rms(found, best)}: back to the command of {best.source.folder.name}, with half of"
+            " what was measured under it taken off"
+        )
+    told = last.source.forecast
+    if told is None:
+        return f"The last command left {_rms(found, last)} rms."
+    left = last.size.rms if told.absolute else last.size.rms_less_constant
+    state = "as forecast" if told.low <= left <= told.high else "not as forecast"
+    better = "better" if left < told.low else "worse"
+    word = state if state == "as forecast" else f"{better} than forecast"
+    return f"The last command left {_um(left)} rms, {word} ({_um(told.low)} to {_um(told.high)})."
+
+
+def _move(found: CommandPlan) -> str:
+    """Return which move is taken, and why."""
+    move = found.move
+    if found.judgement.again:
+        best = found.history.runs[found.judgement.best]
+        return (
+            f"the command of {best.source.folder.name} once more, since no other is expected to leave"
+            " less: what is left are gears in their backlash, noise, or what does not repeat"
+        )
+    if found.judgement.worse:
+        return f"{move.words}, by half, from the best pass"
+    others = [own for own in found.moves if own is not move]
+    left = found.left(move.size)
+    if len(found.history.runs) > 1 and move.predicted:
+        why = f"forecast the last pass before it was measured to {_um(left)} rms"
+        compared = ", ".join(f"{own.words} to {_um(found.left(own.size))}" for own in others)
+    else:
+        why = f"would have left {_um(left)} rms of the last pass"
+        compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
+    return f"{move.words}, which {why}" + (f" ({compared})" if compared else "")
+
+
+def _rms(found: CommandPlan, run: MeasuredRun) -> str:
+    return _um(found.left(run.size))
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.3g} um"

@@ -1,0 +1,134 @@
+"""What was measured under the commands of one path, run after run, beside what a model says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from coupling.errors import LearnError
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.next.options import FrameKnown
+from coupling.identification.runs.measurement import Measurement, SimulatedPath
+from coupling.identification.runs.parameters import changed, factors_between, learnable
+from coupling.identification.runs.source import MeasuredFile, require_alike
+from coupling.robot.parameters import RobotParameter
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.models import Models
+
+# Paths are the same to this [m], and begin and end at the same time to this [s].
+_SAME, _SAME_TIME = 1e-6, 1e-9
+# Simulated paths that are kept: possible robots in a few runs, some 2 GB of a path of ten minutes.
+_KEPT = 80
+
+
+@dataclass
+class History:
+    """Measured runs along one path, in their order.
+
+    Attributes:
+        sources: The runs, and what was measured under their commands as it came.
+        known: What is known of the measuring device.
+        parameters: What is learned of the robot of the first one's file.
+        fmu: That robot, simulated.
+        runs: What was measured, on their commands' clocks and in the robot's frame.
+    """
+
+    sources: tuple[MeasuredFile, ...]
+    known: FrameKnown
+    parameters: tuple[RobotParameter, ...]
+    fmu: RobotFmu
+    runs: tuple[MeasuredRun, ...] = ()
+    _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, sources: Sequence[MeasuredFile], known: FrameKnown, models: Models) -> History:
+        """Return the history of runs and what was measured under their commands.
+
+        Args:
+            sources: In their order; the robot of the first one is the file's.
+            known: What is known of the measuring device.
+            models: What simulates robots.
+
+        Raises:
+            LearnError: If a measurement is none of its run, or the runs are of other robots or paths.
+        """
+        require_alike(sources)
+        _require_one_path(sources)
+        first = sources[0]
+        fmu = models.of(first.robot, first.torque_curve, first.drive).fmu
+        parameters = learnable(first.robot, first.torque_curve, first.drive)
+        own = cls(tuple(sources), known, parameters, fmu)
+        return own.beside(own.start)
+
+    def beside(self, x: np.ndarray) -> History:
+        """Return the history with the device's frame, clock and tip as they are found beside a robot.
+
+        Of what the robot's parameters explain the device has no share.
+
+        Args:
+            x: Log factors of the robot, (P,).
+        """
+        runs = tuple(
+            MeasuredRun.of(source, self.simulated(number, x), self.known)
+            for number, source in enumerate(self.sources)
+        )
+        return replace(self, runs=runs)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Log factors of the file's robot, (P,)."""
+        return np.zeros(len(self.parameters))
+
+    def robot_of(self, number: int) -> np.ndarray:
+        """Return the log factors of the robot that a run was computed for, (P,)."""
+        return factors_between(self.parameters, self.sources[number].robot)
+
+    def simulated(self, number: int, x: np.ndarray) -> SimulatedPath:
+        """Return where the tool of a robot is under a run's command.
+
+        Args:
+            number: Of the run.
+            x: Log factors of the robot, (P,).
+        """
+        key = (number, x.tobytes())
+        if key not in self._paths:
+            stored, values = self.sources[number].stored, changed(self.parameters, x)
+            path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", values)
+            self._paths[key] = SimulatedPath(path)
+            if len(self._paths) > _KEPT:
+                self._paths.pop(next(iter(self._paths)))
+        return self._paths[key]
+
+    def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
+        """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0."""
+        seen, path = self.runs[number].seen, self.simulated(number, x)
+        return _beyond(seen, path)
+
+
+def _beyond(seen: Measurement, path: SimulatedPath) -> np.ndarray:
+    moved = seen.position - path.position(seen.time)
+    if seen.rotation is None:
+        return np.hstack([moved, np.zeros_like(moved)])
+    return np.hstack([moved, (seen.rotation * path.rotation(seen.time).inv()).as_rotvec()])
+
+
+def _require_one_path(sources: Sequence[MeasuredFile]) -> None:
+    """Refuse runs of other paths than the first one's.
+
+    Raises:
+        LearnError: If one of them has another desired path.
+    """
+    first = sources[0]
+    path = first.stored.desired
+    for other in sources[1:]:
+        own = other.stored.desired
+        same = len(own.time) == len(path.time) and np.allclose(
+            own.time, path.time, rtol=0.0, atol=_SAME_TIME
+        )
+        if not same or np.abs(own.position - path.position).max() > _SAME:
+            raise LearnError(
+                f"{other.folder}: expected the desired path of {first.folder}, got another one: give"
+                " measured runs of one path"
+            )

@@ -1,0 +1,100 @@
+"""The inputs of the next command's run: robot file, discrepancy and case, in a folder of their own."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from coupling.errors import CaseError, LearnError
+from coupling.files.toml_file import load_toml
+from coupling.files.whole_file import write_whole
+from coupling.identification.next.command import CommandPlan
+from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.runs.results import figures, learned_text
+from coupling.path.discrepancy import Discrepancy
+from coupling.results.next_result import NextResult
+
+CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
+
+
+def inputs_folder(run: Path) -> Path:
+    """Return the folder of a run's inputs: beside it.
+
+    Example:
+        >>> inputs_folder(Path("results/second")).name
+        'second_inputs'
+    """
+    return run.with_name(f"{run.name}_inputs")
+
+
+def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
+    """Write the inputs of the next run, and return the file of its case.
+
+    Args:
+        folder: Folder of the inputs, which is made.
+        found: How the next command is to be computed.
+        told: The plan's figures.
+
+    Raises:
+        LearnError: If something cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise LearnError(f"{folder}: cannot be made: {cause.strerror or cause}") from cause
+    robot = _robot_file(folder, found)
+    beyond = found.repeating
+    discrepancy = None
+    if beyond is not None:
+        discrepancy = folder / DISCREPANCY
+        run = found.history.runs[0]
+        write_whole(
+            discrepancy, _seen_from_world(run, beyond.discrepancy(found.history)), LearnError
+        )
+    last = found.history.runs[-1].source.folder
+    text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
+    write_whole(folder / PLAN, told.text() + "\n", LearnError)
+    write_whole(folder / CASE, text, LearnError)
+    return folder / CASE
+
+
+def _robot_file(folder: Path, found: CommandPlan) -> Path:
+    """Return the file of the robot that the command is computed for, written if it is a new one."""
+    model, runs = found.move.model, found.history.runs
+    if found.learned is not None and model.since == len(runs):
+        target = folder / ROBOT
+        write_whole(target, learned_text(found.learned, target), LearnError)
+        write_whole(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
+        return target
+    return runs[model.since].source.file
+
+
+def _seen_from_world(run: MeasuredRun, beyond: Discrepancy) -> str:
+    """Return a discrepancy, told in axes of the robot's base, in those of the run folder's files."""
+    return beyond.transformed(run.source.world_from_base).text()
+
+
+def next_case_text(data: Mapping[str, Any], robot: Path, discrepancy: Path | None = None) -> str:
+    """Return the case of a run with another robot file, and what its robot does beyond the model.
+
+    A [plant] that was the model but for factors stays the robot that it was.
+
+    Args:
+        data: Content of the run's case.toml, whose paths are absolute.
+        robot: The robot file.
+        discrepancy: The table; None: nothing beyond the model.
+    """
+    content = copy.deepcopy(dict(data))
+    before = content["robot"]["description"]
+    content["robot"]["description"] = str(robot.resolve())
+    content.pop("discrepancy", None)
+    if discrepancy is not None:
+        content["discrepancy"] = {"file": str(discrepancy.resolve())}
+    plant = content.get("plant")
+    if plant is not None:
+        plant.setdefault("description", before)
+    return tomlkit.dumps(content)

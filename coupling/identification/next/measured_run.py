@@ -1,0 +1,168 @@
+"""A run and what was measured under it, on the command's clock and in the robot's frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import LearnError
+from coupling.identification.next.options import FrameKnown
+from coupling.identification.next.size import DeviationSize
+from coupling.identification.runs.alignment import aligned, clock_offset
+from coupling.identification.runs.measurement import Measurement, SimulatedPath
+from coupling.identification.runs.residual import noise_of
+from coupling.identification.runs.source import MeasuredFile
+from coupling.path.histories import ToolPath
+
+# What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
+_IDENTIFIABLE = 1e-4
+# Samples around one by whose median it is judged, how far beside it is an outlier, by the noise and at
+# least [m], and how many may be, as a part.
+_AROUND, _FAR, _FAR_OFF, _MOST_LOST = 7, 10.0, 1e-4, 0.05
+# Passes that find clock and frame.
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A run, and where its tool was seen, in the frame and on the clock of its command.
+
+    Attributes:
+        source: The run, and what was measured as it came.
+        seen: What was measured, the device's frame and clock taken off.
+        clock: What was added to the device's clock, on the command's to two seconds [s].
+        shift, turn: What was taken off as the device's [m] and [rad], (3,).
+        tip: What was taken off as the probe's, axes of the tool [m], (3,).
+        noise: Standard deviation of a coordinate's noise [m].
+        left_out: Number of samples that were left out, as they are far beside those around them.
+    """
+
+    source: MeasuredFile
+    seen: Measurement
+    clock: float
+    shift: np.ndarray
+    turn: np.ndarray
+    tip: np.ndarray
+    noise: float
+    left_out: int = 0
+
+    @property
+    def desired(self) -> ToolPath:
+        """Desired path, axes of the robot's base."""
+        return self.source.stored.desired
+
+    @property
+    def told(self) -> np.ndarray:
+        """Positions of the TCP as they came, axes of the robot's base, the probe's tip taken off [m]."""
+        time = self.source.seen.time + self.clock
+        path = SimulatedPath(self.desired)
+        return self.source.seen.position - path.rotation(time).apply(self.tip)
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Measured less desired positions [m], (n, 3)."""
+        off: np.ndarray = self.seen.position - SimulatedPath(self.desired).position(self.seen.time)
+        return off
+
+    @property
+    def size(self) -> DeviationSize:
+        """Size of that."""
+        return DeviationSize.of(self.seen.time, self.deviation, self.noise)
+
+    @classmethod
+    def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameKnown) -> MeasuredRun:
+        """Return a run on its command's clock and in the robot's frame.
+
+        Args:
+            source: The run, and what was measured.
+            model: Where the tool of the file's robot is under its command.
+            known: What is known of the measuring device.
+
+        Raises:
+            LearnError: If what was measured does not fit the run.
+        """
+        seen = aligned(source.seen, model.path, own_frame=np.isinf(known.turn))
+        coarse = clock_offset(source.seen, model.path)
+        kept = _kept(seen.name, seen.position - model.position(seen.time))
+        lost = seen.time[~kept] - coarse
+        if len(lost):
+            rows = np.flatnonzero(~np.isin(np.round(source.seen.time, 9), np.round(lost, 9)))
+            source = replace(source, seen=source.seen.at_rows(rows))
+            seen = seen.at_rows(np.flatnonzero(kept))
+        cycle = float(np.median(np.diff(source.stored.joints.time)))
+        clock, tip = 0.0, np.zeros(3)
+        for _ in range(_ROUNDS):
+            there = model.position(seen.time + clock)
+            held = model.rotation(seen.time + clock).as_matrix()
+            off = seen.position - there - held @ tip
+            columns = _columns(there, model.position(seen.time + clock, 1), held, known)
+            centred = (off - off.mean(axis=0)).reshape(-1)
+            found = np.linalg.lstsq(columns, centred, rcond=_IDENTIFIABLE)[0]
+            shift, turn = off.mean(axis=0), found[:3]
+            clock += float(found[3])
+            tip = tip + (found[4:] if known.tip else 0.0)
+        tip = tip * known.of_tip()
+        # A device on the command's clock is not known from one that is a few milliseconds late; what the
+        # robot is late by is the robot's.
+        if abs(coarse + clock) <= cycle:
+            clock = -coarse
+        there = model.position(seen.time + clock)
+        moved = seen.position - model.rotation(seen.time + clock).apply(tip)
+        shift, turn = known.of_device((moved - there).mean(axis=0), turn)
+        position = moved - shift - np.cross(turn, there - there.mean(axis=0))
+        rotation = seen.rotation
+        if rotation is not None:
+            rotation = Rotation.from_rotvec(-turn) * rotation
+        own = replace(seen, time=seen.time + clock, position=position, rotation=rotation)
+        inside = (own.time >= source.stored.desired.time[0]) & (
+            own.time <= source.stored.desired.time[-1]
+        )
+        own = own.at_rows(np.flatnonzero(inside))
+        noise = noise_of([own.position - model.position(own.time)])
+        return cls(source, own, coarse + clock, shift, turn, tip, noise, len(lost))
+
+
+def _kept(name: str, beyond: np.ndarray) -> np.ndarray:
+    """Return which samples are not far beside those around them, (n,).
+
+    Args:
+        name: Of the measurement.
+        beyond: Measured less simulated positions [m], (n, 3).
+
+    Raises:
+        LearnError: If too many are.
+    """
+    off = np.linalg.norm(beyond - median_filter(beyond, size=(_AROUND, 1), mode="nearest"), axis=1)
+    kept: np.ndarray = off <= max(_FAR * noise_of([beyond]), _FAR_OFF)
+    lost = len(kept) - np.count_nonzero(kept)
+    if lost > _MOST_LOST * len(kept):
+        raise LearnError(
+            f"{name}: expected positions that follow each other, got {lost} of {len(kept)} that are far"
+            " beside those around them: has the device lost its target?"
+        )
+    return kept
+
+
+def _columns(
+    place: np.ndarray, rate: np.ndarray, held: np.ndarray, known: FrameKnown
+) -> np.ndarray:
+    """Return what turn, clock and, where it is looked for, the tip do to positions, less their mean.
+
+    Args:
+        place: Positions [m], (n, 3).
+        rate: Their rates [m/s], (n, 3).
+        held: Rotations base_from_tool, (n, 3, 3).
+        known: What is known of the measuring frame.
+
+    Returns:
+        (3 n, 4), or (3 n, 7).
+    """
+    arm = place - place.mean(axis=0)
+    turned = np.cross(np.eye(3)[:, None], arm[None]).transpose(1, 2, 0)
+    parts = [turned, rate[:, :, None]] + ([held] if known.tip else [])
+    full = np.concatenate(parts, axis=2)
+    columns: np.ndarray = (full - full.mean(axis=0)).reshape(-1, full.shape[2])
+    return columns

@@ -1,0 +1,88 @@
+"""A robot file with fitted values: what was fitted, how sure it is, and why the rest was kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from coupling.files.robot_edit import RobotEdit, place_of
+from coupling.files.robot_file import axes_of_file
+from elastic_robot.description import Robot
+
+# What [sources] says of values by the command that has fitted them.
+SAYS = {"identify": "identified", "learn": "learned"}
+
+
+@dataclass(frozen=True)
+class FileEntry:
+    """A parameter in a robot file.
+
+    Attributes:
+        name: Name in the FMU.
+        value: New value, in the file's unit; None: as in the start file.
+        remark: Comment beside it.
+        added: Whether the start file lacks its tilt, or its gear's elements of hysteresis.
+    """
+
+    name: str
+    value: float | None
+    remark: str
+    added: bool = False
+
+
+def fitted_text(
+    start: Path,
+    robot: Robot,
+    entries: Sequence[FileEntry],
+    command: str,
+    measured: str,
+    left: str,
+    target: Path,
+) -> str:
+    """Return the start file with fitted values.
+
+    Args:
+        start: The start file.
+        robot: The robot with these values.
+        entries: Its parameters.
+        command: Command that has fitted them, a key of `SAYS`.
+        measured: What was measured.
+        left: What the fit leaves, in words.
+        target: Place of the new file.
+
+    Raises:
+        RobotFileError: If the start file cannot be read.
+    """
+    file, source = RobotEdit(start, robot), f"{SAYS[command]}, {measured}"
+    for entry in entries:
+        joint, tilt = place_of(entry.name)
+        if entry.added and tilt:
+            new = robot.joints[joint - 1].tilt[tilt - 1]
+            axis = np.round(axes_of_file(start)[joint - 1].T @ new.axis, 15) + 0.0
+            table = {"axis": axis.tolist(), "stiffness": entry.value, "damping": new.damping}
+            sources = {
+                "axis": "tested by elastic-robot identify",
+                "damping": "the ratio to the stiffness that the joint itself has",
+            }
+            file.add_tilt(joint, table, sources)
+        if entry.added and entry.name.endswith(".hysteresis"):
+            file.add_elements(joint, robot.joints[joint - 1].hysteresis)
+        if entry.value is not None:
+            file.change(entry.name, entry.value, source)
+        file.remark(entry.name, entry.remark)
+    kept = [entry.name for entry in entries if entry.value is None]
+    return file.text(fitted_head(start, command, measured, left, kept), target)
+
+
+def fitted_head(start: Path, command: str, measured: str, left: str, kept: Sequence[str]) -> str:
+    """Return the comment at the beginning of a fitted robot file.
+
+    Args:
+        start, command, measured, left: As of `fitted_text`.
+        kept: Names of parameters that are as in the start file.
+    """
+    rest = f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified."
+    return f"Made from {start.name} by elastic-robot {command}: {measured}.\n{left}\n{rest}"

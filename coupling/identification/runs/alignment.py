@@ -1,0 +1,158 @@
+"""A measured run on the clock and in the frame of its run, nearly: the fit does the rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from coupling.errors import LearnError
+from coupling.identification.runs.measurement import Measurement, SimulatedPath
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
+
+# How far a clock may be off [s], and how finely that is looked for.
+_OFF, _FINE = 2.0, 0.02
+# Samples that are compared for it.
+_COMPARED = 400
+# Shortest measured run that is worth a fit [s], and smallest extent of its path [m].
+_SHORTEST, _SMALLEST = 2.0, 1e-3
+# What a measuring frame that is said to be the robot's may be off [m], and what a run of this command
+# may be off behind that.
+_FRAME_OFF, _LEFT = 0.05, 0.01
+# What orientations of the measured run may be off [rad].
+_TURNED = 0.02
+# Smallest extent of the path across its longest from which a frame is found, as a part.
+_PLANE = 0.02
+
+
+def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
+    """Return what was seen during the run, on the command's clock and in the robot's base frame.
+
+    Args:
+        seen: What was measured.
+        model: Where the model's tool is under the command.
+        own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
+
+    Raises:
+        LearnError: If it is no measured run of this command, or too little of one.
+    """
+    _require_length_unit(seen, model)
+    path = SimulatedPath(model)
+    seen = replace(seen, time=seen.time + clock_offset(seen, model))
+    inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
+    seen = seen.at_rows(np.flatnonzero(inside))
+    covered = float(np.ptp(seen.time)) if len(seen.time) else 0.0
+    if covered < _SHORTEST:
+        raise LearnError(
+            f"{seen.name}: expected at least {_SHORTEST:g} s of the run, which goes from"
+            f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
+        )
+    there = path.position(seen.time)
+    if np.ptp(there, axis=0).max() < _SMALLEST:
+        raise LearnError(
+            f"{seen.name}: expected a tool that moves, got a part of the run in which it stands"
+        )
+    if own_frame:
+        seen = _turned(seen, there)
+    else:
+        _require_base_frame(seen, there)
+    left = seen.position - there
+    left = float(np.sqrt(np.mean(np.sum((left - left.mean(axis=0)) ** 2, axis=1))))
+    if left > _LEFT:
+        raise LearnError(
+            f"{seen.name}: expected a measurement of the run's command, which the tool follows to some"
+            f" {1e3 * _LEFT:g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
+            " command's, another clock's by seconds, or in other axes (--own-frame)?"
+        )
+    return _mounted(seen, path)
+
+
+def _mounted(seen: Measurement, path: SimulatedPath) -> Measurement:
+    """Return what was seen with orientations of the tool, not of the probe that is mounted on it.
+
+    Raises:
+        LearnError: If orientations do not turn as the tool does.
+    """
+    if seen.rotation is None:
+        return seen
+    there = path.rotation(seen.time)
+    on_tool = there.inv() * seen.rotation
+    held = seen.rotation * on_tool.mean().inv()
+    left = float(np.sqrt(np.mean((held * there.inv()).magnitude() ** 2)))
+    if left > _TURNED:
+        raise LearnError(
+            f"{seen.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad behind"
+            f" a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off (rms): leave"
+            " qx, qy, qz, qw out, or tell them in the frame of x, y, z"
+        )
+    return replace(seen, rotation=held)
+
+
+def _require_length_unit(seen: Measurement, model: ToolPath) -> None:
+    """Refuse a path that has the size of the run's in another unit."""
+    sizes = [
+        float(np.linalg.norm(np.ptp(one, axis=0))) for one in (seen.position, model.position[0])
+    ]
+    far = [float(np.abs(one).max()) for one in (seen.position, model.position[0])]
+    for ratio in (sizes[0] / max(sizes[1], 1e-12), far[0] / max(far[1], 1e-12)):
+        if 300.0 < ratio < 3000.0:
+            raise LearnError(
+                f"{seen.name}: expected x, y, z in m, got numbers about {ratio:.0f} times those of the"
+                " run: are they in mm?"
+            )
+
+
+def clock_offset(seen: Measurement, model: ToolPath) -> float:
+    """Return what brings the clock of a measurement nearly to the run's [s].
+
+    Args:
+        seen: What was measured.
+        model: Where the model's tool is under the command.
+    """
+    path = SimulatedPath(model)
+    rows = np.unique(np.linspace(0, len(seen.time) - 1, _COMPARED).astype(int))
+    time, position = seen.time[rows], seen.position[rows]
+    near = np.arange(-_OFF, _OFF + 0.5 * _FINE, _FINE)
+    same = float(model.time[0] - seen.time[0])
+    best, least = 0.0, np.inf
+    # Clocks alike, or both from the start of what they tell; a small difference is preferred.
+    for offset in np.concatenate([near[np.argsort(np.abs(near))], same + near]).tolist():
+        inside = (time + offset >= model.time[0]) & (time + offset <= model.time[-1])
+        if np.count_nonzero(inside) < 0.5 * len(rows):
+            continue
+        there = path.position(time[inside] + offset)
+        left = _shape_difference(position[inside], there)
+        if left < 0.98 * least:
+            best, least = offset, left
+    return best
+
+
+def _shape_difference(position: np.ndarray, there: np.ndarray) -> float:
+    """Return the rms distance of two paths, one moved and turned onto the other [m]."""
+    own, other = position - position.mean(axis=0), there - there.mean(axis=0)
+    singular = np.linalg.svd(own.T @ other, compute_uv=False)
+    squares = np.sum(own**2) + np.sum(other**2) - 2.0 * np.sum(singular)
+    return float(np.sqrt(max(squares, 0.0) / len(own)))
+
+
+def _turned(seen: Measurement, there: np.ndarray) -> Measurement:
+    """Return a path of any frame, moved and turned onto the model's."""
+    extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
+    if extents[1] < _PLANE * extents[0]:
+        raise LearnError(
+            f"{seen.name}: expected a path that is no line to find the measuring frame from, got one:"
+            " measure in the robot's base frame"
+        )
+    return seen.transformed(Frame.fitted(seen.position, there))
+
+
+def _require_base_frame(seen: Measurement, there: np.ndarray) -> None:
+    off = seen.position.mean(axis=0) - there.mean(axis=0)
+    if np.linalg.norm(off) > _FRAME_OFF:
+        x, y, z = off.tolist()
+        raise LearnError(
+            f"{seen.name}: expected positions of the TCP in the robot's base frame, got ones that are"
+            f" off by {x:.3g}, {y:.3g}, {z:.3g} m in the mean: give --own-frame if the measuring"
+            " frame lies anywhere"
+        )

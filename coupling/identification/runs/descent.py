@@ -1,0 +1,229 @@
+"""The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
+
+Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
+equation or of simulations (`effect`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.stats import chi2
+
+from coupling.errors import SimulationError
+from coupling.identification.runs.measurement import SimulatedPath
+from coupling.identification.runs.parameters import changed
+from coupling.identification.runs.problem import FitProblem, PoseDerivatives
+from coupling.identification.runs.residual import Residual, SlowPart, noise_of
+
+# Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
+FLOOR = 1e-6
+MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
+# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better
+# and after one that did not, of which there are so many before the way ends.  The valley is narrow, long
+# and bent: along it a stiff and a soft gear make up for each other, and no step may be longer than it is
+# straight.
+_DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
+# A step that explains less ends the way; noise explains 1 for every unknown.
+SETTLED = 0.3
+# Cauchy's scale, by the median of the residual.
+_SCALE = 1.5
+
+
+@dataclass(frozen=True)
+class DescentPoint:
+    """The residual at some unknowns, and its robust cost.
+
+    Attributes:
+        z: Log factors of the parameters, then frame and clock of every measured run.
+        simulated: Where the simulated tool is in every measured run.
+        residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
+            measured with these in three more coordinates, as in `Residual`.
+        slow: Their slow parts [m], (k, 3) or (k, 6).
+        scale: Cauchy's scale [m].
+        cost: Robust sum of squares with that, and the prior's.
+    """
+
+    z: np.ndarray
+    simulated: tuple[SimulatedPath, ...]
+    residuals: tuple[np.ndarray, ...]
+    slow: tuple[np.ndarray, ...]
+    scale: float
+    cost: float
+
+
+@cache
+def _length(count: int) -> float:
+    """Return the median length of a row of noise of size 1, of so many coordinates."""
+    return float(np.sqrt(chi2.median(count)))
+
+
+def size_of(parts: Sequence[np.ndarray]) -> float:
+    """Return the rms length of the positions in rows of several measured runs [m]."""
+    squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
+
+
+class Descent:
+    """The way down from some unknowns of a problem.
+
+    Args:
+        problem: The problem.
+        slow: Slow parts of the samples of every measured run.
+        variance: What a coordinate of the slow part is taken to vary by [m^2]; None: by Cauchy's scale,
+            under which what was known before counts more than it should, and the way down is even.
+
+    Attributes:
+        problem: The same.
+        slow: The same.
+    """
+
+    def __init__(
+        self, problem: FitProblem, slow: Sequence[SlowPart], variance: float | None = None
+    ) -> None:
+        self.problem, self.slow, self._variance = problem, tuple(slow), variance
+        self._residuals = tuple(map(Residual, problem.passes))
+
+    def over_noise(self, now: DescentPoint) -> float:
+        """Return what is left by what noise alone would leave."""
+        return size_of(now.slow) / max(self.noise(now.residuals), 1e-12)
+
+    def noise(self, residuals: Sequence[np.ndarray]) -> float:
+        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        noise = noise_of([rest[:, :3] for rest in residuals])
+        return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
+
+    def descended(
+        self, now: DescentPoint, effects: Sequence[PoseDerivatives], most: int = MOST_PASSES
+    ) -> tuple[DescentPoint, bool]:
+        """Return the best that derivatives lead to, and whether they lead no further."""
+        damping = _DAMPING
+        for _ in range(most):
+            after, damping = self._along(now, *self.equations(now, effects), damping)
+            gained = 0.0 if after is None else now.cost - after.cost
+            if after is not None:
+                scale, cost = self.costed(after.z, after.slow)
+                now = replace(after, scale=scale, cost=cost)
+            if gained < SETTLED:
+                return now, True
+        return now, False
+
+    def at(self, z: np.ndarray, scale: float | None = None) -> DescentPoint:
+        """Return what some unknowns leave, with a scale that is given or their own."""
+        problem = self.problem
+        values = changed(problem.parameters, z[: len(problem.parameters)])
+        simulated, residuals, slow = [], [], []
+        for number, one in enumerate(problem.passes):
+            path = one.simulated(problem.fmu, values)
+            rest = self._residuals[number].rows(path, problem.own(z, number))
+            simulated.append(path)
+            residuals.append(rest)
+            slow.append(self.slow[number](rest))
+        cost = self.costed(z, tuple(slow), scale)
+        return DescentPoint(z, tuple(simulated), tuple(residuals), tuple(slow), *cost)
+
+    def costed(
+        self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None
+    ) -> tuple[float, float]:
+        """Return the scale of the residual, unless given, and the robust cost with it."""
+        sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
+        if scale is None:
+            # Rows of more coordinates are longer for the same noise.
+            alike = [
+                size * _length(3) / _length(rest.shape[1])
+                for size, rest in zip(sizes, slow, strict=True)
+            ]
+            scale = max(FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
+        cost = self._counted(scale) * sum(
+            mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
+            for mean, size in zip(self.slow, sizes, strict=True)
+        )
+        return scale, cost + float(np.sum((z / self.problem.prior) ** 2))
+
+    def equations(
+        self, now: DescentPoint, effects: Sequence[PoseDerivatives]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return matrix and right side of a step."""
+        problem, count = self.problem, len(self.problem.parameters)
+        matrix = np.diag(problem.prior**-2.0)
+        right = -now.z / problem.prior**2
+        for number, one in enumerate(problem.passes):
+            mean, own = self.slow[number], problem.own(now.z, number)
+            # Columns are slow: taken at the means' own times they are their own means.
+            time = mean.time + own[6]
+            columns = effects[number](now.z[:count], one.seen.time + own[6])
+            path = now.simulated[number]
+            residual = self._residuals[number]
+            frame = residual.by_frame(path, time, problem.frame_size)
+            full = np.concatenate([mean(residual.columns(columns)), frame], axis=2)
+            where = np.r_[:count, problem.rows_of(number)]
+            rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
+            weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
+            weight *= self._counted(now.scale)
+            matrix[np.ix_(where, where)] += np.einsum(
+                "k,kap,kaq->pq", weight, full, full, optimize=True
+            )
+            right[where] += np.einsum("k,kap,ka->p", weight, full, rest, optimize=True)
+        return matrix, right
+
+    def fitted_beside(
+        self, now: DescentPoint, held: Sequence[PoseDerivatives], step: np.ndarray
+    ) -> DescentPoint:
+        """Return what a step comes to with all that it does not change fitted to it."""
+        z = now.z.copy()
+        z[: len(step)] += step
+        after = self.at(z, now.scale)
+        free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
+        for _ in range(_FITTED):
+            matrix, right = self.equations(after, held)
+            z = after.z.copy()
+            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+            further = self._tried(z, now.scale)
+            if further is None or further.cost >= after.cost:
+                break
+            after = further
+        return after
+
+    def framed(self, x: np.ndarray) -> DescentPoint:
+        """Return what given parameters leave behind the frame that fits them best.
+
+        Args:
+            x: Log factors, (P,).
+        """
+        count = len(x)
+        now = self.at(np.concatenate([x, np.zeros(self.problem.size - count)]))
+        for _ in range(_FRAME_PASSES):
+            matrix, right = self.equations(now, self.problem.effects)
+            step = np.zeros(self.problem.size)
+            step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])
+            now = self.at(now.z + step)
+        return now
+
+    def _counted(self, scale: float) -> float:
+        """Return how much rows count, by what they do under Cauchy's scale [m]."""
+        return 1.0 if self._variance is None else scale**2 / self._variance
+
+    def _along(
+        self, now: DescentPoint, matrix: np.ndarray, right: np.ndarray, damping: float
+    ) -> tuple[DescentPoint | None, float]:
+        """Return what is better in the direction of a step, damped until it is, and the next damping.
+
+        Levenberg and Marquardt's rule (D. Marquardt, J. SIAM 11 (1963) 431).  None: nothing is better.
+        """
+        for _ in range(_TRIED):
+            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
+            after = self._tried(now.z + step, now.scale)
+            if after is not None and after.cost < now.cost:
+                return after, _AFTER_BETTER * damping
+            damping *= _AFTER_WORSE
+        return None, damping
+
+    def _tried(self, z: np.ndarray, scale: float) -> DescentPoint | None:
+        """Return what some unknowns leave; None of a robot that gives way under its own weight."""
+        try:
+            return self.at(z, scale)
+        except SimulationError:
+            return None

@@ -1,0 +1,273 @@
+"""What the parameters do to the tool, with the torque that the links need held, or by simulations.
+
+Through the simulation itself small changes grow without bound while a gear is unloaded in its backlash;
+through the gear's own equation, d e' + S(e) = T(t), two answers never part (`coupling.inverse.gears`).
+The tool moves by J_i de_i/dp.  That leads near the solution but not into it, since the torques that are
+held are not quite those of the robot that moves.  Friction moves a motor under its servo.  Near the
+solution finite changes of some per cent, whose effect is looked at slowly, lead the rest of the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import cont2discrete, lfilter
+
+from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.parameters import changed, prior_of, robot_with
+from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.servo import presliding
+from coupling.inverse.spline import UniformSpline
+from coupling.inverse.windows import solve_links
+from coupling.robot.parameters import RobotParameter
+from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
+from elastic_robot.parameters import Parameters
+
+# Relative change of a parameter for a difference.
+_CHANGE = 0.02
+# Times between two at which the Jacobian is taken.
+_SELDOM = 4
+# Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
+# is measured [rad], are left to the gears' equation.
+_NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
+# Those that change what motors do by less than this part of its deviation are left to it, too.
+_NEGLIGIBLE_PART = 0.05
+
+T = TypeVar("T")
+
+
+class ParameterEffect:
+    """Derivatives of the tool's pose by log factors of the parameters, along one measured run.
+
+    Args:
+        robot: The robot.
+        torque_curve: Name of its gears' torque curve.
+        parameters: What is learned.
+        one: The measured run.
+
+    Attributes:
+        parameters: The same.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        torque_curve: str,
+        parameters: tuple[RobotParameter, ...],
+        one: MeasuredPath,
+    ) -> None:
+        self._robot, self._torque_curve, self.parameters = robot, torque_curve, parameters
+        self._pass = one
+        moving = MovingRobot(robot, torque_curve)
+        task = moving.task(one.wanted)
+        self.theta: UniformSpline = solve_links(moving.model, task).theta
+        self._time = self.theta.nodes
+        self._torque = moving.torque(self.theta, self._time, task.wrench)
+        at = self.theta.at(self.theta.nodes[::_SELDOM])
+        rest = np.zeros_like(at)
+        _, by = moving.model.linearised(at, rest, rest, np.zeros((len(at), 6)))
+        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian)
+        self._model = moving.model
+
+    def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
+
+        Behind them is what these do to angles [rad] and torques [N m] of motors that were recorded.
+
+        Args:
+            x: Log factors around which, (P,).
+            time: Times [s], (n,).
+        """
+        model = self._model
+        inside = np.clip(time, self.theta.start, self.theta.end)
+        jacobian = self._jacobian(inside)
+        theta = self.theta.at(inside)
+        wind_ups = self._wind_ups(x) if np.any(x) else self._of_file
+        rate = self.theta.at(inside, order=1)
+        own = Parameters.of(robot_with(self._robot, self.parameters, x))
+        settling = own.damping / own.stiffness  # [s]
+        motors = () if self._pass.seen.motors is None else self._pass.seen.motors.columns
+        columns = np.zeros((len(time), 6 + len(motors), len(x)))
+        for k, parameter in enumerate(self.parameters):
+            if parameter.gear is None:
+                angle = int(model.chain.elastic[parameter.coordinate])
+                behind = settling[parameter.coordinate] * rate if parameter.vibrates else theta
+                moved = -behind[:, angle]
+            elif parameter.kind == "friction":
+                angle = int(model.gears[parameter.gear])
+                joint = int(model.chain.elastic_joint[parameter.coordinate])
+                told = self._by_friction(parameter, joint, x[k])
+                moved = np.interp(inside, self._time, told["motor"])
+                for c, (kind, of) in enumerate(motors):
+                    if of == joint:
+                        columns[:, 6 + c, k] = np.interp(inside, self._time, told[kind])
+            else:
+                angle = int(model.gears[parameter.gear])
+                change = wind_ups[parameter.kind] - wind_ups[""]
+                moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
+            columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
+        return columns
+
+    def _by_friction(
+        self, parameter: RobotParameter, joint: int, log: float
+    ) -> dict[str, np.ndarray]:
+        """Return how a motor's angle [rad] and torque [N m] follow its friction's log factor, (k,)."""
+        drive, column = self._robot.joints[joint].drive, int(self._model.gears[parameter.gear])
+        assert drive is not None
+        angle, rate = (self.theta.at(self._time, order)[:, column] for order in (0, 1))
+        own = replace(drive, friction=parameter.value * float(np.exp(log)))
+        return {
+            "motor": moved_by_friction(own, self._time, angle, rate),
+            "motor_torque": friction_at_rest(own, angle, rate),
+        }
+
+    @cached_property
+    def _of_file(self) -> dict[str, np.ndarray]:
+        """The gears' wind-ups of the robot of the file, which every part of a measured run asks for."""
+        return self._wind_ups(np.zeros(len(self.parameters)))
+
+    def _wind_ups(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the gears' wind-up, and with each kind of parameter changed in all gears."""
+        wind_ups = {}
+        for kind in {"", *(p.kind for p in self.parameters if p.kind != "friction")}:
+            change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
+            robot = robot_with(self._robot, self.parameters, x + np.array(change))
+            moving = MovingRobot(robot, self._torque_curve)
+            wind_ups[kind] = moving.wind_up(
+                self.theta, self._time, self._torque, self._pass.wanted.wrench
+            ).angle
+        return wind_ups
+
+
+class SecantEffect:
+    """Derivatives of the tool's pose by log factors along one measured run, by simulation.
+
+    Args:
+        fmus: What simulates the robot of the file, side by side.
+        one: The measured run.
+        effect: The gears' equation, for parameters without significant effect.
+        change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
+            past, small in the valley.
+
+    Attributes:
+        shown: Numbers of the parameters with a significant effect.
+    """
+
+    def __init__(
+        self, fmus: Sequence[RobotFmu], one: MeasuredPath, effect: ParameterEffect, change: float
+    ) -> None:
+        self._fmus, self._parameters, self._pass = fmus, effect.parameters, one
+        self._change, prior = change, prior_of(effect.parameters)
+        # What is left to the equation is left as it is for the parameters of the file.
+        self._plain = effect(np.zeros(len(prior)), one.seen.time)
+        moved = self._plain - self._plain.mean(axis=0)
+        shifts, turns = (
+            prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
+            for own in (moved[:, :3], moved[:, 3:6])
+        )
+        turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
+        vibrates = np.array([own.vibrates for own in effect.parameters])
+        told = np.zeros(len(prior), dtype=bool)
+        if one.seen.motors is not None:
+            by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
+            told = (by_motors > _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]).any(axis=0)
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | told)
+
+    def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
+
+        Args:
+            x: Log factors around which, (P,).
+            time: Times of the measurement, but for its clock [s], (n,).
+        """
+        columns = self._plain.copy()
+        # Towards what was known before, where the robot is better known.
+        steps = np.diag(np.where(x > 0.0, -self._change, self._change))[self.shown]
+        here, *aside = self._poses([x, *(x + steps)], time)
+        for k, there in zip(self.shown, aside, strict=True):
+            columns[:, :, k] = (there - here) / (-self._change if x[k] > 0.0 else self._change)
+        return columns
+
+    def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
+        """Return how the tool stands, and what motors do, for several log factors."""
+
+        def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
+            return self._pass.simulated(fmu, changed(self._parameters, x)).pose(time)
+
+        return side_by_side(self._fmus, points, pose)
+
+
+def side_by_side(
+    fmus: Sequence[RobotFmu],
+    points: Sequence[np.ndarray],
+    work: Callable[[RobotFmu, np.ndarray], T],
+) -> list[T]:
+    """Return what work makes of every point, in their order.
+
+    Args:
+        fmus: What simulates; none is asked for two things at a time.
+        points: What to work on.
+        work: What an FMU makes of a point.
+    """
+    count = len(fmus)
+
+    def share(number: int) -> list[T]:
+        return [work(fmus[number], point) for point in points[number::count]]
+
+    with ThreadPoolExecutor(count) as pool:
+        shares = list(pool.map(share, range(count)))
+    return [shares[k % count][k // count] for k in range(len(points))]
+
+
+def moved_by_friction(
+    drive: Drive, time: np.ndarray, angle: np.ndarray, rate: np.ndarray
+) -> np.ndarray:
+    """Return how a motor's angle follows the log factor of its friction under a command [rad], (n,).
+
+    The friction's element turns with the motor nearly as it does without the change, and its torque
+    df = F (1 - c (1 - exp(-(q'/v)^2))) s / a is a load of the servo's loop:
+
+        (J p^3 + (Kp + b) p^2 + (Kp Kv + Ki) p + Ki Kv) dq = -p df,    p = d/dt.
+
+    Args:
+        drive: The drive.
+        time: Even times [s], (n,).
+        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+
+    Example:
+        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, friction=40.0)
+        >>> time = np.arange(0.0, 2.0, 1e-3)
+        >>> moved = moved_by_friction(drive, time, 0.1 * time, np.full(len(time), 0.1))
+        >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
+        -0.02
+    """
+    torque = friction_at_rest(drive, angle, rate)
+    kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
+    loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
+    # Without an integral both sides have a factor p.
+    by = ([-1.0], loop[:3]) if ki == 0.0 else ([-1.0, 0.0], loop)
+    numerator, denominator, _ = cont2discrete(by, float(time[1] - time[0]), "foh")
+    moved: np.ndarray = lfilter(np.ravel(numerator), denominator, torque)
+    return moved
+
+
+def friction_at_rest(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Return a motor's friction without what is viscous or grows with the load [N m], (n,).
+
+    It is the derivative of its torque by the log factor of the friction, but for what its rotor does.
+
+    Args:
+        drive: The drive.
+        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+    """
+    part = presliding(angle, drive.slip_angle)
+    torque: np.ndarray = drive.friction_torque(drive.friction, part, rate, np.zeros(1))
+    return torque - drive.viscous * rate

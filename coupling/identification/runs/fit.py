@@ -1,0 +1,290 @@
+"""The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
+
+All of a run at once has local minima beside the valley: where a gear crosses its backlash too late or
+not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
+What a crossing does wrong is past a second later.  So the fit goes along the runs: it looks a little
+further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
+is tried again from beside it (`steps_aside`) before it looks any further.
+
+So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
+fit goes on with rows that count as their noise says, and as what is left over noise says
+(`UnexplainedPart`): that is the most likely robot, and its covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from coupling.identification.runs.descent import FLOOR, MOST_PASSES, SETTLED, Descent, DescentPoint
+from coupling.identification.runs.effect import SecantEffect, side_by_side
+from coupling.identification.runs.parameters import prior_of
+from coupling.identification.runs.problem import FitProblem
+from coupling.identification.runs.residual import CUT_OFF, SlowPart, UnexplainedPart
+from coupling.robot.parameters import RobotParameter
+from coupling.robot.robot_fmu import RobotFmu
+
+# Changes of a log factor for differences, one after the other: the valley is narrower than the local
+# minima; and those on its ground.
+_CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
+# Rows count by what the search has left over noise, then by what that leaves.
+_COUNTED = 2
+# Passes of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
+# whole, and of so many gears' best sides.
+_LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
+# What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
+_SURE, _NEAR_NOISE = 2.0, 1.12
+# Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
+# narrow, and the first passes may have led to the wrong side of what was known.
+_STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
+_SIZES = (1.0 / 3.0, 2.0 / 3.0)
+# What is looked at first [s], by how much more at least, and how far behind where noise ends.
+_FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
+# By which part more at least where what was looked at stays unexplained, as where a gear is in its
+# backlash without load: else a fit that comes to nothing takes longest.
+_STRIDE = 0.5
+# Means over so long [s] that are so many times noise are no longer explained.
+_OVER, _FAR = 0.2, 2.0
+
+
+@dataclass(frozen=True)
+class ParameterFit(DescentPoint):
+    """The most likely robot, and how sure it is.
+
+    Attributes:
+        covariance: Covariance of all unknowns, with rows that count by noise and by what is left over
+            it; of each parameter by the derivatives that give the wider interval.
+        converged: Whether the last step explained next to nothing.
+        left_over: Discrepancy beyond noise.
+    """
+
+    covariance: np.ndarray
+    converged: bool
+    left_over: UnexplainedPart
+
+
+class Fitter:
+    """Fits one problem, also to other measurements at the same times.
+
+    Args:
+        problem: The problem.
+        cut_off: Frequency up to which residuals are looked at [Hz].
+    """
+
+    def __init__(self, problem: FitProblem, cut_off: float = CUT_OFF) -> None:
+        self.problem, self._cut_off = problem, cut_off
+        self._whole = self._descent(problem)
+
+    def fit(self, start: np.ndarray) -> ParameterFit:
+        """Return the most likely parameters.
+
+        Args:
+            start: Log factors to begin at, (P,).
+        """
+        whole, now = self._whole, self._whole.framed(start)
+        before, seconds = 0.0, self._look(now, 0.0)
+        while seconds < np.inf:
+            part = self._descent(self.problem.until(seconds))
+            here = part.at(now.z)
+            if before == 0.0:
+                here, _ = part.descended(here, part.problem.effects)
+            here, _ = self._found(part, here, _LED, _PART_TRIES)
+            now, before = whole.at(here.z), seconds
+            seconds = self._look(now, before, _is_noise(part, here))
+        now, _ = self._found(whole, now, MOST_PASSES, _TRIES)
+        return self._settled(now)
+
+    def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the slow parts of what given parameters leave, behind the frame that fits them best.
+
+        Args:
+            x: Log factors, (P,).
+        """
+        return self._whole.framed(x).slow
+
+    def noise(self, residuals: Sequence[np.ndarray]) -> float:
+        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        return self._whole.noise(residuals)
+
+    def _settled(self, now: DescentPoint) -> ParameterFit:
+        """Return the most likely robot near what was found, and how sure it is."""
+        left_over, converged = self._left_over(now), False
+        for _ in range(_COUNTED):
+            counted = left_over.over
+            descent = self._counted(now, counted)
+            now = descent.at(now.z)
+            for change in _SMALL_CHANGES:
+                now, converged = descent.descended(now, self.problem.secants(change))
+            left_over = self._left_over(now)
+            if counted == 1.0:
+                break
+        covariance = self._covariance(self._counted(now, left_over.over), now)
+        return ParameterFit(
+            **vars(now), covariance=covariance, converged=converged, left_over=left_over
+        )
+
+    def _counted(self, now: DescentPoint, over: float) -> Descent:
+        """Return the way down with rows that count as their noise says, times its variance."""
+        variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
+        return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
+
+    def _left_over(self, now: DescentPoint) -> UnexplainedPart:
+        """Return what is left over noise."""
+        variance = max(self._whole.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
+        parts = list(zip(self._whole.slow, now.slow, strict=True))
+        squares = sum(mean.independent * float(np.sum(rest**2)) for mean, rest in parts)
+        rows = sum(mean.independent * rest.size for mean, rest in parts)
+        data = self._counted(now, 1.0).equations(now, self.problem.effects)[0]
+        data = data - np.diag(self.problem.prior**-2.0)
+        return UnexplainedPart.of(squares / variance, rows, data, self.problem.prior)
+
+    def _covariance(self, counted: Descent, now: DescentPoint) -> np.ndarray:
+        """Return the covariance of all unknowns, by the derivatives that give the wider interval.
+
+        An unloaded gear leaves its flank at another time when anything is changed, which differences of
+        simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
+        but not what other gears do meanwhile.
+        """
+        secants = self.problem.secants(_CHANGES[0])
+        found, held = (
+            np.linalg.inv(counted.equations(now, own)[0]) for own in (secants, self.problem.effects)
+        )
+        wider = np.sqrt(np.maximum(1.0, np.diag(held) / np.diag(found)))
+        wider[len(self.problem.parameters) :] = 1.0
+        covariance: np.ndarray = wider[:, None] * found * wider
+        return covariance
+
+    def _descent(self, problem: FitProblem) -> Descent:
+        slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]
+        return Descent(problem, slow)
+
+    def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
+        """Return how far to look next [s]."""
+        whole = self._whole
+        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
+
+    def _found(
+        self, part: Descent, start: DescentPoint, most: int, tries: int
+    ) -> tuple[DescentPoint, bool]:
+        """Return what is found of a part, from some unknowns and beside them, and whether for good."""
+        secants = [part.problem.secants(change) for change in _CHANGES]
+
+        def refined(now: DescentPoint) -> tuple[DescentPoint, bool]:
+            now, settled = part.descended(now, secants[0], most)
+            if not _is_noise(part, now):
+                now, settled = part.descended(now, secants[1], most)
+            return now, settled
+
+        now, converged = refined(start)
+        sides = _sides(part, now, secants[0])
+        for _ in range(tries):
+            beside = None if _is_noise(part, now) else next(sides, None)
+            if beside is None:
+                break
+            other, settled = refined(beside)
+            if part.costed(other.z, other.slow, now.scale)[1] < now.cost - SETTLED:
+                now, converged = other, settled
+                sides = _sides(part, now, secants[0])
+        return now, converged
+
+
+def _is_noise(part: Descent, now: DescentPoint) -> bool:
+    """Whether hardly more is left than noise, by how much chance there is in that."""
+    means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
+    chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
+    return part.over_noise(now) <= max(_NEAR_NOISE, chance)
+
+
+def _sides(
+    part: Descent, now: DescentPoint, secants: Sequence[SecantEffect]
+) -> Iterator[DescentPoint]:
+    """Yield where to try again: beside what was found, in backlash and damping of one gear each.
+
+    All else is fitted to these with derivatives that are known, which tells a gear's best side.
+    """
+    problem, count = part.problem, len(part.problem.parameters)
+    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
+    x = now.z[:count]
+    values = [own(x, time) for own, time in zip(secants, times, strict=True)]
+    held = [lambda x, time, own=own: own for own in values]
+    shown = {int(k) for own in secants for k in own.shown}
+    gears = steps_aside(problem.parameters, shown)
+
+    def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
+        own = Descent(replace(problem, fmus=(fmu,)), part.slow)
+        return own.fitted_beside(now, held, step)
+
+    all_steps = [step for steps in gears for step in steps]
+    ordered = iter(side_by_side(problem.fmus, all_steps, tried))
+    found = [min((next(ordered) for _ in steps), key=lambda own: own.cost) for steps in gears]
+    yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
+
+
+def steps_aside(
+    parameters: Sequence[RobotParameter], shown: Collection[int]
+) -> list[list[np.ndarray]]:
+    """Return steps of log factors to both sides, for every gear whose backlash is shown.
+
+    What a gear's crossing takes is 2 B d: its backlash and its damping pull against each other, and
+    along that local minima lie one behind the other.  So a gear is taken to both sides along it, and in
+    its damping alone.
+
+    Args:
+        parameters: What is learned.
+        shown: Numbers of the parameters with a significant effect.
+
+    Returns:
+        Steps of each gear whose backlash and damping have a significant effect, (P,).
+    """
+    of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
+    prior = prior_of(tuple(parameters))
+    found = []
+    for gear in sorted({own.gear for own in parameters if own.gear is not None}):
+        pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
+        if len(pair) < 2:
+            continue
+        steps = []
+        for size, signs in product(_SIZES, _STEPS):
+            step = np.zeros(len(parameters))
+            step[pair] = size * prior[pair] * signs
+            steps.append(step)
+        found.append(steps)
+    return found
+
+
+def next_horizon(
+    slow: Sequence[np.ndarray],
+    means: Sequence[SlowPart],
+    noise: float,
+    before: float,
+    explained: bool = True,
+) -> float:
+    """Return how far to look next [s], of every run; infinite where all is explained or looked at.
+
+    Args:
+        slow: Slow parts of what is left of the measured runs [m], (k, 3) or (k, 6).
+        means: Their times.
+        noise: What noise alone would leave of them [m], rms.
+        before: How far was looked before [s]; 0 in the beginning.
+        explained: Whether that was explained.
+    """
+    least = _LEAST if explained else max(_LEAST, _STRIDE * before)
+    ends = [_explained(rest, mean, noise, before) for rest, mean in zip(slow, means, strict=True)]
+    if min(ends) == np.inf:
+        return np.inf
+    seconds = max(min(ends) + _BEHIND, before + least, _FIRST)
+    longest = max(float(np.ptp(mean.time)) for mean in means)
+    return seconds if seconds < longest else np.inf
+
+
+def _explained(rest: np.ndarray, mean: SlowPart, noise: float, before: float) -> float:
+    """Return when more than noise is left of a run for the first time behind what was looked at [s]."""
+    since = mean.time - mean.time[0]
+    squares = np.sum(rest[:, :3] ** 2, axis=1)
+    count = max(1, round(_OVER * len(since) / max(float(since[-1]), _OVER)))
+    over = np.convolve(squares, np.ones(count) / count, mode="same") > (_FAR * noise) ** 2
+    late = over & (since > before)
+    return float(since[np.argmax(late)]) if late.any() else np.inf

@@ -1,0 +1,165 @@
+"""Which parameters measured runs identify, and which of the others are significant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.verdict import ParameterVerdict
+from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.robot.parameters import RobotParameter
+
+# A parameter is identifiable where its error is below this part of what was known before.
+_IDENTIFIABLE = 0.5
+# A parameter is significant where its prior deviation moves the tool by this rms [m], less a constant,
+# as the measuring frame takes one anyway.
+_SIGNIFICANT = 2e-6
+# Below this the path does not depend on it [m].
+_MOVES = 1e-8
+# A gear without load for more than this part of the time makes a path that does not repeat.
+_MOSTLY = 0.5
+# Noise is the smaller part of what is left from so many times noise on.
+_SMALLER = float(np.sqrt(2.0))
+
+
+@dataclass(frozen=True)
+class LearnedParameter(ParameterVerdict):
+    """Verdict on one parameter.
+
+    Attributes:
+        effect: Effect of its prior standard deviation on the tool along the runs measured, less a
+            constant: rms of the slow part [m].
+    """
+
+    effect: float
+
+    @property
+    def factor(self) -> float:
+        """Fitted value by that of the robot file."""
+        return self.value / self.start
+
+    @property
+    def significant(self) -> bool:
+        """Whether it moves the tool by more than is looked for."""
+        return self.effect >= _SIGNIFICANT
+
+    @property
+    def written(self) -> float:
+        """Value in the robot as written: the file's where the path does not depend on it.
+
+        What is not significant by itself is written as it fits best beside the others: these make up for
+        it, and a dozen such left out are missed.
+        """
+        moves = self.effect >= _MOVES or self.parameter.vibrates
+        return self.value if self.identifiable or moves else self.start
+
+
+def judged(
+    parameters: Sequence[RobotParameter],
+    x: np.ndarray,
+    deviation: np.ndarray,
+    half: np.ndarray,
+    prior: np.ndarray,
+    effect: np.ndarray,
+    gears: Sequence[GearDiagnosis],
+) -> tuple[LearnedParameter, ...]:
+    """Return the verdicts.
+
+    Args:
+        parameters: What was learned.
+        x: Log factors found, (P,).
+        deviation: Standard deviations of their errors, (P,).
+        half: Half widths of their intervals, (P,); not wider than what was known before.
+        prior: Standard deviations before, (P,).
+        effect: What a prior standard deviation does to the tool [m], (P,).
+        gears: What the gears go through where it was measured.
+    """
+    verdicts = []
+    for k, parameter in enumerate(parameters):
+        identifiable, width = deviation[k] < _IDENTIFIABLE * prior[k], half[k]
+        if not identifiable:
+            width = min(width, 1.96 * prior[k])
+        ends = np.exp(x[k] + width * np.array([0.0, -1.0, 1.0]))
+        value, low, high = (parameter.value * ends).tolist()
+        reason = "" if identifiable else _reason(parameter, float(effect[k]), gears)
+        verdicts.append(LearnedParameter(parameter, value, low, high, reason, float(effect[k])))
+    return tuple(verdicts)
+
+
+def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagnosis]) -> str:
+    if effect >= _SIGNIFICANT:
+        return "not distinguishable from the others"
+    stays = parameter.gear is not None and gears[parameter.gear].changes == 0
+    if stays and parameter.kind in ("backlash", "damping"):
+        return "the gear does not reverse here"
+    return "hardly matters here"
+
+
+def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
+    """Return which gears are unloaded for most of a path, in words; "" where none does.
+
+    Args:
+        gears: What the gears go through where it was measured.
+        seconds: How long that is [s].
+    """
+    names = [g.joint for g in gears if g.at_risk and g.in_backlash > _MOSTLY * seconds]
+    if not names:
+        return ""
+    which = ", ".join(map(str, names))
+    own = f"the gear{'s' * (len(names) > 1)} of joint{'s' * (len(names) > 1)} {which}"
+    return f"{own} carr{'y' if len(names) > 1 else 'ies'} nothing at rest for most of the path"
+
+
+def discrepancy(before: float, after: float, noise: float) -> str:
+    """Return what the model does not explain of a measurement, in words; "" where most of it is noise.
+
+    Args:
+        before: Rms of the residuals' slow parts with the robot file [m].
+        after: The same with what was found [m].
+        noise: What noise alone would leave of them [m].
+    """
+    if after <= _SMALLER * noise:
+        return ""
+    explained = float(np.sqrt(max(before**2 - after**2, 0.0)))
+    return (
+        f"the model explains only {1e6 * explained:.3g} of {1e6 * before:.3g} um of the measurement's"
+        f" slow part; {1e6 * after:.3g} um are left, of which noise is {1e6 * noise:.2g} um"
+    )
+
+
+def missing(
+    gears: Sequence[GearDiagnosis],
+    whole: Sequence[GearDiagnosis],
+    seconds: float,
+    unknown: str = "",
+) -> str:
+    """Return what a measurement lacks that identifies nothing, in words.
+
+    Args:
+        gears: What the gears go through where it was measured.
+        whole: What they go through along the whole path.
+        seconds: How much was measured [s].
+        unknown: What the model does not explain, in words; "" where that is noise.
+    """
+    later = [g.joint for g, w in zip(gears, whole, strict=True) if w.changes > g.changes == 0]
+    if later:
+        names = ", ".join(map(str, later))
+        return (
+            f"in the {seconds:.3g} s measured no gear reverses: measure on, as the"
+            f" gears of joints {names} are later in the run"
+        )
+    if unknown:
+        return (
+            f"{unknown}, and the rest, which is neither backlash nor stiffness nor damping (gear"
+            " errors, hysteresis, heat, another load), would be taken for these: correct the command by"
+            " the measured deviation itself"
+        )
+    if not any(gear.changes for gear in gears):
+        return (
+            "no gear reverses on this path, and nothing else moves the tool by more"
+            " than its frame explains: measure a path that loads them both ways, or leave the robot"
+            " as it is, as this path does not ask for more"
+        )
+    return "the noise hides what the gears do: measure longer, or with less noise"

@@ -1,0 +1,267 @@
+"""Learning as a whole: align, fit, ask how sure it is, judge every parameter."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from coupling.events import Progress, Watch, unwatched
+from coupling.identification.runs.descent import size_of
+from coupling.identification.runs.effect import ParameterEffect
+from coupling.identification.runs.fit import Fitter, ParameterFit
+from coupling.identification.runs.judge import (
+    LearnedParameter,
+    discrepancy,
+    floating,
+    judged,
+    missing,
+)
+from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
+from coupling.identification.runs.problem import FitProblem, FramePrior
+from coupling.identification.runs.residual import SlowPart, weighed
+from coupling.identification.runs.source import MeasuredFile, require_alike
+from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
+from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.inversion import MovingRobot
+from coupling.robot.parameters import with_values
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.models import Models
+from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL
+
+# The frame of a device that stands anywhere: nothing is known of it.
+ANYWHERE = FramePrior(shift=1.0, turn=1.0)
+# What is learned must leave less than this part of what the robot file leaves.
+_WORTH = 0.9
+# Processes that simulate, at most.
+_MOST_PROCESSES = 4
+# More than so many times the noise is not noise.
+_FAR = 2.5
+
+
+@dataclass(frozen=True)
+class LearnOptions:
+    """How to learn.
+
+    Attributes:
+        own_frame: Whether the measuring frame lies anywhere.
+        draws: Simulated robots for the intervals; 0 for those of the fit.
+        seed: Of their parameters and noise.
+        known: How well the measuring frame is the robot's base frame where it does not lie anywhere.
+        start: Log factors that the fit begins at, (P,); None: the robot of the last run.
+    """
+
+    own_frame: bool = False
+    draws: int = 0
+    seed: int = 1
+    known: FramePrior = field(default_factory=FramePrior)
+    start: np.ndarray | None = None
+
+    @property
+    def frame(self) -> FramePrior:
+        """What is known of the measuring frame."""
+        return ANYWHERE if self.own_frame else self.known
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What measured runs identify of a robot.
+
+    Attributes:
+        sources: Runs and measurements.
+        passes: The measured runs, on their runs' clocks.
+        fit: The fit.
+        before: Measured less simulated with the robot file, of every run, less frame and clock [m].
+        parameters: Verdict on each parameter.
+        spread: How sure it is.
+        gears: What the gears go through where it was measured.
+        whole: The same along the whole path of the last run, where nothing is identifiable.
+    """
+
+    sources: tuple[MeasuredFile, ...]
+    passes: tuple[MeasuredPath, ...]
+    fit: ParameterFit
+    before: tuple[np.ndarray, ...]
+    parameters: tuple[LearnedParameter, ...]
+    spread: Uncertainty
+    gears: tuple[GearDiagnosis, ...]
+    whole: tuple[GearDiagnosis, ...] = field(default=())
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as written."""
+        return with_values(
+            self.sources[0].robot, {own.name: own.written for own in self.parameters}
+        )
+
+    @property
+    def left(self) -> tuple[float, float]:
+        """Rms of the residuals' slow parts, with the robot file and with what was found [m]."""
+        return size_of(self.before), size_of(self.fit.slow)
+
+    @property
+    def noise_left(self) -> float:
+        """What the slow parts would be of noise alone [m], rms."""
+        parts = [SlowPart.of(one.seen.time).of_noise for one in self.passes]
+        return self.spread.noise * float(np.sqrt(3.0 * np.mean(parts)))
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether far more is left than noise."""
+        return self.left[1] > _FAR * self.noise_left
+
+    @property
+    def widened(self) -> float:
+        """By how much the fit's intervals are wider for what is left over noise, >= 1."""
+        return self.fit.left_over.widened
+
+    @property
+    def refusal(self) -> str:
+        """Why no robot should be written, in words; "" where one may be."""
+        before, after = self.left
+        last = float(np.ptp(self.passes[-1].wanted.path.time))
+        seconds = sum(float(np.ptp(one.seen.time)) for one in self.passes)
+        if not any(own.identifiable for own in self.parameters):
+            unknown = discrepancy(before, after, self.noise_left)
+            return f"nothing is identifiable: {missing(self.gears, self.whole, seconds, unknown)}"
+        if after > _WORTH * before:
+            return (
+                f"what is learned would leave {1e6 * after:.3g} um of the measurement's slow part, the"
+                f" robot file leaves {1e6 * before:.3g} um: there is nothing to be gained"
+            )
+        adrift = floating(self.gears, last)
+        if self.unexplained and adrift:
+            return (
+                f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
+                f" and {adrift}: what a gear does that is unloaded in its backlash is no matter of"
+                " parameters;"
+                " place the part or the base so that it is loaded"
+            )
+        return ""
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should look at."""
+        unused = [
+            f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
+            f" {IDEAL}, or no joint of theirs has a motor in the robot file"
+            for own, one in zip(self.sources, self.passes, strict=True)
+            if own.seen.motors is not None and one.seen.motors is None
+        ]
+        if not self.unexplained or self.refusal:
+            return unused
+        return [
+            *unused,
+            f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
+            f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
+            " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
+            " intervals are"
+            f" {self.widened:.2g} times as wide for it, and what is hardly identifiable stays near the"
+            " file",
+        ]
+
+
+def learn(
+    sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
+) -> Learned:
+    """Learn a robot's parameters from measured runs.
+
+    Args:
+        sources: Runs and what was measured under their commands; the robot of the first
+            one is what is known of it before, that of the last one the start.
+        options: How.
+        models: What simulates robots.
+        watch: Told how far the work is.
+
+    Raises:
+        LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
+            learned.
+    """
+    with ExitStack() as stack:
+        # Simulations run side by side, as far as there are processors.
+        more = min(os.cpu_count() or 1, _MOST_PROCESSES) - 1
+        own = [models, *(stack.enter_context(Models(models.kind)) for _ in range(more))]
+        return _learned(sources, options, own, watch)
+
+
+def _learned(
+    sources: Sequence[MeasuredFile],
+    options: LearnOptions,
+    side_by_side: Sequence[Models],
+    watch: Watch,
+) -> Learned:
+    require_alike(sources)
+    models, first, last = side_by_side[0], sources[0], sources[-1]
+    fmus = tuple(one.of(first.robot, first.torque_curve, first.drive).fmu for one in side_by_side)
+    passes = []
+    for source in sources:
+        own = models.of(source.robot, source.torque_curve, source.drive).fmu
+        model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
+        passes.append(source.whole(options.own_frame, model))
+    parameters = learnable(first.robot, first.torque_curve, first.drive)
+    passes = [_with_motors(one, first) for one in passes]
+    effects = []
+    for number, one in enumerate(passes):
+        watch(Progress("learning: what the parameters do", number, len(passes) + 1))
+        effects.append(ParameterEffect(first.robot, first.torque_curve, parameters, one))
+        passes[number] = _weighed(one, effects[-1], fmus[0])
+    problem = FitProblem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
+    start = factors_between(parameters, last.robot) if options.start is None else options.start
+    fitter = Fitter(problem)
+    before = fitter.without(np.zeros(len(parameters)))
+    watch(Progress("learning: fit", 0, 1))
+    fit = fitter.fit(start)
+
+    def drawn(done: int, total: int) -> None:
+        watch(Progress("learning: simulated robots, for the intervals", done, total))
+
+    if options.draws:
+        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
+    else:
+        spread = spread_of_fit(problem, fit)
+    x = fit.z[: len(parameters)]
+    effect = effect_of(problem, x)
+    moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)
+    gears = diagnose(moving, passes[-1].wanted)
+    verdicts = judged(
+        parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
+    )
+    found = any(own.identifiable for own in verdicts)
+    whole = gears if found else diagnose(moving, last.wanted_whole)
+    return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
+
+
+def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
+    """Return a measured run with what was recorded of motors that its robot has, and of no others."""
+    motors = one.seen.motors
+    if motors is not None:
+        motors = None if source.drive == IDEAL else motors.of(source.robot, one.seen.name)
+    return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> MeasuredPath:
+    """Return a measured run whose motors count by what no parameter explains of them."""
+    motors, time = one.seen.motors, one.seen.time
+    if motors is None:
+        return one
+    path = one.simulated(fmu, {})
+    columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
+    columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
+    motors = weighed(motors, time, path.motors(time), columns)
+    return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
+    """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
+    squares = np.zeros(len(x))
+    for effect, one in zip(problem.effects, problem.passes, strict=True):
+        mean = SlowPart.of(one.seen.time)
+        columns = mean(effect(x, one.seen.time)[:, :3])
+        columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
+        squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.passes)
+    return np.sqrt(squares)

@@ -1,0 +1,197 @@
+"""A measured run: what was commanded, what acted on it, and where its tool was seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, RotationSpline
+
+from coupling.errors import LearnError
+from coupling.files.measured_table import MeasuredTable
+from coupling.identification.runs.motors import MotorsSeen
+from coupling.inverse.inversion import DesiredMotion
+from coupling.path.frame import Frame
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.robot.robot_fmu import RobotFmu
+
+# How far behind the last sample a measured run is simulated, as its clock may be off [s].
+_CLOCK = 0.3
+_TIME, _POSITION, _ROTATION = ("time",), ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+# A quaternion is of length 1 to this.
+_UNIT = 1e-2
+# Fewest rows that can be a measured run.
+_FEWEST = 20
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Positions, and orientations, that a measuring device has recorded, and what motors did then.
+
+    Attributes:
+        name: Name of the file.
+        time: Rising [s], (n,).
+        position: Positions of the TCP [m], (n, 3).
+        rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
+            where not measured.
+        motors: Angles and torques of motors; None where not recorded.
+    """
+
+    name: str
+    time: np.ndarray
+    position: np.ndarray
+    rotation: Rotation | None = None
+    motors: MotorsSeen | None = None
+
+    def at_rows(self, rows: np.ndarray) -> Measurement:
+        """Return some of its rows."""
+        rotation = None if self.rotation is None else self.rotation[rows]
+        motors = self.motors and self.motors.at_rows(rows)
+        position = self.position[rows]
+        return replace(
+            self, time=self.time[rows], position=position, rotation=rotation, motors=motors
+        )
+
+    def transformed(self, frame: Frame) -> Measurement:
+        """Return the same in another frame, in which `frame` is the present one."""
+        rotation = None if self.rotation is None else frame.rotation * self.rotation
+        return replace(self, position=frame.points(self.position), rotation=rotation)
+
+
+@dataclass(frozen=True)
+class MeasuredPath:
+    """A measured run of a command, as far as it was measured.
+
+    Attributes:
+        command: Motion of the drives.
+        wrench: Wrench on the tool, until the end of what was measured.
+        desired: Desired path, at the same times.
+        wanted: The same for the inverse, with the joint angles of the undeflected robot.
+        seen: What was measured, in the robot's base frame as far as that is known, on the command's
+            clock.
+    """
+
+    command: JointPath
+    wrench: WrenchHistory
+    desired: ToolPath
+    wanted: DesiredMotion
+    seen: Measurement
+
+    @cached_property
+    def held(self) -> RotationSpline | None:
+        """Orientation that the path asks for at any time; None where orientations were not measured."""
+        if self.seen.rotation is None:
+            return None
+        return RotationSpline(self.desired.time, self.desired.rotations[0])
+
+    def until(self, seconds: float) -> MeasuredPath:
+        """Return its first seconds."""
+        seen = self.seen.at_rows(np.flatnonzero(self.seen.time <= self.seen.time[0] + seconds))
+        last = int(np.searchsorted(self.desired.time, seen.time[-1] + _CLOCK))
+        count = min(last + 1, len(self.desired.time))
+        desired = self.desired.at_rows(np.arange(count))
+        wrench = self.wrench.until(float(desired.time[-1]))
+        return replace(self, wrench=wrench, desired=desired, seen=seen)
+
+    def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
+        """Return where the tool is on a robot with other parameters."""
+        reference = None if self.held is None else self.desired
+        what, seen = "learned parameters", self.seen.motors
+        if seen is None:
+            path = fmu.simulate(self.command, self.wrench, "dynamic", changed, what)
+            return SimulatedPath(path, reference)
+        path, motors = fmu.with_motors(self.command, self.wrench, seen.joints, changed, what)
+        return SimulatedPath(path, reference, seen.of_history(motors))
+
+
+class SimulatedPath:
+    """A simulated path between its samples.
+
+    Args:
+        path: The path of one tool.
+        reference: Path at the same times from whose orientations its own count; None where they do
+            not count.
+        motors: What motors do at the path's times, in c columns of `MotorsSeen`, (n, c).
+
+    Attributes:
+        path: The path.
+    """
+
+    def __init__(
+        self,
+        path: ToolPath,
+        reference: ToolPath | None = None,
+        motors: np.ndarray | None = None,
+    ) -> None:
+        self.path, self._reference = path, reference
+        self._of_motors = np.empty((len(path.time), 0)) if motors is None else motors
+        self._position = CubicSpline(path.time, path.position[0])
+
+    def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return positions [m] or their rates at times that may lie a little outside, (n, 3)."""
+        values: np.ndarray = self._position(self._inside(time), order)
+        return values
+
+    def turn(self, time: np.ndarray) -> np.ndarray:
+        """Return rotation vectors from the reference's orientations [rad], (n, 3); 0 without one."""
+        if self._reference is None:
+            return np.zeros((len(time), 3))
+        values: np.ndarray = self._turn(self._inside(time))
+        return values
+
+    def motors(self, time: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return what motors do, or its rates, as in columns of `MotorsSeen`, (n, c)."""
+        values: np.ndarray = self._motors(self._inside(time), order)
+        return values
+
+    def pose(self, time: np.ndarray) -> np.ndarray:
+        """Return positions [m], turns from the reference [rad], and what motors do, (n, 6 + c)."""
+        return np.hstack([self.position(time), self.turn(time), self.motors(time)])
+
+    def rotation(self, time: np.ndarray) -> Rotation:
+        """Return rotations base_from_tool."""
+        return RotationSpline(self.path.time, self.path.rotations[0])(self._inside(time))
+
+    @cached_property
+    def _motors(self) -> CubicSpline:
+        return CubicSpline(self.path.time, self._of_motors)
+
+    @cached_property
+    def _turn(self) -> CubicSpline:
+        assert self._reference is not None
+        turns = self.path.deviation_from(self._reference)[0, :, 3:]
+        return CubicSpline(self.path.time, turns)
+
+    def _inside(self, time: np.ndarray) -> np.ndarray:
+        return np.clip(time, self.path.time[0], self.path.time[-1])
+
+
+def read_seen(path: Path) -> Measurement:
+    """Read where a tool was seen (columns: docs/learn.md).
+
+    Args:
+        path: CSV file; lines that begin with # are comments, other columns are ignored.
+
+    Raises:
+        LearnError: With file, line, column, what was expected and what was got.
+    """
+    table = MeasuredTable.read(path, LearnError)
+    table.require((*_TIME, *_POSITION))
+    table.require_whole(_ROTATION)
+    time, position = table.of(_TIME)[:, 0], table.of(_POSITION)
+    if len(time) < _FEWEST:
+        raise LearnError(f"{path}: expected at least {_FEWEST} rows, got {len(time)}")
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(falls):
+        raise table.row_error("time", int(falls[0]) + 1, f"more than {time[falls[0]]:.9g}")
+    rotation = None
+    if table.has(_ROTATION):
+        quaternion = table.of(_ROTATION)
+        off = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0)
+        if off.max() > _UNIT:
+            raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
+        rotation = Rotation.from_quat(quaternion)
+    return Measurement(path.name, time, position, rotation, MotorsSeen.read(table))

@@ -1,0 +1,95 @@
+"""What was recorded of motors while a tool was measured: columns, and by how much they count.
+
+A servo's motor that has more friction than its model takes more torque, and follows its command
+otherwise; neither depends on where the measuring frame lies.  Both are compared less their means, as
+gravity and payload leave a torque that is nearly constant, and a controller's zeros an angle.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.errors import LearnError
+from coupling.files.measured_table import MeasuredTable
+from coupling.path.motor_history import MotorHistory
+from elastic_robot.description import Robot
+
+# Columns, as in a robot's recording in motion.
+_NAMED = re.compile(r"(motor|motor_torque)\[(\d+)\]")
+# Smallest deviations that are believed [rad], [N m].
+_LEAST = {"motor": 1e-7, "motor_torque": 1e-3}
+
+
+@dataclass(frozen=True)
+class MotorsSeen:
+    """Angles and torques of motors, at the times of a measurement, in c columns.
+
+    Attributes:
+        columns: What each is, "motor" or "motor_torque", and its joint from 0, (c,).
+        values: Angles over the gear ratio [rad], torques times it [N m], (n, c).
+        deviation: Standard deviations by which they count, of a row [rad], [N m], (c,).
+    """
+
+    columns: tuple[tuple[str, int], ...]
+    values: np.ndarray
+    deviation: np.ndarray
+
+    @classmethod
+    def read(cls, table: MeasuredTable) -> MotorsSeen | None:
+        """Return the columns `motor[i]` and `motor_torque[i]` of a table; None where it has none."""
+        named = [own for name in table.header if (own := _NAMED.fullmatch(name))]
+        if not named:
+            return None
+        columns = tuple((own[1], int(own[2]) - 1) for own in named)
+        return cls(columns, table.of([own[0] for own in named]), np.ones(len(columns)))
+
+    @property
+    def least(self) -> np.ndarray:
+        """Smallest deviations that are believed [rad], [N m], (c,)."""
+        return np.array([_LEAST[kind] for kind, _ in self.columns])
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints of the columns, from 0, each once."""
+        return tuple(sorted({joint for _, joint in self.columns}))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(f"{kind}[{joint + 1}]" for kind, joint in self.columns)
+
+    def at_rows(self, rows: np.ndarray) -> MotorsSeen:
+        """Return some of its rows."""
+        return replace(self, values=self.values[rows])
+
+    def of(self, robot: Robot, name: str) -> MotorsSeen | None:
+        """Return the columns of joints that have a motor in a robot's file; None where none has.
+
+        Raises:
+            LearnError: If there are columns of joints that the robot has not.
+        """
+        joints = robot.joints
+        beyond = [
+            own
+            for own, (_, i) in zip(self.names, self.columns, strict=True)
+            if i not in range(len(joints))
+        ]
+        if beyond:
+            raise LearnError(
+                f"{name}: expected motors of a robot with {len(joints)} joints, got {beyond[0]}"
+            )
+        kept = [k for k, (_, i) in enumerate(self.columns) if joints[i].drive is not None]
+        columns = tuple(self.columns[k] for k in kept)
+        if not columns:
+            return None
+        return MotorsSeen(columns, self.values[:, kept], self.deviation[kept])
+
+    def of_history(self, moved: MotorHistory) -> np.ndarray:
+        """Return what motors of a simulation do, in its columns, (k, c)."""
+        told = {"motor": moved.angle, "motor_torque": moved.torque}
+        return np.column_stack(
+            [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
+        )

@@ -1,0 +1,116 @@
+"""What is to be fitted: parameters, measured runs, and what is known of the measuring frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.identification.runs.effect import ParameterEffect, SecantEffect
+from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.parameters import prior_of
+from coupling.robot.parameters import RobotParameter
+from coupling.robot.robot_fmu import RobotFmu
+
+# Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
+# probe's turn on the tool, with motors how late these were recorded.
+_FRAME, _WITH_PROBE, _WITH_MOTORS = 7, 10, 11
+
+# Derivatives of the tool's pose by log factors, around x (P,) at times (n,): [m] and, base axes, [rad],
+# then of c columns of motors [rad], [N m], (n, 6 + c, P).
+PoseDerivatives = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class FramePrior:
+    """What is known of the measuring frame and clock: standard deviations.
+
+    Attributes:
+        shift: Shift of the frame [m].
+        turn: Turn of the frame [rad].
+        time: Offset of the clock [s].
+        probe: Turn of the probe on the tool, of which the mean is known [rad].
+        motors: Time between records of the motors and of the tool [s].
+    """
+
+    shift: float = 1e-3
+    turn: float = 1e-3
+    time: float = 0.1
+    probe: float = 1e-2
+    motors: float = 0.02
+
+    @property
+    def prior(self) -> np.ndarray:
+        """As many as a frame has numbers, (11,)."""
+        frame = [self.shift] * 3 + [self.turn] * 3 + [self.time]
+        return np.array(frame + [self.probe] * 3 + [self.motors])
+
+
+@dataclass(frozen=True)
+class FitProblem:
+    """What is to be fitted.
+
+    Attributes:
+        fmus: What simulates the robot of the file, one or more to run side by side.
+        parameters: What is learned.
+        passes: The measured runs.
+        effects: What the parameters do in each of them.
+        frame: What is known of the measuring frame.
+    """
+
+    fmus: tuple[RobotFmu, ...]
+    parameters: tuple[RobotParameter, ...]
+    passes: tuple[MeasuredPath, ...]
+    effects: tuple[ParameterEffect, ...]
+    frame: FramePrior = FramePrior()
+
+    @property
+    def fmu(self) -> RobotFmu:
+        """What simulates the robot of the file."""
+        return self.fmus[0]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.parameters) + self.frame_size * len(self.passes)
+
+    @property
+    def frame_size(self) -> int:
+        """Number of unknowns of each measured run beside the parameters.
+
+        7, or 10 where orientations were measured, or 11 where motors were recorded.
+        """
+        if any(one.seen.motors is not None for one in self.passes):
+            return _WITH_MOTORS
+        return _FRAME if all(one.held is None for one in self.passes) else _WITH_PROBE
+
+    @property
+    def prior(self) -> np.ndarray:
+        """Standard deviations of all unknowns before anything is measured."""
+        own = self.frame.prior[: self.frame_size]
+        return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
+
+    def until(self, seconds: float) -> FitProblem:
+        """Return the problem of the first seconds of every measured run."""
+        return replace(self, passes=tuple(one.until(seconds) for one in self.passes))
+
+    def secants(self, change: float) -> tuple[SecantEffect, ...]:
+        """What the parameters do in each measured run, by differences of simulations.
+
+        Args:
+            change: Change of a log factor.
+        """
+        return tuple(
+            SecantEffect(self.fmus, one, effect, change)
+            for one, effect in zip(self.passes, self.effects, strict=True)
+        )
+
+    def own(self, z: np.ndarray, number: int) -> np.ndarray:
+        """Return frame, clock, probe and the motors' clock of a measured run, as far as there are."""
+        return z[self.rows_of(number)]
+
+    def rows_of(self, number: int) -> slice:
+        """Return where a measured run's own unknowns are."""
+        first = len(self.parameters) + self.frame_size * number
+        return slice(first, first + self.frame_size)

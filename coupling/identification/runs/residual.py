@@ -1,0 +1,270 @@
+"""Measured less simulated poses of a run, their slow part, and what of it is more than noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
+
+from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
+from coupling.identification.runs.motors import MotorsSeen
+
+# Least noise of a coordinate [m] and of an orientation [rad] that is believed.
+_LEAST, _LEAST_TURN = 1e-7, 1e-7
+# Frequency up to which measurement and model are compared [Hz]: above it the robot's own modes begin,
+# whose phase is decided by everything before.
+CUT_OFF = 5.0
+# Standard deviation of a Gaussian in time that leaves 1/sqrt(2) of this frequency [s Hz].
+_WIDTH = np.sqrt(np.log(2.0)) / (2.0 * np.pi)
+# The Gaussian ends after so many of them; means are so many apart.
+_REACH, _APART = 3.5, 1.0
+# A mean over less than this part of the samples that a full one has is none.
+_FEWEST = 0.3
+# What chance leaves is no discrepancy up to so many standard deviations of it.
+_CHANCE = 1.0
+# Turns of the search for the number of parameters, which depends on how much rows count.
+_TURNS = 6
+
+
+def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
+    """Return the standard deviation of a coordinate's noise: of what is fast in residuals, (n, 3)."""
+    # Second differences of white noise have six times its variance; a motion hardly has any.
+    bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
+    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What one measured run leaves, by where the simulated tool is and by frame, clock and probe.
+
+    Rows have three coordinates, and where orientations were measured three more: rotation vectors times
+    a lever by which their noise is that of a coordinate.  Behind them are angles and torques of motors,
+    less their means, in units of their deviations times that noise.
+
+    Attributes:
+        one: The measured run.
+    """
+
+    one: MeasuredPath
+
+    @cached_property
+    def noise(self) -> tuple[float, float]:
+        """Standard deviations of a coordinate [m] and of an orientation [rad], 0 if not measured."""
+        seen, path = self.one.seen, SimulatedPath(self.one.desired)
+        moved = noise_of([seen.position - path.position(seen.time)])
+        if self.one.held is None:
+            return moved, 0.0
+        return moved, noise_of([self._turned(seen.time)])
+
+    @cached_property
+    def lever(self) -> float:
+        """What a radian counts as [m]."""
+        moved, turned = self.noise
+        return max(moved, _LEAST) / max(turned, _LEAST_TURN)
+
+    @cached_property
+    def _unit(self) -> np.ndarray:
+        """What a unit of each column of motors counts as [m/rad], [m/N m], (c,)."""
+        assert self.one.seen.motors is not None
+        unit: np.ndarray = max(self.noise[0], _LEAST) / self.one.seen.motors.deviation
+        return unit
+
+    def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
+        """Return the residual at the times of the measurement [m], (n, 3) or (n, 6), + c of motors.
+
+        Args:
+            path: Where the simulated tool is.
+            own: Frame, clock and, with orientations, probe, (7,) or (10,); with motors' clock (11,).
+        """
+        seen = self.one.seen
+        time = seen.time + own[6]
+        position = path.position(time)
+        arm = position - seen.position.mean(axis=0)
+        rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
+        parts = [rest]
+        if self.one.held is not None:
+            turned = self._turned(time) - path.turn(time) - own[3:6]
+            turned = turned - self.one.held(self._inside(time)).apply(own[7:10])
+            parts.append(self.lever * turned)
+        if seen.motors is not None:
+            off = seen.motors.values - path.motors(time + own[10])
+            parts.append(self._unit * (off - off.mean(axis=0)))
+        return np.hstack(parts)
+
+    def columns(self, columns: np.ndarray) -> np.ndarray:
+        """Return derivatives of poses and motors, (n, 6 + c, p), in the unit of rows."""
+        parts = [columns[:, :3]]
+        if self.one.held is not None:
+            parts.append(self.lever * columns[:, 3:6])
+        if self.one.seen.motors is not None:
+            of_motors = columns[:, 6:]
+            parts.append(self._unit[:, None] * (of_motors - of_motors.mean(axis=0)))
+        return np.concatenate(parts, axis=1)
+
+    def by_frame(self, path: SimulatedPath, time: np.ndarray, size: int) -> np.ndarray:
+        """Return derivatives of rows by frame, clocks and probe, (k, 3 or 6 + c, size).
+
+        Args:
+            path: Where the simulated tool is.
+            time: Times on the command's clock [s], (k,).
+            size: Number of these unknowns, 7, 10 or 11.
+        """
+        seen = self.one.seen
+        of_motors = path.motors(time, 1)
+        frame = np.zeros((len(time), 6 + of_motors.shape[1], size))
+        arm = path.position(time) - seen.position.mean(axis=0)
+        for axis in range(3):
+            frame[:, axis, axis] = frame[:, 3 + axis, 3 + axis] = 1.0
+            frame[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+        frame[:, :3, 6] = path.position(time, 1)
+        if self.one.held is not None:
+            held = self.one.held(self._inside(time))
+            frame[:, 3:6, 6] = held.apply(self.one.held(self._inside(time), 1))
+            frame[:, 3:6, 7:10] = held.as_matrix()
+        if seen.motors is not None:
+            frame[:, 6:, 6] = frame[:, 6:, 10] = of_motors
+        return self.columns(frame)
+
+    def _turned(self, time: np.ndarray) -> np.ndarray:
+        """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
+        assert self.one.held is not None
+        assert self.one.seen.rotation is not None
+        asked: Rotation = self.one.held(self._inside(time))
+        return (self.one.seen.rotation * asked.inv()).as_rotvec()
+
+    def _inside(self, time: np.ndarray) -> np.ndarray:
+        known = self.one.desired.time
+        return np.clip(time, known[0], known[-1])
+
+
+@dataclass(frozen=True)
+class SlowPart:
+    """Means of samples around evenly spaced times, weighted by a Gaussian.
+
+    Attributes:
+        samples: Times of the samples, rising [s], (n,).
+        time: Times of the means [s], (k,).
+        weights: Weights of the samples in them, (k, n); rows sum to 1.
+    """
+
+    samples: np.ndarray
+    time: np.ndarray
+    weights: csr_array
+
+    @classmethod
+    def of(cls, samples: np.ndarray, cut_off: float = CUT_OFF) -> SlowPart:
+        """Return the means for samples at given times.
+
+        Args:
+            samples: Rising [s], (n,).
+            cut_off: Frequency of which 1/sqrt(2) is left [Hz].
+        """
+        width = float(_WIDTH) / cut_off
+        count = max(1, round((samples[-1] - samples[0]) / (_APART * width)))
+        time = np.linspace(samples[0], samples[-1], count + 1)
+        first = np.searchsorted(samples, time - _REACH * width)
+        last = np.searchsorted(samples, time + _REACH * width)
+        many = last - first
+        kept = many > _FEWEST * np.median(many)
+        time, first, many = time[kept], first[kept], many[kept]
+        row = np.repeat(np.arange(len(time)), many)
+        within = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
+        column = np.repeat(first, many) + within
+        weight = np.exp(-0.5 * ((samples[column] - time[row]) / width) ** 2)
+        weight /= np.bincount(row, weight)[row]
+        shape = (len(time), len(samples))
+        return cls(samples, time, csr_array((weight, (row, column)), shape=shape))
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Return the means of values (n, ...), (k, ...)."""
+        flat = self.weights @ values.reshape(len(values), -1)
+        return flat.reshape(len(self.time), *values.shape[1:])
+
+    @cached_property
+    def of_noise(self) -> float:
+        """Variance of a mean by that of white noise in the samples."""
+        return float(np.mean(self.weights.power(2).sum(axis=1)))
+
+    @cached_property
+    def independent(self) -> float:
+        """Part of a mean that is independent of its neighbours."""
+        # A Gaussian of standard deviation s averages white noise as a box of 2 sqrt(pi) s does.
+        return min(1.0, _APART / (2.0 * np.sqrt(np.pi)))
+
+
+@dataclass(frozen=True)
+class UnexplainedPart:
+    """Model discrepancy: what a fit leaves beyond noise, and how much less sure it is for that.
+
+    A fit that leaves more than noise has either ended in a local minimum beside the valley, or the
+    robot does what the model does not know. With D more in the sum of squares, each over the
+    variance of its noise, P parameters that are off by u_1 .. u_P standard deviations leave u_1^2 +
+    .. + u_P^2 = D: in the mean u^2 is D / P. A discrepancy moves a fit by no more if it takes twice
+    as many independent values along the run as there are parameters, or more. Rows therefore count
+    as if their variance were 1 + D / P times that of noise: intervals become wider, and the prior
+    counts more.
+
+    Attributes:
+        over: Variance of a row as it counts, by that of noise, >= 1.
+        effective: Effective number of unknowns that the rows determine, P: between none and all.
+    """
+
+    over: float
+    effective: float
+
+    @property
+    def widened(self) -> float:
+        """By how much intervals are wider for it."""
+        return float(np.sqrt(self.over))
+
+    @classmethod
+    def of(
+        cls, squares: float, rows: float, data: np.ndarray, prior: np.ndarray
+    ) -> UnexplainedPart:
+        """Return it for a fit.
+
+        Args:
+            squares: Sum of squares of independent rows, by the variance of their noise.
+            rows: Their number.
+            data: Normal matrix of the rows, each by its noise, (P, P).
+            prior: Standard deviations before, (P,).
+
+        Example:
+            >>> round(UnexplainedPart.of(68.0, 50.0, 1e9 * np.eye(2), np.ones(2)).over, 6)
+            6.0
+        """
+        over, effective, before = 1.0, 0.0, np.diag(prior**-2.0)
+        for _ in range(_TURNS):
+            effective = float(np.trace(np.linalg.solve(before + data / over, data / over)))
+            # Noise leaves as many squares as there are rows beyond what they tell, by chance more.
+            noise = rows - effective + _CHANCE * np.sqrt(2.0 * rows)
+            more = max(0.0, squares - noise)
+            over = 1.0 + more / max(effective, 1.0)
+        return cls(float(over), effective)
+
+
+def weighed(
+    motors: MotorsSeen, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
+) -> MotorsSeen:
+    """Return columns of motors with deviations by what no parameter explains, at least by their noise.
+
+    What is left of a slow part, gear errors and ripple of torque among it, counts as noise that leaves
+    as much.
+
+    Args:
+        motors: The columns, c of them.
+        time: Times [s], (n,).
+        predicted: What a model says, (n, c).
+        columns: Its derivatives by parameters and clock, (n, c, P).
+    """
+    slow, rest = SlowPart.of(time), motors.values - predicted
+    left, by = slow(rest - rest.mean(axis=0)), slow(columns - columns.mean(axis=0))
+    deviation = motors.least
+    for k in range(len(deviation)):
+        explained = by[:, k] @ np.linalg.lstsq(by[:, k], left[:, k], rcond=1e-9)[0]
+        beyond = np.std(left[:, k] - explained) / np.sqrt(slow.of_noise)
+        deviation[k] = max(deviation[k], noise_of([rest[:, [k]]]), beyond)
+    return replace(motors, deviation=deviation)

@@ -1,0 +1,104 @@
+"""What was learned: figures in learned.json, and the robot file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import LearnError
+from coupling.identification.robot_file import FileEntry, fitted_text
+from coupling.identification.runs.judge import LearnedParameter
+from coupling.identification.runs.learning import Learned
+from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.residual import CUT_OFF, Residual, SlowPart
+from coupling.identification.verdict import interval_words
+from coupling.results.learned_result import (
+    LearnedParameterResult,
+    LearnedPassResult,
+    LearnedResult,
+    LeftResult,
+)
+
+
+def figures(found: Learned) -> LearnedResult:
+    """Return the figures of what was learned; SI."""
+    before, after = found.left
+    return LearnedResult.of(
+        found,
+        found.fit,
+        found.spread,
+        robot=found.sources[0].file,
+        left_m=LeftResult(robot_file=before, learned=after),
+        slow_below_Hz=CUT_OFF,
+        parameters=[_parameter(own) for own in found.parameters],
+        passes=[_pass(found, number) for number in range(len(found.passes))],
+    )
+
+
+def _parameter(own: LearnedParameter) -> LearnedParameterResult:
+    low, high = own.low / own.start, own.high / own.start
+    return LearnedParameterResult.of(own, factor_low=low, factor_high=high)
+
+
+def _of_motors(one: MeasuredPath) -> dict[str, float]:
+    """Return the deviations by which columns of motors count [rad], [N m], by name."""
+    motors = one.seen.motors
+    if motors is None:
+        return {}
+    return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
+
+
+def _pass(found: Learned, number: int) -> LearnedPassResult:
+    one, source = found.passes[number], found.sources[number]
+    size = (len(found.fit.z) - len(found.parameters)) // len(found.passes)
+    own = found.fit.z[len(found.parameters) + size * number :][:size]
+    rest, slow = found.before[number], found.fit.slow[number]
+    return LearnedPassResult.of(
+        one,
+        run=source.folder,
+        from_s=one.seen.time[0],
+        to_s=one.seen.time[-1],
+        frame_shift_m=own[:3],
+        frame_turn_rad=own[3:6],
+        clock_s=own[6],
+        orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
+        motors=_of_motors(one),
+        time=SlowPart.of(one.seen.time).time,
+        left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
+        left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
+    )
+
+
+def learned_text(found: Learned, target: Path) -> str:
+    """Return the robot file of the first run with what was learned.
+
+    Args:
+        found: What was learned.
+        target: Where the new file will be.
+
+    Raises:
+        LearnError: If nothing should be written.
+        RobotFileError: If the run's robot file cannot be read.
+    """
+    if found.refusal:
+        raise LearnError(f"{target}: not written: {found.refusal}")
+    start = found.sources[0].file
+    measured = " and ".join(source.seen.name for source in found.sources)
+    entries = [
+        FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
+        for own in found.parameters
+    ]
+    before, after = found.left
+    left = (
+        f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"
+        f" {1e6 * after:.1f} um, behind frame and clock."
+    )
+    return fitted_text(start, found.robot, entries, "learn", measured, left, target)
+
+
+def remark(own: LearnedParameter) -> str:
+    """Return how sure a value is, in words."""
+    if own.identifiable or own.written == own.start:
+        return own.remark
+    return f"fits best beside the others, but {own.reason}; {interval_words(own.low, own.high)}"

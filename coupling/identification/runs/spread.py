@@ -1,0 +1,105 @@
+"""How sure what was learned is: what the fit says of itself, or the same fit of robots that are known.
+
+A fit says so by its residuals and derivatives, with the discrepancy beyond noise in both
+(`UnexplainedPart`).  Or, for any robot and path, robots are drawn around the one found, as far from it
+as the fit says of itself, measured in simulation with the noise of the measurement, and learned from
+the start again; by how much they are missed is the interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.identification.runs.fit import Fitter, ParameterFit
+from coupling.identification.runs.parameters import changed, prior_of
+from coupling.identification.runs.problem import FitProblem
+from coupling.identification.runs.residual import Residual, noise_of
+from coupling.identification.verdict import quantile
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How sure log factors are.
+
+    Attributes:
+        deviation: Standard deviations of their errors, (P,).
+        half: Half widths of their 95 % intervals, (P,).
+        noise: Standard deviation of a measured coordinate's noise [m].
+        draws: Number of simulated robots; 0 where it is the fit's own.
+    """
+
+    deviation: np.ndarray
+    half: np.ndarray
+    noise: float
+    draws: int = 0
+
+
+def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
+    """Return what the fit says of itself.
+
+    Args:
+        problem: What was fitted.
+        found: What came out.
+    """
+    count = len(problem.parameters)
+    deviation = np.sqrt(np.diag(found.covariance)[:count])
+    deviation = np.minimum(deviation, prior_of(problem.parameters))
+    return Uncertainty(
+        deviation,
+        # What is left has a scale of as many independent values as there are identifiable parameters.
+        quantile(max(found.left_over.effective, 1.0)) * deviation,
+        noise_of([rest[:, :3] for rest in found.residuals]),
+    )
+
+
+def spread_of(
+    problem: FitProblem,
+    found: ParameterFit,
+    start: np.ndarray,
+    draws: int,
+    seed: int,
+    told: Callable[[int, int], None] = lambda done, total: None,
+) -> Uncertainty:
+    """Return how far robots like the one found are missed by the same fit.
+
+    Args:
+        problem: What was fitted.
+        found: What came out.
+        start: Log factors at which it began, (P,).
+        draws: Number of robots.
+        seed: Of their parameters and noise.
+        told: Told how many are done.
+    """
+    rng, count = np.random.default_rng(seed), len(problem.parameters)
+    noise = noise_of([rest[:, :3] for rest in found.residuals])
+    covariance = found.covariance[:count, :count]
+    robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
+    errors = []
+    for number, x in enumerate(robots):
+        passes = []
+        for one in problem.passes:
+            path = one.simulated(problem.fmu, changed(problem.parameters, x))
+            position = path.position(one.seen.time)
+            position = position + noise * rng.standard_normal(position.shape)
+            rotation = None
+            if one.held is not None:
+                turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
+                rotation = Rotation.from_rotvec(turns) * path.rotation(one.seen.time)
+            motors = one.seen.motors
+            if motors is not None:
+                values = path.motors(one.seen.time)
+                values = values + motors.deviation * rng.standard_normal(values.shape)
+                motors = replace(motors, values=values)
+            seen = replace(one.seen, position=position, rotation=rotation, motors=motors)
+            passes.append(replace(one, seen=seen))
+        again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
+        errors.append(again.z[:count] - x)
+        told(number + 1, draws)
+    # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
+    own = np.sqrt(np.diag(covariance))
+    deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)
+    return Uncertainty(deviation, quantile(draws) * deviation, noise, draws)

@@ -1,0 +1,123 @@
+"""What postures and loads do not identify: parameters without effect, and those that look alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from coupling.identification.least_squares import LinearProblem
+
+# Condition indices above this are strong dependencies (Belsley, Kuh and Welsch 1980).
+STRONG = 30.0
+# Cosine of two columns from which on a pair looks alike.
+ALIKE = 0.98
+# Smallest part of a direction that is named, over the largest, by what it does: of one that is not seen
+# at all, and of one that is hardly.
+_NAMED_UNSEEN, _NAMED = 1e-3, 0.05
+
+
+@dataclass(frozen=True)
+class WeakDirection:
+    """A change of parameters that moves hardly any measured number.
+
+    Attributes:
+        names: Parameters that take part.
+        parts: How much each changes, over the first, whose change does most, (len(names),).
+        index: Condition index: largest singular value over that of this direction; infinite for one
+            that the data do not see.
+    """
+
+    names: tuple[str, ...]
+    parts: tuple[float, ...]
+    index: float
+
+    def in_words(self) -> str:
+        """Return for instance `joint[2] - 0.98 joint[3]`."""
+        words = ""
+        for part, name in zip(self.parts, self.names, strict=True):
+            sign = " - " if part < 0.0 else " + "
+            size = "" if abs(abs(part) - 1.0) < 5e-3 else f"{abs(part):.2g} "
+            words += f"{sign}{size}{name.removesuffix('.stiffness')}"
+        return words.removeprefix(" + ")
+
+
+@dataclass(frozen=True)
+class Separability:
+    """How well the parameters are distinguishable.
+
+    Attributes:
+        condition: Largest over smallest singular value of the scaled columns that are seen; nan
+            where there are none.
+        without_effect: Parameters that no measurement moves.
+        unseen: Directions that the data do not see.
+        weak: Directions of a condition index above `STRONG`.
+        pairs: Parameters two and two whose columns are alike, and their cosine.
+    """
+
+    condition: float
+    without_effect: tuple[str, ...]
+    unseen: tuple[WeakDirection, ...]
+    weak: tuple[WeakDirection, ...]
+    pairs: tuple[tuple[str, str, float], ...]
+
+
+def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
+    """Return what a problem's columns do not distinguish.
+
+    Args:
+        problem: The problem in the rigid posture.
+        names: Of its parameters.
+    """
+    without_effect = problem.scale == 0.0
+    acting = problem.only(~without_effect)
+    own = [name for name, none in zip(names, without_effect, strict=True) if not none]
+    values, directions = acting.decomposition
+    seen = values[: acting.rank]
+    index = seen[:1] / seen
+    return Separability(
+        float(index[-1]) if len(index) else np.nan,
+        tuple(name for name, none in zip(names, without_effect, strict=True) if none),
+        tuple(_named(acting, own, d, np.inf) for d in _reduced(acting.unseen)),
+        tuple(
+            _named(acting, own, direction, float(i))
+            for i, direction in zip(index, directions, strict=False)
+            if i > STRONG
+        ),
+        tuple(_pairs(acting, own)),
+    )
+
+
+def _reduced(directions: np.ndarray) -> np.ndarray:
+    """Return directions that span the same, each with a parameter of its own and few others."""
+    _, order = qr(directions, mode="r", pivoting=True)
+    reduced: np.ndarray = np.linalg.solve(directions[:, order[: len(directions)]], directions)
+    return reduced
+
+
+def _named(
+    problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
+) -> WeakDirection:
+    least = _NAMED if np.isfinite(index) else _NAMED_UNSEEN
+    chosen = np.flatnonzero(np.abs(direction) > least * np.abs(direction).max())
+    chosen = chosen[np.argsort(-np.abs(direction[chosen]), kind="stable")]
+    parts = (
+        direction
+        if any(names[int(j)].endswith("backlash") for j in chosen)
+        else (
+            direction * problem.scale  # [rad] beside [rad/(N m)] only by their effect
+        )
+    )
+    relative = parts[chosen] / parts[chosen[0]]
+    return WeakDirection(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
+
+
+def _pairs(problem: LinearProblem, names: Sequence[str]) -> list[tuple[str, str, float]]:
+    cosines = problem.scaled.T @ problem.scaled
+    first, second = np.nonzero(np.triu(np.abs(cosines) > ALIKE, k=1))
+    return [
+        (names[int(i)], names[int(j)], float(cosines[i, j]))
+        for i, j in zip(first, second, strict=True)
+    ]

@@ -1,0 +1,160 @@
+"""What is identified of a robot: compliances of its torsions and tilts, backlash of its gears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from coupling.errors import require_no_hysteresis
+from coupling.robot.parameters import (
+    RobotParameter,
+    robot_parameters,
+    with_joints,
+    with_values,
+)
+from elastic_robot.description import Joint, Robot, Tilt
+from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
+
+# What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
+LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
+
+
+@dataclass(frozen=True)
+class ElasticParameters:
+    """The parameters p of a robot: compliance of every elastic coordinate, then backlash of gears.
+
+    Attributes:
+        robot: The robot they belong to.
+        own: Its stiffnesses and backlashes, (P,).
+    """
+
+    robot: Robot
+    own: tuple[RobotParameter, ...]
+
+    @classmethod
+    def of(cls, robot: Robot, torque_curve: str) -> ElasticParameters:
+        """Return the parameters of a robot: backlash where it has any and the curve knows it.
+
+        A gear whose torque the curve takes from its own table has none.
+
+        Raises:
+            HysteresisError: If a gear has hysteresis.
+        """
+        require_no_hysteresis(
+            robot, "identify", "measure loading loops, a table with a column loop"
+        )
+        return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names in the FMU, joint[1].stiffness or joint[1].backlash, (P,)."""
+        return tuple(own.name for own in self.own)
+
+    @cached_property
+    def elastic(self) -> np.ndarray:
+        """Numbers of their elastic coordinates, (P,)."""
+        return np.array([own.coordinate for own in self.own], dtype=int)
+
+    @cached_property
+    def is_backlash(self) -> np.ndarray:
+        """Which are half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
+        return np.array([own.kind == "backlash" for own in self.own], dtype=bool)
+
+    @cached_property
+    def is_compliance(self) -> np.ndarray:
+        """Which are compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
+        return np.array([own.kind == "stiffness" for own in self.own], dtype=bool)
+
+    @cached_property
+    def is_torsion(self) -> np.ndarray:
+        """Which are compliances of a joint about its own axis, (P,)."""
+        return self.is_compliance & [own.gear is not None for own in self.own]
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Values in the robot's description, (P,)."""
+        value = np.array([own.value for own in self.own])
+        return np.where(self.is_compliance, 1.0 / value, value)
+
+    @property
+    def least(self) -> np.ndarray:
+        """Smallest values that the model is computed with, (P,)."""
+        return np.where(self.is_compliance, LEAST_COMPLIANCE, LEAST_BACKLASH)
+
+    def described(self, values: np.ndarray) -> Robot:
+        """Return the robot with values of p, (P,)."""
+        written = self.in_units(np.maximum(values, self.least)).tolist()
+        return with_values(self.robot, dict(zip(self.names, written, strict=True)))
+
+    def in_units(self, values: np.ndarray) -> np.ndarray:
+        """Return stiffnesses [N m/rad] in the place of compliances; infinite for none."""
+        with np.errstate(divide="ignore"):
+            return np.where(self.is_compliance, 1.0 / np.maximum(values, 0.0), values)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A parameter that a robot does not have.
+
+    Attributes:
+        name: joint[3].tilt about [0, 0, 1], or joint[3].backlash.
+        joint: Number of the joint, from 0.
+        axis: Axis of the tilt in the body's axes, (3,); None for a backlash.
+    """
+
+    name: str
+    joint: int
+    axis: tuple[float, ...] | None
+
+    def added_to(self, robot: Robot, value: float) -> tuple[Robot, str]:
+        """Return the robot with this parameter, and the parameter's name in the FMU.
+
+        Args:
+            robot: The robot.
+            value: Compliance [rad/(N m)] or half width [rad].
+        """
+        own = self.name
+        joint = robot.joints[self.joint]
+        if self.axis is None:
+            changed = replace(joint, backlash=max(value, LEAST_BACKLASH))
+        else:
+            stiffness = 1.0 / max(value, LEAST_COMPLIANCE)
+            ratio = joint.damping / joint.stiffness if joint.stiffness else 0.0
+            tilt = Tilt(self.axis, stiffness, ratio * stiffness)
+            changed = replace(joint, tilt=(*joint.tilt, tilt))
+            own = f"joint[{self.joint + 1}].tilt[{len(changed.tilt)}].stiffness"
+        return with_joints(robot, {self.joint: changed}), own
+
+
+def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:
+    """Return the tilts, and the backlashes, that joints may have beside what they have."""
+    found = []
+    for i, joint in enumerate(robot.joints):
+        if joint.stiffness is None and not joint.tilt:
+            continue  # a joint that the file takes for rigid
+        for axis in _lateral(joint)[: 2 - len(joint.tilt)]:
+            words = ", ".join(f"{component:.4g}" for component in axis)
+            found.append(Candidate(f"joint[{i + 1}].tilt about [{words}]", i, axis))
+    if TORQUE_CURVES[torque_curve] is not LinearCurve:
+        for i, joint in enumerate(robot.joints):
+            if joint.stiffness is not None and joint.backlash == 0.0 and not joint.torque_table:
+                found.append(Candidate(f"joint[{i + 1}].backlash", i, None))
+    return found
+
+
+def _lateral(joint: Joint) -> list[tuple[float, ...]]:
+    """Return the directions across a joint's axis, and its tilts': body axes where these lie so."""
+    taken = [np.array(joint.axis), *(np.array(tilt.axis) for tilt in joint.tilt)]
+    found: list[tuple[float, ...]] = []
+    order = np.argsort(np.abs(joint.axis), kind="stable")
+    for axis in np.eye(3)[order]:
+        for other in taken:
+            axis = axis - (axis @ other) / (other @ other) * other
+        length = np.linalg.norm(axis)
+        if length > 0.1:
+            unit = axis / length + 0.0
+            found.append(tuple(unit.tolist()))
+            taken.append(unit)
+    return found

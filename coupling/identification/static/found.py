@@ -1,0 +1,271 @@
+"""What measurements identify of a robot: a verdict on each parameter, refusal and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.evidence import Evidence
+from coupling.identification.intervals import ConfidenceIntervals
+from coupling.identification.separability import STRONG, Separability
+from coupling.identification.static.elastic import Candidate
+from coupling.identification.static.fit import StaticFit
+from coupling.identification.static.measurements import MeasurementNoise, Measurements
+from coupling.identification.static.suspicions import CommonLoss, MovedPoint
+from coupling.identification.verdict import ParameterVerdict
+from elastic_robot.description import Robot
+
+# A robot that is off by more than so many times what the start file is is not written.
+_WORSE = 1.2
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter(ParameterVerdict):
+    """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
+
+    Attributes:
+        support: F test and leave-one-out of a tilt or backlash; None for torsions.
+    """
+
+    support: Evidence | None
+
+    @property
+    def is_backlash(self) -> bool:
+        """Whether its numbers are half widths of backlash [rad]."""
+        return self.parameter.kind == "backlash"
+
+
+def judged(
+    fit: StaticFit,
+    sure: ConfidenceIntervals,
+    supports: Mapping[int, Evidence],
+    separable: Separability,
+) -> tuple[IdentifiedParameter, ...]:
+    """Return the verdicts on all parameters.
+
+    Args:
+        fit: The fit.
+        sure: Intervals.
+        supports: Tests of tilts and backlashes by their number.
+        separable: What postures and loads identify.
+    """
+    own = fit.elasticity
+    # Compliances turn round: the largest one is the smallest stiffness.
+    ends = np.sort([own.in_units(sure.low), own.in_units(sure.high)], axis=0)
+    numbers = np.array([own.in_units(fit.values), *ends]).T.tolist()
+    found = []
+    for j, parameter in enumerate(own.own):
+        reason, tested = _reason(fit, sure, separable, j), supports.get(j)
+        if not reason and tested is not None and not tested.supported:
+            reason = tested.in_words()
+        value, low, high = numbers[j]
+        found.append(IdentifiedParameter(parameter, value, low, high, reason, tested))
+    return tuple(found)
+
+
+def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, j: int) -> str:
+    name = fit.elasticity.names[j]
+    if not fit.converged:
+        return "the fit has not converged"
+    if name in separable.without_effect:
+        if fit.elasticity.own[j].kind in ("hysteresis", "slip_angle"):
+            return "no loop turns the load of this gear back"
+        if fit.elasticity.is_backlash[j]:
+            return "no measurement moves it: no load takes this gear to another flank"
+        return "no measurement moves it: no load turns it, or the measured point does not follow"
+    if fit.rigid.held[j]:
+        mixed = [d.in_words() for d in separable.unseen if name in d.names]
+        return f"not distinguishable: {' and '.join(mixed)} change nothing measured"
+    if sure.against[j] and fit.elasticity.own[j].kind == "hysteresis":
+        return "its loops are narrower than none would be"
+    if sure.against[j]:
+        return "deflections go against its load: it would be negative"
+    if not np.isfinite(sure.high[j]):
+        return "as many unknowns as numbers measured: no error can be estimated"
+    if sure.low[j] <= 0.0 and not fit.elasticity.is_compliance[j]:
+        return "its interval reaches to none"
+    if sure.low[j] <= 0.0:
+        return "its interval reaches to rigid"
+    return ""
+
+
+@dataclass(frozen=True)
+class CandidateTest:
+    """A parameter that the robot does not have, tested beside those that it has.
+
+    Attributes:
+        candidate: Which.
+        value: Its compliance [rad/(N m)] or half width [rad] beside the others.
+        support: Whether the data support it.
+    """
+
+    candidate: Candidate
+    value: float
+    support: Evidence
+
+
+@dataclass(frozen=True)
+class LoopErrors:
+    """Rms errors of a loading loop [m], as of `rms`.
+
+    Attributes:
+        number: Number of the loop in the table.
+        fit: Left by the fit.
+        left_out: Left by a fit of all other loops.
+        without: By such a fit of a robot without hysteresis.
+    """
+
+    number: int
+    fit: float
+    left_out: float
+    without: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What measurements identify of a robot.
+
+    Attributes:
+        measured: The measurements.
+        fit: The fit of all parameters.
+        added: Names of parameters that the start file does not have.
+        intervals: 95 % intervals of all of them.
+        parameters: Verdict on each.
+        written: Values of p in the robot as written: those of the start where not identified, beside
+            them identified ones that fit best within their intervals, (P,).
+        left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
+        rms_start, rms_written: Of the start's and the written robot's error [m]; nan where one finds
+            no rest.
+        separability: Which parameters postures and loads distinguish.
+        noise: Standard deviations that were given.
+        further: Parameters that were tested beside.
+        loss: What every row lacks.
+        points: Whether load and measured point seem to be elsewhere.
+        loops: Errors of loading loops, where rows are such.
+    """
+
+    measured: Measurements
+    fit: StaticFit
+    added: tuple[str, ...]
+    intervals: ConfidenceIntervals
+    parameters: tuple[IdentifiedParameter, ...]
+    written: np.ndarray
+    left_out: np.ndarray
+    rms_start: float
+    rms_written: float
+    separability: Separability
+    noise: MeasurementNoise
+    further: tuple[CandidateTest, ...] = ()
+    loss: CommonLoss | None = None
+    points: tuple[MovedPoint, ...] = ()
+    loops: tuple[LoopErrors, ...] = ()
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured less predicted deflections [m, rad], (k, r)."""
+        return self.measured.deflection - self.fit.prediction.deflection
+
+    @property
+    def refusal(self) -> str:
+        """Why no robot should be written, in words; "" where one may be."""
+        if not self.fit.converged:
+            return f"the fit has not converged: {self.fit.reason}"
+        if not any(parameter.identifiable for parameter in self.parameters):
+            return "nothing is identified"
+        if not np.isfinite(self.rms_written):
+            return "with the values that would be kept the robot finds no rest under these loads"
+        if self.rms_written > _WORSE * self.rms_start:
+            return (
+                "with the values that would be kept the robot would be off by"
+                f" {1e3 * self.rms_written:.3g} mm rms, the start file is by"
+                f" {1e3 * self.rms_start:.3g} mm"
+            )
+        return ""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as written; an added tilt that is not identified is not in it."""
+        return self.fit.elasticity.described(self.written)
+
+    def worst(self, count: int = 5) -> list[int]:
+        """Return the rows that the others predict worst, the worst first."""
+        size = np.linalg.norm(self.left_out[:, :3], axis=1)
+        return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
+
+
+def rms(errors: np.ndarray) -> float:
+    """Return the root mean square over all components of positions [m], of (k, r)."""
+    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))
+
+
+def warnings(found: Identification) -> list[str]:
+    """Return what the user should look at."""
+    measured, fit, separable = found.measured, found.fit, found.separability
+    said = list(measured.remarks)
+    if not fit.converged:
+        said.append(f"the fit has not converged: {fit.reason}")
+    idle = [n for n, w in zip(measured.names, measured.wrench, strict=True) if not w.any()]
+    if idle and not found.loops:
+        said.append(f"rows without a load: {', '.join(idle[:5])}{' ..' * (len(idle) > 5)}")
+    if np.abs(measured.q).max() > 4.0 * np.pi:
+        said.append(f"an angle is {np.abs(measured.q).max():.3g} rad: are they in degrees?")
+    size = rms(measured.deflection) / max(rms(_start(found)), 1e-300)
+    if not 0.02 < size < 50.0:
+        said.append(
+            f"deflections are {size:.3g} times those of the start file: are they in m and loads in N?"
+        )
+    along = float(np.sum(measured.deflection[:, :3] * _start(found)[:, :3]))
+    if along < 0.0:
+        said.append(
+            "deflections go against what the start file predicts: is the load that on the robot, in base"
+            " axes, and the deflection loaded less unloaded?"
+        )
+    if not fit.converged:
+        return said
+    if separable.condition > STRONG:
+        said.append(
+            f"the parameters pull against each other, condition {separable.condition:.0f}: hardly"
+            f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
+        )
+    said += [
+        f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"
+        f" {p.low:.4g} to {p.high:.4g}"
+        for p, against in zip(found.parameters, found.intervals.against, strict=True)
+        if not (p.identifiable or against or p.name in found.added)
+        and not p.low <= p.start <= p.high
+    ]
+    rests: dict[int, list[str]] = {}
+    for parameter, row in zip(found.parameters, found.intervals.rests_on.tolist(), strict=True):
+        if row >= 0 and parameter.identifiable:
+            rests.setdefault(row, []).append(parameter.name)
+    said += [f"{', '.join(own)} rest on {measured.names[row]} alone" for row, own in rests.items()]
+    if found.noise.known and found.intervals.freedom > 0:
+        if found.intervals.scale > 1.5:
+            said.append(
+                f"residuals are {found.intervals.scale:.2g} times what the standard deviations say: the"
+                " model lacks something, or they are too small"
+            )
+        elif found.intervals.scale < 0.6:
+            said.append(
+                f"residuals are {found.intervals.scale:.2g} times what the standard deviations say: they"
+                " are too large"
+            )
+    suspicions = [point.suspicion() for point in found.points]
+    suspicions += [found.loss.suspicion()] if found.loss is not None else []
+    said += [suspicion for suspicion in suspicions if suspicion]
+    if found.rms_written > 1.2 * rms(found.residual):
+        said.append(
+            "with the values that were kept the robot as written is off by"
+            f" {1e3 * found.rms_written:.3g} mm rms, the fit by {1e3 * rms(found.residual):.3g} mm:"
+            " measure what was not identified, or leave tilts that are not supported out of the start"
+            " file"
+        )
+    return said
+
+
+def _start(found: Identification) -> np.ndarray:
+    """Return what the start values predict in the rigid posture, (k, r)."""
+    rigid = found.fit.rigid
+    return found.fit.in_units(rigid.columns @ rigid.start)

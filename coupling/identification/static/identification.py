@@ -1,0 +1,201 @@
+"""Identification as a whole: fit, verdict on every parameter, tests of further ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.errors import IdentifyError, one_of
+from coupling.identification.evidence import support
+from coupling.identification.intervals import ConfidenceIntervals, intervals, left_out
+from coupling.identification.separability import separability
+from coupling.identification.static.elastic import Candidate, ElasticParameters, candidates
+from coupling.identification.static.fit import StaticFit, fitted
+from coupling.identification.static.found import CandidateTest, Identification, judged, rms
+from coupling.identification.static.measurements import MeasurementNoise, Measurements
+from coupling.identification.static.prediction import Prediction, StaticModel, candidate_column
+from coupling.identification.static.suspicions import common_loss, moved_points
+from elastic_robot.description import Robot
+from elastic_robot.errors import ElasticRobotError
+
+# Sizes of a further parameter that are worth a test [rad/(N m), rad].
+_SIZE = {True: 1e-9, False: 1e-6}
+SUPPORTED = "supported"
+
+
+@dataclass(frozen=True)
+class IdentifyOptions:
+    """How to identify.
+
+    Attributes:
+        torque_curve: A name of `TORQUE_CURVES`.
+        noise: Standard deviations.
+        loss: A name of `LOSSES`.
+        add: Names of candidates to add to the robot, or `SUPPORTED` for all that are supported.
+    """
+
+    noise: MeasurementNoise
+    torque_curve: str = "backlash"
+    loss: str = "squares"
+    add: tuple[str, ...] = ()
+
+
+def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> Identification:
+    """Identify a robot's elasticity.
+
+    Args:
+        robot: The start: joints that give way, and values that are kept where not identifiable.
+        measured: The measurements.
+        options: Noise, torque curve, loss, parameters to add.
+
+    Raises:
+        IdentifyError: If nothing can be identified at all, or no candidate has an added name.
+    """
+    if measured.loop is not None:
+        raise IdentifyError(
+            "measurements: expected single loads, got loading loops: identify_loops"
+        )
+    before = ElasticParameters.of(robot, options.torque_curve)
+    require_deflected(before, measured)
+    model = StaticModel(before, measured, options.torque_curve)
+    rms_start = rms_of(model.predict, before.start, measured)
+    added: list[str] = []
+    for name in options.add:
+        if name != SUPPORTED:
+            robot, own = _with(robot, measured, options, name)
+            added.append(own)
+    found = _once(robot, measured, options, tuple(added), rms_start)
+    while SUPPORTED in options.add:
+        best = [further for further in found.further if further.support.supported]
+        if not best:
+            break
+        chosen = min(best, key=lambda further: further.support.within)
+        robot, own = chosen.candidate.added_to(robot, chosen.value)
+        added.append(own)
+        found = _once(robot, measured, options, tuple(added), rms_start)
+    return found
+
+
+def require_deflected(elasticity: ElasticParameters, measured: Measurements) -> None:
+    """Refuse measurements without loads, and a robot that does not give way.
+
+    Raises:
+        IdentifyError: With what was expected.
+    """
+    if not measured.wrench.any():
+        raise IdentifyError("loads: expected a force or moment in at least one row, got none")
+    if not elasticity.names:
+        raise IdentifyError(
+            f"{elasticity.robot.name}: expected an elastic joint or tilt, got a rigid robot"
+        )
+
+
+def _with(
+    robot: Robot, measured: Measurements, options: IdentifyOptions, name: str
+) -> tuple[Robot, str]:
+    """Return the robot with a candidate, at the value that fits beside the others, and its name."""
+    known = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
+    if name not in known:
+        raise IdentifyError(f"--add: {one_of([SUPPORTED, *known], name)}")
+    elasticity = ElasticParameters.of(robot, options.torque_curve)
+    fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
+    (further,) = _further(fit, measured, options, [known[name]])
+    return known[name].added_to(robot, further.value)
+
+
+def _once(
+    robot: Robot,
+    measured: Measurements,
+    options: IdentifyOptions,
+    added: tuple[str, ...],
+    rms_start: float,
+) -> Identification:
+    elasticity = ElasticParameters.of(robot, options.torque_curve)
+    fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
+    known = options.noise.known
+    sure = intervals(fit.problem, fit.weight, fit.values, known)
+    tested = np.flatnonzero(~elasticity.is_torsion)
+    every = np.arange(len(elasticity.names))
+    supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
+    separable = separability(fit.rigid, elasticity.names)
+    parameters = judged(fit, sure, supports, separable)
+    identified = np.array([p.identifiable for p in parameters])
+    kept = elasticity.start.copy()
+    for j, name in enumerate(elasticity.names):
+        if name in added and not identified[j]:
+            kept[j] = elasticity.least[j]
+    written = beside(fit, identified, kept, sure)
+    errors = fit.in_units(left_out(fit.problem, fit.weight))
+    model = StaticModel(elasticity, measured, options.torque_curve)
+    further = _further(fit, measured, options, candidates(robot, options.torque_curve))
+    return Identification(
+        measured,
+        fit,
+        added,
+        sure,
+        parameters,
+        written,
+        errors,
+        rms_start,
+        rms_of(model.predict, written, measured),
+        separable,
+        options.noise,
+        tuple(further),
+        common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
+        tuple(moved_points(fit, measured)),
+    )
+
+
+def beside(
+    fit: StaticFit, identified: np.ndarray, kept: np.ndarray, sure: ConfidenceIntervals
+) -> np.ndarray:
+    """Return the values to write: kept ones, and beside them those that fit best in their intervals.
+
+    Where nothing that is kept acts together with what is identified, these are the fit's.
+
+    Args:
+        fit: The fit.
+        identified: Which parameters are, (P,).
+        kept: Values of the others, (P,).
+        sure: Intervals.
+    """
+    written = np.where(identified, fit.values, kept)
+    if identified.all() or not identified.any():
+        return written
+    problem = fit.problem.weighted(fit.weight)
+    rest = problem.residual(np.where(identified, 0.0, kept))
+    own = replace(problem.only(identified), target=rest)
+    written[identified] = own.solve(sure.low[identified], sure.high[identified])
+    return written
+
+
+def _further(
+    fit: StaticFit, measured: Measurements, options: IdentifyOptions, found: Sequence[Candidate]
+) -> list[CandidateTest]:
+    """Return candidates tested one by one beside the parameters of a fit."""
+    robot, results, whole = fit.elasticity.robot, [], []
+    for candidate in found:
+        try:
+            column = candidate_column(robot, options.torque_curve, candidate, measured)
+        except ElasticRobotError:  # it would move no inertia
+            continue
+        whole.append((candidate, (fit.white @ column[:, :, None])[:, :, 0]))
+    for candidate, column in whole:
+        problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
+        last = np.arange(len(problem.start)) == len(fit.values)
+        tested = support(problem, last, fit.weight, len(whole))
+        value = float(problem.weighted(fit.weight).solve()[-1])
+        results.append(CandidateTest(candidate, value, tested))
+    return results
+
+
+def rms_of(
+    predict: Callable[[np.ndarray], Prediction], values: np.ndarray, measured: Measurements
+) -> float:
+    """Return the rms error at values of the parameters [m]; nan where the robot finds no rest."""
+    try:
+        return rms(measured.deflection - predict(values).deflection)
+    except IdentifyError:
+        return float("nan")

@@ -1,0 +1,126 @@
+"""Errors common to all rows of measured deflections: a constant loss, a shifted point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from coupling.identification.evidence import Evidence, support
+from coupling.identification.least_squares import LinearProblem
+from coupling.identification.static.fit import StaticFit
+from coupling.identification.static.measurements import Measurements
+from coupling.identification.static.prediction import point_columns
+from coupling.identification.verdict import quantile
+
+# A loss common to all rows is significant where it is this improbable by chance.
+_SUSPICIOUS = 0.01
+# Sizes of a loss and of a point's shift that are worth a word [m].
+_SMALL, _SIZE = 1e-6, 1e-3
+_NAMES = ("measured point", "load point")
+
+
+@dataclass(frozen=True)
+class CommonLoss:
+    """A deflection that is missing in every row, whatever its load: what friction takes.
+
+    Attributes:
+        value: [m]; negative where rows deflect by more, as with backlash.
+        half: Half width of its 95 % interval [m].
+        probability: Of so large a value by chance.
+    """
+
+    value: float
+    half: float
+    probability: float
+
+    def suspicion(self) -> str:
+        """Return what is to be suspected, in words; "" for nothing."""
+        if not self.probability < _SUSPICIOUS:
+            return ""
+        size = f"{1e3 * abs(self.value):.3f} +- {1e3 * self.half:.3f} mm"
+        if self.value > 0.0:
+            return (
+                f"small loads deflect systematically less, by {size} at every load: friction or"
+                " hysteresis suspected; measure loading and unloading"
+            )
+        return (
+            f"small loads deflect systematically more, by {size} at every load: backlash suspected, or a"
+            " zero reading that had not settled"
+        )
+
+
+def common_loss(
+    problem: LinearProblem, weight: np.ndarray, white: np.ndarray, predicted: np.ndarray
+) -> CommonLoss | None:
+    """Return the loss that fits best, beside all parameters; None where it is not identifiable.
+
+    Args:
+        problem: The problem, without weights of the loss function.
+        weight: Those weights, (k,).
+        white: W_i, (k, r, r).
+        predicted: Predicted deflections, (k, r).
+    """
+    way = predicted.copy()
+    way[:, 3:] = 0.0
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    way = np.divide(-way, length, out=np.zeros_like(way), where=length > 0.0)
+    column = np.einsum("kij,kj->ki", white, way)
+    extended = problem.also(column, _SMALL, signed=True).weighted(weight)
+    freedom = problem.target.size - extended.rank
+    if extended.rank == problem.rank or freedom <= 0:
+        return None
+    found = extended.solve(-np.inf)
+    variance = float(np.sum(extended.residual(found) ** 2)) / freedom
+    deviation = float(extended.spread[-1] * extended.scale[-1] * np.sqrt(variance))
+    if not deviation > 0.0:
+        return None
+    value = float(found[-1])
+    probability = float(2.0 * student.sf(abs(value) / deviation, freedom))
+    return CommonLoss(value, quantile(freedom) * deviation, probability)
+
+
+@dataclass(frozen=True)
+class MovedPoint:
+    """A shift common to all rows, beside all parameters.
+
+    Attributes:
+        name: "measured point" or "load point".
+        shift: In the TCP's frame [m], (3,), to first order.
+        support: Whether the data support it: three numbers together.
+    """
+
+    name: str
+    shift: tuple[float, ...]
+    support: Evidence
+
+    def suspicion(self) -> str:
+        """Return what is to be suspected, in words; "" for nothing."""
+        if not self.support.supported:
+            return ""
+        place = ", ".join(f"{value:.3f}" for value in self.shift)
+        return (
+            f"the {self.name} seems to be [{place}] m from where the table has it, in the TCP's frame"
+            f" and to first order ({self.support.in_words()}): look where it was"
+        )
+
+
+def moved_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
+    """Return the shifts of both points that fit best, one point at a time.
+
+    Args:
+        fit: The fit.
+        measured: The measurements.
+    """
+    columns = point_columns(fit.elasticity, measured, fit.values)
+    found = []
+    for name, own in zip(_NAMES, columns, strict=True):
+        problem = fit.problem
+        for column in np.moveaxis(fit.white @ own, 2, 0):
+            problem = problem.also(column, _SIZE, signed=True)
+        tested = np.arange(len(problem.start)) >= len(fit.values)
+        shift = problem.weighted(fit.weight).solve()[tested]
+        own_support = support(problem, tested, fit.weight, len(_NAMES))
+        found.append(MovedPoint(name, tuple(shift.tolist()), own_support))
+    return found

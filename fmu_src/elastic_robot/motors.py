@@ -1,0 +1,228 @@
+"""Motors with rotor, friction and servo: drives that do not follow their command exactly.
+
+    J q'' = tau - (1 + eps'(q)) T - f(T, s, q')       T: torque of the gear on its link
+    tau = sat(Kp w + z),   z' = Ki w,   w = Kv (q_cmd - q) + kff q_cmd' - q'
+
+f is `Drive.friction_torque`, whose elongation s over q is one more stop element (`hysteresis.py`).  At
+the torque limit z' = 0 where w would lead on beyond it.  Where the torque would go beyond the limit if z
+grew and fall behind it if z waited, z grows as much as keeps it there (Filippov's solution).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+
+from elastic_robot.chain import Chain
+from elastic_robot.description import Robot
+from elastic_robot.errors import ParameterError
+from elastic_robot.gear_parts import Drive
+from elastic_robot.hysteresis import Elements, Hysteresis
+from elastic_robot.kinematic_errors import KinematicErrors
+
+IDEAL: Literal["ideal"] = "ideal"
+DriveKind = Literal["ideal", "servo", "torque"]
+DRIVES: tuple[DriveKind, ...] = get_args(DriveKind)
+# What z does: it grows as w has it, waits at the torque limit, or keeps the torque there.
+_GROWS, _WAITS, _KEEPS = 0, 1, 2
+_AT_LIMIT = 1e-9  # part of the torque limit within which a torque is at it
+
+
+@dataclass(frozen=True)
+class MotorState:
+    """Motors at a time, (d,) each.
+
+    Attributes:
+        angle, rate: q and q' [rad, rad/s].
+        integral: z [N m].
+        presliding: Elongation s of the friction [rad].
+    """
+
+    angle: np.ndarray
+    rate: np.ndarray
+    integral: np.ndarray
+    presliding: np.ndarray
+
+
+NO_MOTORS = MotorState(*np.zeros((4, 0)))
+
+
+@dataclass(frozen=True)
+class MotorInstant:
+    """What motors do in a state, (d,) each.
+
+    Attributes:
+        wanted, turning: w and w' [rad/s, rad/s^2].
+        asked, torque: Kp w + z, and tau [N m].
+        acceleration: q'' [rad/s^2].
+    """
+
+    wanted: np.ndarray
+    turning: np.ndarray
+    asked: np.ndarray
+    torque: np.ndarray
+    acceleration: np.ndarray
+
+
+@dataclass(frozen=True)
+class Motors:
+    """The motors of a robot that move by themselves, d of them, none under ideal drives.
+
+    Attributes:
+        drives: Their numbers.
+        joint: Joint of each, from 0, (d,).
+        gear: Index of its gear's wind-up among the elastic coordinates, (d,).
+        friction: F of each, which may be tuned [N m], (d,).
+        errors: Kinematic errors of all gears.
+        servo: Whether they have their servos; else they are given torques.
+    """
+
+    drives: tuple[Drive, ...]
+    joint: np.ndarray
+    gear: np.ndarray
+    friction: np.ndarray
+    errors: KinematicErrors
+    servo: bool
+
+    @classmethod
+    def of(cls, robot: Robot, chain: Chain, friction: np.ndarray, kind: str) -> Motors:
+        """Return those of a robot's description, `friction` [N m] of all its drives, (d,)."""
+        moving = [(i, j.drive) for i, j in enumerate(robot.joints) if j.drive and kind != IDEAL]
+        joint = np.array([i for i, _ in moving], dtype=int)
+        gear = chain.torsions[np.searchsorted(chain.elastic_joint[chain.torsions], joint)]
+        drives = tuple(drive for _, drive in moving)
+        errors = chain.kinematic_errors
+        return cls(drives, joint, gear, friction[: len(drives)], errors, kind == "servo")
+
+    def with_friction(self, hysteresis: Hysteresis) -> Hysteresis:
+        """Return a law over x and q, (m + d,): the elements of the gears, then each motor's friction.
+
+        Its torques and slopes are of use where the gears' are.
+        """
+        of, m, one = hysteresis.elements, len(hysteresis.slip_torque), np.ones(len(self.drives))
+        elements = Elements(
+            np.append(of.coordinate, m + np.arange(len(one))),
+            np.append(of.number, one.astype(int)),
+            np.append(of.slip_angle, self._number("slip_angle")),
+            np.append(of.share, one),
+        )
+        slips = self.friction + self._number("load_friction")
+        return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
+
+    def joined(self, commands: np.ndarray, motors: np.ndarray) -> np.ndarray:
+        """Return what all drives do, (..., n), of commands, (..., n), and the motors, (..., d)."""
+        joined = commands.copy()
+        joined[..., self.joint] = motors
+        return joined
+
+    def at(
+        self,
+        commands: np.ndarray,
+        state: MotorState,
+        carried: np.ndarray,
+        given: np.ndarray,
+    ) -> MotorInstant:
+        """Return what the motors do.
+
+        Args:
+            commands: q, q', q'' of all drives' commands [rad, rad/s, rad/s^2], (3, n).
+            state: The motors.
+            carried: S + H + d x' of all elastic coordinates, -T of gears [N m], (m,).
+            given: Torques of motors without servo [N m], (d,).
+        """
+        (q, qd, qdd), gears = commands[:, self.joint], carried[self.gear]
+        k_v, forward = self._number("position_gain"), self._number("feed_forward")
+        wanted = k_v * (q - state.angle) + forward * qd - state.rate
+        asked = self._rate_gain * wanted + state.integral if self.servo else given
+        torque = np.clip(asked, -self.limit, self.limit) if self.servo else given
+        rise = self.errors.slope(self.joined(commands[0], state.angle))[self.joint]
+        part = state.presliding / self._number("slip_angle")
+        each = zip(self.drives, self.friction, part, state.rate, gears, strict=True)
+        friction = np.array([drive.friction_torque(*own) for drive, *own in each])
+        acceleration = (torque + rise * gears - friction) / self._number("inertia")
+        turning = k_v * (qd - state.rate) + forward * qdd - acceleration
+        return MotorInstant(wanted, turning, asked, torque, acceleration)
+
+    def modes(self, now: MotorInstant) -> np.ndarray:
+        """Return what z does from a state on, (d,)."""
+        if not self.servo:
+            return np.full(len(self.drives), _WAITS)
+        side, room = np.sign(now.asked), self.room(now)
+        onwards = side * now.wanted > 0.0
+        beyond = room < -_AT_LIMIT * self.limit
+        at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
+        waiting, growing = side * self._by(now, _WAITS), side * self._by(now, _GROWS)
+        waits = onwards & (beyond | (at_limit & (waiting >= 0.0)))
+        keeps = onwards & at_limit & (waiting < 0.0) & (growing > 0.0)
+        return np.where(waits, _WAITS, np.where(keeps, _KEEPS, _GROWS))
+
+    def growth(self, now: MotorInstant, modes: np.ndarray) -> np.ndarray:
+        """Return z' [N m/s], (d,)."""
+        grows = self._number("integral_gain") * now.wanted
+        return np.choose(modes, [grows, 0.0 * grows, -self._rate_gain * now.turning])
+
+    def ways(self, now: MotorInstant, modes: np.ndarray, before: MotorInstant) -> np.ndarray:
+        """Return what falls through zero where z goes on otherwise or the torque limit is passed, (k,).
+
+        Args:
+            now: The motors.
+            modes: What z does.
+            before: The motors where that began.
+        """
+        limited = self.servo & np.isfinite(self.limit)
+        side, keeps, room = np.sign(before.asked), modes == _KEEPS, self.room(now)
+        beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
+        stays = np.minimum(-side * self._by(now, _WAITS), side * self._by(now, _GROWS))
+        to_limit = np.where(keeps, stays, np.where(beyond, -room, room))
+        onwards = np.sign(before.wanted) * now.wanted
+        return np.concatenate([to_limit[limited], onwards[limited & beyond & ~keeps]])
+
+    def room(self, now: MotorInstant) -> np.ndarray:
+        """Return the way to the torque limit, below 0 beyond it [N m], (d,)."""
+        return self.limit - np.abs(now.asked)
+
+    def held(self, commands: np.ndarray, carried: np.ndarray) -> np.ndarray:
+        """Return z [N m], (d,), with which servos hold motors that start as commanded; as of `at`."""
+        q, qd, qdd = commands[:, self.joint]
+        none = np.zeros(len(q))
+        now = self.at(commands, MotorState(q, qd, none, none), carried, none)
+        free = now.acceleration - now.torque / self._number("inertia")
+        return self._number("inertia") * (qdd - free) - self._rate_gain * now.wanted
+
+    @cached_property
+    def limit(self) -> np.ndarray:
+        """Torque limits [N m], infinite where there is none, (d,)."""
+        return np.array([drive.torque_limit or np.inf for drive in self.drives])
+
+    @property
+    def _rate_gain(self) -> np.ndarray:
+        return self._number("rate_gain")
+
+    def _by(self, now: MotorInstant, mode: int) -> np.ndarray:
+        """Return the rate of the torque that is asked for if all z were in one mode [N m/s], (d,)."""
+        return self._rate_gain * now.turning + self.growth(now, np.full(len(self.drives), mode))
+
+    def _number(self, key: str) -> np.ndarray:
+        return np.array([getattr(drive, key) for drive in self.drives])
+
+
+def require_drives(robot: Robot, kind: str, quasistatic: bool, trajectory: bool = False) -> None:
+    """Refuse drives that cannot be what they are told to be.
+
+    Raises:
+        ParameterError: With what was expected and what was got.
+    """
+    if kind not in DRIVES:
+        raise ParameterError(f"drive: expected one of {', '.join(DRIVES)}, got {kind!r}")
+    if kind != IDEAL and not any(joint.drive for joint in robot.joints):
+        raise ParameterError(
+            f"drive: expected ideal, as no joint of the robot has a drive, got {kind}"
+        )
+    if kind == "torque" and (quasistatic or trajectory):
+        raise ParameterError(
+            "drive torque: expected mode dynamic and no trajectory, as torques are not told at rest or"
+            f" by one, got {'mode quasistatic' if quasistatic else 'a trajectory'}"
+        )

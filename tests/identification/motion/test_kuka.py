@@ -1,0 +1,55 @@
+"""Recordings of a KUKA KR 300: what one says of the other, and what all agree on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.identification.motion.identification import identify_motion
+from coupling.identification.motion.recording import read_recording
+from examples.identify.kuka_kr300_motion import RATIOS, RECORDINGS, converted
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kuka")
+    return [read_recording(converted(name, folder), 6) for name in "AB"]
+
+
+def test_recordings_are_converted_to_radians_and_torques_at_the_joints(recordings):
+    raw = np.genfromtxt(RECORDINGS / "recording_A.csv", delimiter=",", names=True)
+    first = recordings[0]
+    np.testing.assert_allclose(np.degrees(first.motor[:, 3]), raw["motor_4"], atol=1e-7)
+    np.testing.assert_allclose(first.torque[:, 1], RATIOS[1] * raw["motor_torque_2"], rtol=1e-6)
+    assert first.with_link == [0, 1, 2]
+
+
+def test_a_fit_to_one_motion_predicts_another(recordings):
+    """Bounds: the best regressions' 71 and 47 urad of joints 2 and 3, and 12 and 25 % of torques."""
+    robot = load_robot(find_robot("kuka_kr300"))
+    found = identify_motion(robot, recordings[:1], recordings[1:], 20.0, leave_out=False)
+    predicted = found.judged[1]
+    assert predicted.held_out
+    assert predicted.wind_up[1] < 45e-6
+    assert predicted.wind_up[2] < 47e-6
+    assert predicted.torque[2] < 0.12
+    assert np.all(predicted.torque[4:] < 0.25)
+    # The two encoders of a joint are as late on all three.
+    values = dict(zip((p.name for p in found.fit.problem.parameters), found.fit.x, strict=True))
+    for joint in (1, 2, 3):
+        assert values[f"encoder[{joint}].lag"] == pytest.approx(3.0, abs=0.15)
+    assert len(found.remarks) == 3
+
+
+@pytest.mark.parametrize("name", "AB")
+def test_motors_are_ahead_of_the_reference_that_was_recorded(name):
+    """So it is not what their servos were told: by 4 to 16 ms, on the wrist by 83 to 141 ms."""
+    raw = np.genfromtxt(RECORDINGS / f"recording_{name}.csv", delimiter=",", names=True)
+    ahead = []
+    for joint in range(1, 7):
+        reference, motor = raw[f"reference_{joint}"], raw[f"motor_{joint}"]
+        by = np.column_stack([np.gradient(reference, raw["time"]), np.ones(len(motor))])
+        ahead.append(np.linalg.lstsq(by, motor - reference, rcond=None)[0][0])
+    assert 3.5e-3 < min(ahead[:3]) < max(ahead[:3]) < 16.5e-3
+    assert 82e-3 < min(ahead[3:]) < max(ahead[3:]) < 141.5e-3

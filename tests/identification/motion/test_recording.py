@@ -1,0 +1,126 @@
+"""Recordings of a motion as they are read, smoothed and told from static deflections."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from coupling.errors import IdentifyError
+from coupling.identification.motion.recording import (
+    SmoothedMotion,
+    is_recording,
+    read_recording,
+    smooth,
+)
+from coupling.identification.motion.sensors import delayed, encoder_lines
+from coupling.inverse.servo import presliding
+
+STEP = 0.004
+
+
+def _file(folder, header="time,motor[1],motor_torque[1],link[1]", rows=200, change=None):
+    lines = [[STEP * k, 0.1 * k, 5.0, 0.1 * k] for k in range(rows)]
+    cells = [[f"{value:.9g}" for value in line[: len(header.split(","))]] for line in lines]
+    if change is not None:
+        row, column, text = change
+        cells[row][column] = text
+    file = folder / "motion.csv"
+    file.write_text("\n".join([header, *(",".join(line) for line in cells)]) + "\n")
+    return file
+
+
+def test_a_recording_is_told_by_its_columns_and_read_in_si_units(tmp_path):
+    file = _file(tmp_path)
+    assert is_recording(file)
+    recording = read_recording(file, 1)
+    assert recording.with_link == [0]
+    assert recording.step == pytest.approx(STEP)
+    np.testing.assert_allclose(recording.wind_up, 0.0)
+
+
+def test_a_joint_without_an_encoder_behind_the_gear_has_no_link(tmp_path):
+    recording = read_recording(_file(tmp_path, "time,motor[1],motor_torque[1]"), 1)
+    assert recording.with_link == []
+    assert np.isnan(recording.link).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "joints", "header", "says"),
+    [
+        ((5, 0, "0.5"), 1, None, "line 7: time: expected equal steps of time"),
+        ((5, 1, "x"), 1, None, "motor\\[1\\]: expected a finite number, got 'x'"),
+        (None, 2, None, "columns motor\\[2\\], motor_torque\\[2\\] are missing"),
+        (None, 1, "time,motor[1],link[1]", "columns motor_torque\\[1\\] are missing"),
+        (
+            None,
+            1,
+            "time,motor[1],motor_torque[1],motor[2]",
+            "a robot with 1 joints, got motor\\[2\\]",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_recording_is_told_with_its_place(
+    tmp_path, change, joints, header, says
+):
+    given = {} if header is None else {"header": header}
+    with pytest.raises(IdentifyError, match=says):
+        read_recording(_file(tmp_path, change=change, **given), joints)
+
+
+def test_motors_at_rest_are_no_motion(tmp_path):
+    file = tmp_path / "still.csv"
+    lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
+    file.write_text("\n".join(["time,motor[1],motor_torque[1]", *lines]) + "\n")
+    with pytest.raises(IdentifyError, match="expected motors that move"):
+        read_recording(file, 1)
+
+
+def test_a_few_rows_are_no_motion(tmp_path):
+    with pytest.raises(IdentifyError, match="at least 100 rows, got 50"):
+        read_recording(_file(tmp_path, rows=50), 1)
+
+
+def test_smoothing_neither_shifts_nor_shrinks_a_slow_motion_and_takes_the_noise():
+    """Acceleration of a sine of 0.5 Hz to 1e-3; noise of 1 urad leaves less than 0.05 rad/s^2."""
+    time = STEP * np.arange(3000)
+    omega = 2.0 * np.pi * 0.5
+    rng = np.random.default_rng(2)
+    noise = 1e-6 * rng.standard_normal((3000, 1))
+    angle = 0.1 * np.sin(omega * time)[:, None]
+    exact = -(omega**2) * angle
+    clean = SmoothedMotion.of(angle, STEP, 20.0).qdd
+    noisy = SmoothedMotion.of(angle + noise, STEP, 20.0).qdd
+    inside = slice(200, -200)
+    assert np.abs(clean - exact)[inside].max() < 1e-3 * np.abs(exact).max()
+    assert np.abs(noisy - clean)[inside].max() < 0.05
+    assert np.abs(np.diff(angle + noise, 2, axis=0) / STEP**2 - exact[1:-1]).max() > 0.15
+    assert smooth(angle, STEP, 1e3) is angle
+
+
+def test_presliding_builds_up_over_the_slip_angle_and_turns_with_it():
+    angle = np.array([0.0, 1.0, 3.0, 2.5, 0.0])
+    np.testing.assert_allclose(presliding(angle, 2.0, 0.0), [0.0, 0.5, 1.0, 0.75, -0.5])
+
+
+def test_a_lag_is_exact_for_a_cubic():
+    time = 0.01 * np.arange(400)
+    values = time**3 - 2.0 * time
+    later = time - 0.0037
+    np.testing.assert_allclose(
+        delayed(values, 0.01, 0.0037)[1:], (later**3 - 2.0 * later)[1:], atol=1e-12
+    )
+
+
+def test_lines_are_found_whatever_their_phase_and_noise_has_none():
+    """One line in two recordings with phases of their own; none where nothing is periodic."""
+    rng = np.random.default_rng(3)
+    angle = [np.sin(np.linspace(0.0, end, 3000)) * 0.5 for end in (4.0, 5.0)]
+    noise = [1e-5 * rng.standard_normal(3000) for _ in angle]
+    left = [
+        own + 2e-5 * np.cos(826.0 * turn + phase)
+        for own, turn, phase in zip(noise, angle, (0.3, 2.0), strict=True)
+    ]
+    found = encoder_lines(left, angle)
+    assert len(found) == 1
+    assert found[0] == pytest.approx(826.0, abs=0.5)
+    assert encoder_lines(noise, angle) == ()

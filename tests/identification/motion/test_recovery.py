@@ -1,0 +1,124 @@
+"""A known robot is found again in recordings with noise, quantised encoders and a lag."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from coupling.errors import IdentifyError
+from coupling.identification.motion.fit import NormalBlocks
+from coupling.identification.motion.identification import identify_motion
+from coupling.identification.motion.moved_robot import MovedRobot
+from coupling.identification.motion.parameters import motion_parameters
+from coupling.identification.motion.problem import MotionProblem, MovedRecording
+from coupling.identification.motion.recording import Recording
+from coupling.identification.motion.sensors import sensor_parameters
+from docs.scripts.motion_recovery import BANDWIDTH, Known, arm, coverage, recorded
+from elastic_robot.gear_parts import KinematicError
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    rng = np.random.default_rng(5)
+    with MovedRobot(arm()) as fmu:
+        return [recorded(fmu, arm(), rng) for _ in range(2)]
+
+
+def test_intervals_hold_what_is_known_in_most_recordings():
+    """10 recordings of 10 numbers: fewer than 85 of 100 inside 95 % intervals happen once in 10^4."""
+    parts = coverage(10, seed=4)
+    assert len(parts) == 10
+    assert np.mean(list(parts.values())) >= 0.85
+
+
+def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
+    start = Known.drawn(np.random.default_rng(6)).start
+    found = identify_motion(start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True)
+    fitted, predicted = found.judged
+    assert predicted.held_out
+    assert np.all(predicted.wind_up < 1.3 * fitted.wind_up)
+    assert np.all(predicted.slow_torque < 0.03)
+    robot = found.identified_robot
+    for own, known in zip(robot.joints, arm().joints, strict=True):
+        assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
+        assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
+    # A mass in the plane of motion has no effect across it.
+    kept = {
+        p.name
+        for p, own in zip(found.first.problem.parameters, found.chosen, strict=True)
+        if not own
+    }
+    assert "payload.com.y" in kept
+    assert robot.payload.com[1] == start.payload.com[1]
+    worth = {term.term: term for term in found.terms}
+    for term in ("friction 1", "viscous friction 2"):
+        assert worth[term].torque[1] > 1.5 * worth[term].torque[0]
+    assert worth["lag 1"].wind_up[1] > 20.0 * worth["lag 1"].wind_up[0]
+
+
+def test_derivatives_are_those_of_differences_of_residuals(recordings):
+    robot = arm()
+    moved = MovedRecording.of(recordings[0], BANDWIDTH)
+    parameters = (*motion_parameters(robot, (0, 1)), *sensor_parameters([0, 1], np.zeros(2)))
+    unit = np.ones(2)
+    with MovedRobot(robot) as fmu:
+        problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-6 * unit, unit)
+        x = problem.start + 0.05
+        matrix = problem.jacobian(x)
+        # How friction is loaded at the start is held in the derivatives, until it slips.
+        slipping = np.arange(len(matrix)) >= len(matrix) // 6
+        for k, parameter in enumerate(parameters):
+            step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
+            there, back = problem.residual(x + step), problem.residual(x - step)
+            difference = ((there - back) / 0.04)[slipping]
+            error = np.linalg.norm(matrix[slipping, k] - difference)
+            assert error < 0.06 * np.linalg.norm(difference) + 1e-3, parameter.name
+
+
+def test_blocks_left_out_know_correlated_residuals():
+    """The mean of noise that holds for 25 rows: the interval of single rows is 5 times too narrow."""
+    rng, means, widths = np.random.default_rng(8), [], []
+    for _ in range(200):
+        residual = np.repeat(rng.standard_normal(80), 25)
+        blocks = NormalBlocks.of(-np.ones((2000, 1)), residual, [2000], 1)
+        means.append(blocks.step[0])
+        widths.append(blocks.half[0] * blocks.deviation[0])
+    inside = np.mean(np.abs(means) <= widths)
+    assert 0.9 <= inside <= 0.99
+    assert np.mean(widths) > 3.0 * 1.96 / np.sqrt(2000)
+
+
+def test_recordings_with_other_encoders_are_refused(recordings):
+    other = replace(recordings[1], link=np.full_like(recordings[1].link, np.nan))
+    with pytest.raises(IdentifyError, match="expected the links' angles"):
+        identify_motion(arm(), recordings[:1], [other], BANDWIDTH, leave_out=False)
+
+
+def test_a_rigid_joint_is_refused(recordings):
+    joints = arm().joints
+    rigid = replace(joints[1], stiffness=None, damping=0.0, drive=None)
+    robot = replace(arm(), joints=(joints[0], rigid))
+    with pytest.raises(
+        IdentifyError, match="expected a stiffness of every joint, got none of joint 2"
+    ):
+        identify_motion(robot, recordings[:1], [], BANDWIDTH, leave_out=False)
+
+
+def test_a_gear_that_does_not_wind_up_shows_its_kinematic_error():
+    """Motor less link is -a sin(n q) to what 1 GN m/rad leaves of it."""
+    stiff = [
+        replace(joint, stiffness=1e9, damping=1e6, kinematic_error=(KinematicError(1e-4, 7.0),))
+        for joint in arm().joints
+    ]
+    robot = replace(arm(), joints=tuple(stiff), gravity=(0.0, 0.0, 0.0))
+    time = 0.004 * np.arange(600)
+    motor = 0.4 * np.sin(2.0 * np.pi * 0.2 * time)[:, None] * np.ones(2)
+    recording = Recording("x", time, motor, np.zeros_like(motor), motor)
+    moved = MovedRecording.of(recording, BANDWIDTH)
+    unit = np.ones(2)
+    with MovedRobot(robot) as fmu:
+        problem = MotionProblem(fmu, robot, (), (moved,), unit, unit)
+        gear = problem.predicted(moved, problem.start).shares["gear"]
+    np.testing.assert_allclose(gear, -1e-4 * np.sin(7.0 * moved.motion.q), atol=1e-6)

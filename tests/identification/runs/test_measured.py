@@ -1,0 +1,156 @@
+"""measured.csv: what is read, brought onto its run, and how everything else is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import LearnError
+from coupling.identification.runs.alignment import aligned
+from coupling.identification.runs.measurement import Measurement, read_seen
+from coupling.identification.runs.residual import SlowPart
+from coupling.path.histories import ToolPath
+
+HEADER = "time,x,y,z"
+ROWS = [f"{0.01 * k:.2f},{0.1 * k},2,3" for k in range(40)]
+
+
+def read(tmp_path, text: str | bytes) -> Measurement:
+    file = tmp_path / "measured.csv"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_seen(file)
+
+
+def test_comments_other_columns_and_orientations_are_read_as_they_are(tmp_path):
+    more = ["qw", "qx", "temperature", "qy", "qz"]
+    rows = [f"{row},0.6,0,warm,0.8,0" for row in ROWS]
+    found = read(tmp_path, "\n".join(["# tracker 2", f"{HEADER},{','.join(more)}", *rows]))
+    np.testing.assert_allclose(found.time, 0.01 * np.arange(40))
+    np.testing.assert_allclose(found.position[7], [0.7, 2.0, 3.0])
+    np.testing.assert_allclose(found.rotation[3].as_quat(), [0.0, 0.8, 0.0, 0.6])
+
+
+def with_row(number: int, row: str) -> str:
+    rows = [*ROWS[:number], row, *ROWS[number + 1 :]]
+    return "\n".join([HEADER, *rows])
+
+
+# What the file holds, and what the message must say.
+MISTAKES = {
+    "nothing": ("", ["at least one row", "0 lines"]),
+    "bytes": (b"\xff\xfe\x00time\x00", ["cannot be read"]),
+    "zeros": (b"\x00" * 300, ["at least one row"]),
+    "columns": ("t,x,y,z\n1,2,3,4\n", ["columns time are missing", "got t, x, y, z"]),
+    "semicolons": ("time;x;y;z\n1;2;3;4\n", ["separate them with commas"]),
+    "few": ("\n".join([HEADER, *ROWS[:5]]), ["at least 20 rows", "got 5"]),
+    "a word": (with_row(3, "0.03,0.3,much,3"), ["line 5", "y", "finite number", "'much'"]),
+    "nan": (with_row(9, "0.09,nan,2,3"), ["line 11", "x", "'nan'"]),
+    "infinite": (with_row(9, "0.09,1,2,1e300"), ["line 11", "z", "'1e300'"]),
+    "cells": (with_row(2, "0.02,1,2"), ["line 4", "4 cells", "got 3"]),
+    "time": (with_row(20, "0.1,1,2,3"), ["line 22", "time", "more than 0.19", "'0.1'"]),
+    "twice": (f"{HEADER},x\n" + "\n".join(f"{r},1" for r in ROWS), ["one column 'x'", "two"]),
+    "half": (f"{HEADER},qx\n" + "\n".join(f"{r},1" for r in ROWS), ["qx, qy, qz, qw", "got qx"]),
+    "quaternion": (
+        f"{HEADER},qx,qy,qz,qw\n" + "\n".join(f"{r},1,1,0,0" for r in ROWS),
+        ["line 2", "qx", "length 1"],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MISTAKES)
+def test_what_cannot_be_a_measurement_is_refused_with_its_place(tmp_path, kind):
+    text, words = MISTAKES[kind]
+    with pytest.raises(LearnError) as refusal:
+        read(tmp_path, text)
+    for word in ("measured.csv", *words):
+        assert word in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_folder_is_no_measurement(tmp_path):
+    with pytest.raises(LearnError, match="cannot be read"):
+        read_seen(tmp_path)
+
+
+def spiral(start: float = 0.0) -> ToolPath:
+    """Ten seconds of a tool that goes round and down, 1.6 m from the base."""
+    time = np.linspace(start, start + 10.0, 2501)
+    t = time - start
+    position = np.stack([1.6 + 0.06 * np.cos(t**1.3), 0.06 * np.sin(t**1.3), 0.8 - 1e-3 * t], 1)
+    return ToolPath(time, np.hstack([position, np.tile([0, 0, 0, 1.0], (len(t), 1))]))
+
+
+def seen_of(path: ToolPath, first: int = 300, last: int = 2300) -> Measurement:
+    return Measurement("measured.csv", path.time[first:last], path.position[0, first:last])
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.31, -1.2, 3.7, 5000.0])
+def test_a_clock_that_is_off_is_found_to_its_step(shift):
+    """Off by up to two seconds, or counted from any time, from when its recording begins."""
+    path = spiral()
+    seen = seen_of(path, first=0)
+    found = aligned(Measurement(seen.name, seen.time + shift, seen.position), path, own_frame=False)
+    assert found.time[0] == pytest.approx(0.0, abs=0.025)
+    np.testing.assert_allclose(np.diff(found.time), 0.004, rtol=1e-6)
+
+
+def test_a_frame_that_lies_anywhere_is_turned_onto_the_runs():
+    path, turn = spiral(), Rotation.from_rotvec([0.3, -2.0, 1.0])
+    seen = seen_of(path)
+    elsewhere = Measurement(seen.name, seen.time, turn.apply(seen.position) + np.array([5, -3, 1]))
+    found = aligned(elsewhere, path, own_frame=True)
+    np.testing.assert_allclose(found.position, seen.position, atol=1e-9)
+    with pytest.raises(LearnError, match="--own-frame"):
+        aligned(elsewhere, path, own_frame=False)
+
+
+def test_a_line_tells_no_frame():
+    time = np.linspace(0.0, 4.0, 500)
+    pose = np.tile([1.6, 0.0, 0.8, 0.0, 0.0, 0.0, 1.0], (500, 1))
+    pose[:, 0] += 0.01 * time
+    path = ToolPath(time, pose)
+    with pytest.raises(LearnError, match="no line"):
+        aligned(seen_of(path, 0, 500), path, own_frame=True)
+
+
+REFUSED = {
+    "millimetres": (lambda s, p: Measurement(s.name, s.time, 1e3 * s.position), "are they in mm"),
+    "another path": (
+        lambda s, p: Measurement(s.name, s.time, s.position * [1, -1, 1]),
+        "another command's",
+    ),
+    "too short": (lambda s, p: s.at_rows(np.arange(200)), "at least 2 s"),
+    "standing": (
+        lambda s, p: Measurement(s.name, s.time, np.tile(s.position[:1], (len(s.time), 1))),
+        "off",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_is_no_pass_of_its_run_is_refused(kind):
+    path, (change, words) = spiral(), REFUSED[kind]
+    with pytest.raises(LearnError, match=words):
+        aligned(change(seen_of(path), path), path, own_frame=False)
+
+
+def test_slow_parts_keep_lines_and_pass_their_cut_off_by_half_its_power():
+    """At uneven times with gaps: the sum of weights, and a Gaussian's response in closed form."""
+    rng = np.random.default_rng(0)
+    time = np.sort(rng.uniform(0.0, 20.0, 8000))
+    time = time[(time < 7.0) | (time > 8.0)]
+    mean = SlowPart.of(time)
+    np.testing.assert_allclose(mean(np.ones(len(time))), 1.0)
+    even = np.arange(0.0, 20.0, 1e-3)
+    mean = SlowPart.of(even)
+    inner = (mean.time > 1.0) & (mean.time < 19.0)
+    np.testing.assert_allclose(mean(even)[inner], mean.time[inner], atol=2e-6)
+    # A frequency f keeps 2^(-f^2 / (2 f_c^2)) of its size.
+    for frequency in (2.0, 5.0, 10.0):
+        wave = mean(np.exp(2j * np.pi * frequency * even).real)[inner]
+        told = np.cos(2 * np.pi * frequency * mean.time[inner])
+        kept = 2.0 ** (-0.5 * (frequency / 5.0) ** 2)
+        np.testing.assert_allclose(wave, kept * told, atol=2e-3)
+    noise = mean(rng.standard_normal((len(even), 400)))[inner]
+    assert np.mean(noise**2) == pytest.approx(mean.of_noise, rel=0.05)

@@ -1,0 +1,184 @@
+"""Angles and torques of motors beside the tool: what they tell of friction, and how they count."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from circling_robots import Robots
+from slipping_servos import slipping
+
+from coupling.errors import LearnError
+from coupling.identification.runs.effect import ParameterEffect, SecantEffect
+from coupling.identification.runs.fit import Fitter
+from coupling.identification.runs.learning import _weighed, _with_motors
+from coupling.identification.runs.measurement import MeasuredPath, read_seen
+from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.parameters import changed
+from coupling.identification.runs.problem import FitProblem
+from coupling.identification.runs.residual import Residual, SlowPart
+from coupling.identification.runs.spread import spread_of, spread_of_fit
+from coupling.run.models import Models
+
+ANGLE_NOISE, TORQUE_NOISE = 5e-6, 20.0  # [rad], [N m]
+COLUMNS = tuple((kind, joint) for kind in ("motor", "motor_torque") for joint in range(5))
+NOISES = np.repeat([ANGLE_NOISE, TORQUE_NOISE], 5)
+
+
+@pytest.fixture(scope="module")
+def robots(example) -> Iterator[Robots]:
+    with Models("native") as models:
+        yield Robots(slipping(example), models, seconds=5.0, drive="servo")
+
+
+def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -> MeasuredPath:
+    """A pass with motors, recorded late by some time [s], with noise."""
+    values = changed(robots.parameters, x)
+    path, moved = robots.fmu.with_motors(robots.command, robots.wrench, range(5), values)
+    told = np.hstack([moved.angle, moved.torque])
+    noise = NOISES * np.random.default_rng(8).standard_normal(told.shape)
+    told = np.column_stack([np.interp(path.time - late, path.time, own) for own in told.T]) + noise
+    one = robots.measured(path.position[0], every)
+    seen = MotorsSeen(COLUMNS, told[::every], np.ones(10))
+    return replace(one, seen=replace(one.seen, motors=seen))
+
+
+def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
+    effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
+    one = _weighed(one, effect, robots.fmu)
+    return Fitter(FitProblem((robots.fmu,), robots.parameters, (one,), (effect,)))
+
+
+def test_what_friction_does_to_motors_is_what_simulations_do(robots):
+    """Torque and angle by the log factor of its friction, below 1 Hz, without backlash."""
+    tight = replace(
+        robots.robot, joints=tuple(replace(j, backlash=0.0) for j in robots.robot.joints)
+    )
+    own = Robots(tight, robots.models, seconds=4.0, drive="servo")
+    one = recorded(own, own.none, every=3)
+    effect = ParameterEffect(tight, "backlash", own.parameters, one)
+    one = _weighed(one, effect, own.fmu)
+    secant = SecantEffect((own.fmu,), one, effect, 0.02)
+    slow = SlowPart.of(one.seen.time, 1.0)
+    told, found = (slow(by(own.none, one.seen.time)[:, 6:]) for by in (effect, secant))
+    for k, parameter in enumerate(own.parameters):
+        if parameter.kind != "friction":
+            assert not told[:, :, k].any()
+            continue
+        # Wrists are too light to be left alone by what their friction shakes.
+        for column in (parameter.gear, 5 + parameter.gear) if parameter.gear < 3 else ():
+            left = np.sum((told[:, column, k] - found[:, column, k]) ** 2)
+            assert np.sqrt(left / np.sum(found[:, column, k] ** 2)) < 0.25, (parameter.name, column)
+        assert k in secant.shown
+
+
+def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(robots):
+    """Friction +20 %, hysteresis -20 %: friction is known much better with the columns, all of it.
+
+    Torques follow friction alone, so that what the tool shows beside it is the gears'.
+    """
+    truth = robots.factors(friction=1.2, hysteresis=0.8)
+    one = recorded(robots, truth)
+    kinds = np.array([own.kind for own in robots.parameters])
+    deviations = []
+    for motors in (None, one.seen.motors):
+        fit = fitter(robots, replace(one, seen=replace(one.seen, motors=motors)))
+        found = fit.fit(0.0 * truth)
+        spread = spread_of_fit(fit.problem, found)
+        deviations.append(spread.deviation)
+    friction = np.flatnonzero(kinds == "friction")
+    error = found.z[: len(truth)] - truth
+    narrower = deviations[0] / deviations[1]
+    assert narrower[friction].min() > 2.0
+    assert narrower.min() > 0.8
+    assert np.all(np.abs(error[friction]) < spread.half[friction])
+    assert np.abs(error[friction]).max() < 0.02
+    identifiable = np.flatnonzero((kinds == "hysteresis") & (spread.half < 0.1))
+    assert len(identifiable) >= 2
+    assert np.all(np.abs(error[identifiable]) < np.maximum(spread.half[identifiable], 0.03))
+    drawn = spread_of(fit.problem, found, found.z[: len(truth)], 1, 3)
+    assert drawn.deviation[friction].max() < 0.05
+
+
+def test_motors_that_were_recorded_late_do_not_move_the_tools_clock(robots):
+    """5 ms between both records are found, the tool's clock stays to a tenth of that."""
+    truth = robots.factors(friction=1.2)
+    fit = fitter(robots, recorded(robots, truth, late=0.005))
+    z = fit.fit(0.0 * truth).z[len(truth) :]
+    assert z[10] == pytest.approx(-0.005, abs=2e-4)
+    assert abs(z[6]) < 5e-4
+
+
+def test_a_row_is_linear_in_the_clocks_with_motors(robots):
+    one = recorded(robots, robots.none, every=5)
+    motors = replace(one.seen.motors, deviation=NOISES)
+    one = replace(one, seen=replace(one.seen, motors=motors))
+    residual, simulated = Residual(one), one.simulated(robots.fmu, {})
+    inner = np.flatnonzero((one.seen.time > 0.5) & (one.seen.time < 4.5))
+    exact = residual.by_frame(simulated, one.seen.time, 11)
+    assert exact.shape[1:] == (13, 11)
+    for k in (6, 10):
+        step = np.where(np.arange(11) == k, 1e-6, 0.0)
+        ahead, behind = (residual.rows(simulated, sign * step)[inner] for sign in (1, -1))
+        got = (behind - ahead) / 2e-6
+        # Motors count less their means.
+        wanted = exact[inner, :, k]
+        for own in (got, wanted):
+            own[:, 3:] -= own[:, 3:].mean(axis=0)
+        np.testing.assert_allclose(got, wanted, atol=2e-3 * np.abs(wanted).max())
+
+
+def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
+    """White noise as it is; a slow ripple of 30 N m as noise that leaves as much of itself."""
+    one = recorded(robots, robots.none)
+    effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
+    quiet = _weighed(one, effect, robots.fmu).seen.motors.deviation
+    np.testing.assert_allclose(quiet / NOISES, 1.0, atol=0.2)
+    ripple = 30.0 * np.sin(2.0 * np.pi * 1.3 * one.seen.time)
+    values = one.seen.motors.values.copy()
+    values[:, 7] += ripple
+    shaken = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
+    loud = _weighed(shaken, effect, robots.fmu).seen.motors.deviation
+    slow = SlowPart.of(one.seen.time)
+    expected = np.std(slow(ripple[:, None])) / np.sqrt(slow.of_noise)
+    assert loud[7] == pytest.approx(expected, rel=0.2)
+    np.testing.assert_allclose(np.delete(loud, 7), np.delete(quiet, 7), rtol=1e-9)
+
+
+def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_path, robots):
+    header = "time,x,y,z,motor_torque[6],motor[2],reference[1],motor[6]"
+    rows = [f"{0.1 * k},0,0,{0.01 * k},{k},{2 * k},9,{3 * k}" for k in range(30)]
+    file = tmp_path / "measured.csv"
+    file.write_text("\n".join([header, *rows]))
+    seen = read_seen(file)
+    assert seen.motors.columns == (("motor_torque", 5), ("motor", 1), ("motor", 5))
+    np.testing.assert_array_equal(seen.motors.values[4], [4.0, 8.0, 12.0])
+    np.testing.assert_array_equal(
+        seen.at_rows(np.array([3, 9])).motors.values[1], [9.0, 18.0, 27.0]
+    )
+    own = seen.motors.of(robots.robot, "measured.csv")  # joint 6 has no motor
+    assert own.names == ("motor[2]",)
+    assert own.joints == (1,)
+    assert replace(own, columns=(("motor", 5),)).of(robots.robot, "") is None
+    with pytest.raises(LearnError, match=r"motors of a robot with 6 joints, got motor\[7\]"):
+        replace(own, columns=(("motor", 6),)).of(robots.robot, "measured.csv")
+    file.write_text(
+        "\n".join([header.replace(",motor[6]", ""), *(r.rsplit(",", 1)[0] for r in rows)]).replace(
+            "motor_torque[6],motor[2]", "a,b"
+        )
+    )
+    assert read_seen(file).motors is None
+
+
+def test_ideal_drives_know_no_motors(robots):
+    """What was recorded of them is left out there."""
+    one = recorded(robots, robots.none, every=20)
+
+    class Source:
+        robot, drive = robots.robot, "ideal"
+
+    assert _with_motors(one, Source).seen.motors is None
+    Source.drive = "servo"
+    assert _with_motors(one, Source).seen.motors.columns == COLUMNS

@@ -1,0 +1,91 @@
+"""Hysteresis of gears and friction of motors are learned beside stiffness, backlash and damping."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from circling_robots import Robots
+from slipping_servos import slipping
+
+from coupling.identification.runs.effect import ParameterEffect, SecantEffect, moved_by_friction
+from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
+from coupling.identification.runs.residual import SlowPart
+from coupling.identification.runs.spread import spread_of_fit
+from coupling.run.models import Models
+from elastic_robot.gear_parts import Drive
+
+
+@pytest.fixture(scope="module")
+def robots(example) -> Iterator[Robots]:
+    with Models("native") as models:
+        yield Robots(slipping(example), models, seconds=5.0, drive="servo")
+
+
+def test_slipping_parameters_make_a_robot_and_come_back_from_it(example):
+    """Elements keep shares and slip angles; under ideal drives nothing tells friction."""
+    robot = slipping(example)
+    parameters = learnable(robot, "backlash", "servo")
+    x = 0.1 * np.arange(len(parameters))
+    other = robot_with(robot, parameters, x)
+    np.testing.assert_allclose(factors_between(parameters, other), x, rtol=0, atol=1e-12)
+    for old, new in zip(robot.joints, other.joints, strict=True):
+        ratios = {
+            round(b.slip_torque / a.slip_torque, 12)
+            for a, b in zip(old.hysteresis, new.hysteresis, strict=True)
+        }
+        assert len(ratios) <= 1
+        assert [e.slip_angle for e in old.hysteresis] == [e.slip_angle for e in new.hysteresis]
+    kinds = [own.kind for own in parameters]
+    assert (kinds.count("hysteresis"), kinds.count("friction")) == (5, 5)
+    ideal = learnable(robot, "backlash", "ideal")
+    assert [own for own in parameters if own.kind != "friction"] == list(ideal)
+
+
+@pytest.mark.parametrize("integral_gain", [0.0, 4e5])
+def test_friction_moves_a_motor_at_a_constant_rate_by_its_loop_at_rest(integral_gain):
+    """-F / (Kp Kv) without an integral, nothing for long with one."""
+    drive = Drive(50.0, 20.0, 1e4, integral_gain, friction=40.0)
+    time = np.arange(0.0, 3.0, 2e-3)
+    moved = moved_by_friction(drive, time, 0.1 * time, np.full(len(time), 0.1))
+    assert moved[-1] == pytest.approx(-40.0 / 2e5 if integral_gain == 0.0 else 0.0, abs=1e-9)
+    assert np.abs(moved).max() > 5e-6
+
+
+def test_what_the_equations_say_of_hysteresis_and_friction_is_what_simulations_do(robots):
+    """Without backlash, below 1 Hz: slipping shakes the robot at 10 Hz, as simulations know."""
+    tight = replace(
+        robots.robot, joints=tuple(replace(own, backlash=0.0) for own in robots.robot.joints)
+    )
+    own = Robots(tight, robots.models, seconds=4.0, drive="servo")
+    one = own.measured(own.moved(own.none), every=3)
+    effect = ParameterEffect(tight, "backlash", own.parameters, one)
+    secant = SecantEffect((own.fmu,), one, effect, 0.02)
+    slow = SlowPart.of(one.seen.time, 1.0)
+    told, found = (slow(by(own.none, one.seen.time)[:, :3]) for by in (effect, secant))
+    apart: dict[str, list[float]] = {"hysteresis": [], "friction": []}
+    for k, parameter in enumerate(own.parameters):
+        left = np.sum((told[:, :, k] - found[:, :, k]) ** 2)
+        # Wrists are too light to be left alone by what their friction shakes.
+        if parameter.kind in apart and parameter.gear < 3:
+            apart[parameter.kind].append(float(np.sqrt(left / np.sum(found[:, :, k] ** 2))))
+    assert max(apart["hysteresis"]) < 0.02
+    assert max(apart["friction"]) < 0.2
+
+
+def test_a_pass_tells_friction_and_hysteresis_of_gears_that_reverse(robots):
+    """20 % more friction, 20 % less hysteresis: found as told, what is identifiable in its interval."""
+    truth = robots.factors(friction=1.2, hysteresis=0.8)
+    fitter = robots.fitter(robots.measured(robots.moved(truth)))
+    found = fitter.fit(0.0 * truth)
+    spread = spread_of_fit(fitter.problem, found)
+    identifiable = spread.deviation < 0.5 * prior_of(robots.parameters)
+    kinds = np.array([own.kind for own in robots.parameters])
+    error = found.z[: len(truth)] - truth
+    for kind, least in (("friction", 4), ("hysteresis", 2)):
+        rows = np.flatnonzero(identifiable & (kinds == kind))
+        assert len(rows) >= least, kind
+        assert np.all(np.abs(error[rows]) < 0.08), kind
+    assert np.mean(np.abs(error[identifiable]) < spread.half[identifiable]) > 0.85
