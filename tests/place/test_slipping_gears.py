@@ -171,3 +171,20 @@ def test_a_setting_beyond_a_motors_torque_is_refused(monkeypatch):
     none = placed_with(monkeypatch, moved_by_motors(robot, 100.0))
     with pytest.raises(PlanningError, match="a motor too weak"):
         best_of(none, none.present[None], lambda case: case.process)
+
+
+def test_friction_of_a_motor_is_against_its_motion(monkeypatch):
+    """|J q'' - T + f| of one motor, place by place, with rates from differences of the angles."""
+    robot = load_robot(find_robot("icme2008"))
+    drive = Drive(300.0, 20.0, 3e4, friction=200.0, viscous=100.0, torque_limit=1e4)
+    joints = (robot.joints[0], replace(robot.joints[1], drive=drive), *robot.joints[2:])
+    own = placed_with(monkeypatch, replace(robot, joints=joints))
+    batch, time = own.screen(own.stations).batch(own.present[None]), own.stations.time
+    rate = np.gradient(batch.q[:, 1, 0], time)
+    needed = 300.0 * np.gradient(rate, time) - batch.torque[:, 1, 0]
+    needed += 200.0 * np.sign(rate) + 100.0 * rate
+    moving = np.abs(rate) > 2e-3
+    assert {-1.0, 1.0} <= set(np.sign(rate[moving]))
+    off = batch.motor_share[moving, 0] - np.abs(needed[moving]) / 1e4
+    assert np.median(np.abs(off)) < 1e-4
+    assert np.mean(np.abs(off) < 5e-3) > 0.98

@@ -23,6 +23,7 @@ from coupling.identification.runs.judge import (
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
+from coupling.identification.runs.residual import weighed
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import MeasuredFile, require_alike
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
@@ -252,7 +253,7 @@ def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> Measu
     path = one.simulated(fmu, {})
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
-    motors = motors.weighed(time, path.motors(time), columns)
+    motors = weighed(motors, time, path.motors(time), columns)
     return replace(one, seen=replace(one.seen, motors=motors))
 
 

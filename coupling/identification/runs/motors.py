@@ -14,7 +14,6 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.motor_history import MotorHistory
 from elastic_robot.description import Robot
 
@@ -46,6 +45,11 @@ class MotorsSeen:
             return None
         columns = tuple((own[1], int(own[2]) - 1) for own in named)
         return cls(columns, table.of([own[0] for own in named]), np.ones(len(columns)))
+
+    @property
+    def least(self) -> np.ndarray:
+        """Smallest deviations that are believed [rad], [N m], (c,)."""
+        return np.array([_LEAST[kind] for kind, _ in self.columns])
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -89,25 +93,3 @@ class MotorsSeen:
         return np.column_stack(
             [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
         )
-
-    def weighed(self, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray) -> MotorsSeen:
-        """Return it with deviations by what no parameter explains, at least by its noise.
-
-        What is left of a slow part, gear errors and ripple of torque among it, counts as noise that
-        leaves as much.
-
-        Args:
-            time: Times [s], (n,).
-            predicted: What a model says, (n, c).
-            columns: Its derivatives by parameters and clock, (n, c, P).
-        """
-        slow, rest = SlowPart.of(time), self.values - predicted
-        left, by = slow(rest - rest.mean(axis=0)), slow(columns - columns.mean(axis=0))
-        # As the noise of positions: second differences of white noise have six times its variance.
-        noise = 1.4826 * np.median(np.abs(np.diff(rest, 2, axis=0)), axis=0) / np.sqrt(6.0)
-        least = np.array([_LEAST[kind] for kind, _ in self.columns])
-        for k in range(len(self.columns)):
-            explained = by[:, k] @ np.linalg.lstsq(by[:, k], left[:, k], rcond=1e-9)[0]
-            beyond = np.std(left[:, k] - explained) / np.sqrt(slow.of_noise)
-            least[k] = max(least[k], noise[k], beyond)
-        return replace(self, deviation=least)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
+from coupling.identification.runs.slow_part import SlowPart
+from coupling.identification.runs.motors import MotorsSeen
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
 _LEAST, _LEAST_TURN = 1e-7, 1e-7
@@ -178,3 +180,27 @@ class UnexplainedPart:
             more = max(0.0, squares - noise)
             over = 1.0 + more / max(effective, 1.0)
         return cls(float(over), effective)
+
+
+def weighed(
+    motors: MotorsSeen, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
+) -> MotorsSeen:
+    """Return columns of motors with deviations by what no parameter explains, at least by their noise.
+
+    What is left of a slow part, gear errors and ripple of torque among it, counts as noise that leaves
+    as much.
+
+    Args:
+        motors: The columns, c of them.
+        time: Times [s], (n,).
+        predicted: What a model says, (n, c).
+        columns: Its derivatives by parameters and clock, (n, c, P).
+    """
+    slow, rest = SlowPart.of(time), motors.values - predicted
+    left, by = slow(rest - rest.mean(axis=0)), slow(columns - columns.mean(axis=0))
+    deviation = motors.least
+    for k in range(len(deviation)):
+        explained = by[:, k] @ np.linalg.lstsq(by[:, k], left[:, k], rcond=1e-9)[0]
+        beyond = np.std(left[:, k] - explained) / np.sqrt(slow.of_noise)
+        deviation[k] = max(deviation[k], noise_of([rest[:, [k]]]), beyond)
+    return replace(motors, deviation=deviation)
