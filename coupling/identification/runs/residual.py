@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
-from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.slow_part import SlowPart
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
 _LEAST, _LEAST_TURN = 1e-7, 1e-7
