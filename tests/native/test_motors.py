@@ -71,20 +71,21 @@ def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
     assert np.ptp(exact, axis=0).max() > 1e-4
 
 
+@pytest.mark.parametrize(("tolerance", "allowed"), [(1e-6, 1e-6), (1e-10, 5e-8)])
 @pytest.mark.parametrize("curve", ["linear", "backlash"])
 @pytest.mark.parametrize("seed", [5, 8])
-def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve):
+def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, tolerance, allowed):
     """Jumps of the command beyond what 100 N m can do: torques stay at, leave and slide along it.
 
-    The FMU begins and ends the integral's waiting at its steps' ends, the model where it happens.
+    The FMU shortens steps over such bends, the model ends one there.
     """
     robot = limited(driven(make_robot(seed, 3), np.random.default_rng(seed)), 100.0)
     robot = replace(robot, gravity=(0.0, 0.0, 0.0))
     q, at_limit = np.zeros(3), []
-    both = Both(robot, tmp_path, q, "servo", curve, tolerance=1e-10)
+    both = Both(robot, tmp_path, q, "servo", curve, tolerance=tolerance)
     for k in range(40):
         both.step(4e-3, q + 0.01 * (k < 20), 0.0 * q, np.zeros(6))
-        both.require_same(5e-6, "deflection", "motor_angle")
+        both.require_same(allowed, "deflection", "motor_angle")
         at_limit.append(np.abs(both.model.motor_torque()) > 100.0 * (1.0 - 1e-9))
     assert 0.05 < np.mean(at_limit) < 0.95
 

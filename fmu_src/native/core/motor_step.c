@@ -78,6 +78,8 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     const er_workspace *w = r->work;
     er_motor_work *work = &r->work->motors;
     double h = step->length;
+    /* A servo that goes along its limit bends every step: counted for a longest one, or errors would add up. */
+    double again = fmax(1.0, r->settings->longest_step / h);
     work->bend = 0.0;
     r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
                                   (const er_lanes *)step->motor_acceleration, work);
@@ -110,7 +112,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
             demands[ER_STAGES + 1] =
                 find_demand(motor, er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d], command_rate),
                             step->motors.integral[d]);
-            work->bend = fmax(work->bend, find_bend(motor, h, demands, ER_STAGES + 2) / motor->inertia);
+            work->bend = fmax(work->bend, again * find_bend(motor, h, demands, ER_STAGES + 2) / motor->inertia);
         }
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
