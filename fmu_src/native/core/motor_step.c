@@ -58,7 +58,7 @@ static demand find_demand(const er_motor *motor, double wanted, double integral)
 
 /* By how much a servo that comes to its torque limit within a step, or leaves it, departs from the one smooth law that
  * the step obeys [N m]: the bend of the torque, and what the integral would have grown by where it waits. */
-static double find_bend(const er_motor *motor, double h, const demand *demands, int count)
+static double find_bend(double h, const demand *demands, int count)
 {
     double most = -INFINITY, least = INFINITY, growth = 0.0, bend;
     bool waits = false, grows = false;
@@ -112,7 +112,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
             demands[ER_STAGES + 1] =
                 find_demand(motor, er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d], command_rate),
                             step->motors.integral[d]);
-            work->bend = fmax(work->bend, again * find_bend(motor, h, demands, ER_STAGES + 2) / motor->inertia);
+            work->bend = fmax(work->bend, again * find_bend(h, demands, ER_STAGES + 2) / motor->inertia);
         }
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
