@@ -30,7 +30,7 @@ class ModelMismatch:
         friction: Factors of the friction of motors, at rest and viscous; likewise.
         servo_gain: Factors of the gains Kv, Kp and Ki of their servos, > 0; likewise.
         kinematic_error: Factors of the amplitudes of the gears' kinematic errors; likewise.
-        kinematic_error_phase: What is added to the phases of their sines [rad]; likewise.
+        kinematic_error_phase: Shifts of the phases of their sines [rad]; likewise.
         payload: Mass that the last body carries in addition, as a point [kg], >= 0.
         payload_position: Place of that mass in the last body's frame [m], (3,); None: at the TCP.
 

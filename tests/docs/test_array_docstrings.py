@@ -8,10 +8,8 @@ from collections.abc import Iterator
 
 from places import ROOT
 
-# Packages that are not read so far.
-_LATER = {"fit", "identify", "learn", "motion"}
 _FOUND = (file.parent for file in (ROOT / "coupling").glob("*/__init__.py"))
-PACKAGES = [ROOT / "fmu_src/elastic_robot", *(own for own in _FOUND if own.name not in _LATER)]
+PACKAGES = [ROOT / "fmu_src/elastic_robot", *_FOUND]
 SHAPE = re.compile(r"\([^()]*,[^()]*\)|\(\.\.\.\)|\bshape\b")
 # What has no unit, or that of what it is made of, says so in words.
 UNIT = re.compile(
