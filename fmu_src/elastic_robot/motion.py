@@ -23,7 +23,7 @@ from scipy.optimize import OptimizeResult
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.hysteresis import HeldHysteresis, Hysteresis
-from elastic_robot.motors import NO_MOTORS, MotorInstant, Motors, MotorState
+from elastic_robot.motors import NO_INSTANT, NO_MOTORS, MotorInstant, Motors, MotorState
 from elastic_robot.residual import OperatingPoint, elastic_torque, free_acceleration
 from elastic_robot.settings import SETTINGS
 from elastic_robot.slipping import SlipPiece
@@ -180,8 +180,10 @@ class DrivenMotion:
                 raise given_up(time, f"needs more than {steps:.0f} steps")
             now = instant(time, y)
             x_rate = free_acceleration(self._dynamics, self._curve, self._damping, now.point)
-            growth = self._motors.growth(now.motors, modes)
             rates = self._split(y)[1]
+            if not self._motors.drives:
+                return np.concatenate([rates, x_rate])
+            growth = self._motors.growth(now.motors, modes)
             return np.concatenate([rates, x_rate, now.motors.acceleration, growth])
 
         def bends(_: float, y: np.ndarray) -> float:
@@ -241,8 +243,8 @@ class DrivenMotion:
 
     def _split(self, y: np.ndarray) -> list[np.ndarray]:
         """Return x with the ways of the motors, their rates, and z, of what is integrated."""
-        d = len(self._motors.drives)
-        return np.split(y, [self._m + d, 2 * (self._m + d)])
+        count = self._m + len(self._motors.drives)
+        return [y[:count], y[count : 2 * count], y[2 * count :]]
 
     def _joined(self, state: State) -> np.ndarray:
         """Return what is integrated; motors' angles count from the start, as doubles have digits."""
@@ -273,17 +275,19 @@ class DrivenMotion:
     ) -> _Instant:
         """Return the equation's point and what the motors do."""
         coordinates, rates, integral = self._split(y)
-        (x, way), (v, rate) = (np.split(part, [self._m]) for part in (coordinates, rates))
+        m, errors = self._m, self._dynamics.chain.kinematic_errors
+        x, way, v, rate = coordinates[:m], coordinates[m:], rates[:m], rates[m:]
         elongation = slipping.elongation_at(coordinates)
-        held = HeldHysteresis(self._law.torque(elongation)[: self._m], np.zeros(1), np.zeros(1))
+        held = HeldHysteresis(self._law.torque(elongation)[:m], np.zeros(1), np.zeros(1))
         motion = np.stack([x, v, np.zeros_like(x)])
         point = OperatingPoint(commands, motion, acting, self._curve.region(x), held)
+        if not self._motors.drives:
+            return _Instant(replace(point, drives=errors.at_output(commands)), NO_INSTANT)
         motors = MotorState(start.motors.angle + way, rate, integral, elongation[self._e :])
         carried = elastic_torque(self._curve, self._damping, point)
         now = self._motors.at(commands, motors, carried, torque)
         moved = self._motors.joined(commands, np.stack([motors.angle, rate, now.acceleration]))
-        at_output = self._dynamics.chain.kinematic_errors.at_output(moved)
-        return _Instant(replace(point, drives=at_output), now)
+        return _Instant(replace(point, drives=errors.at_output(moved)), now)
 
     def _edge(
         self,

@@ -67,6 +67,10 @@ class MotorInstant:
     acceleration: np.ndarray
 
 
+# What there is to say of a robot without moving motors, asked for in every evaluation.
+NO_INSTANT = MotorInstant(*np.zeros((5, 0)))
+
+
 @dataclass(frozen=True)
 class Motors:
     """The motors of a robot that move by themselves, d of them, none under ideal drives.
