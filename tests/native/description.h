@@ -23,7 +23,7 @@ typedef struct {
     bool is_string;
 } variable;
 
-static variable variables[200];
+static variable variables[600];
 static unsigned variable_count;
 
 /* Copies an attribute that stands between two places of a text; false if it does not. */
