@@ -22,13 +22,13 @@ class Evidence:
     """A parameter, or some together, beside a model without.
 
     Attributes:
-        statistic: F: how much the squares fall for each parameter, over the variance.
-        probability: Of an F as large by chance.
+        statistic: F: fall of the squares for each parameter, over the variance.
+        probability: Probability of an F as large by chance.
         without, within: Leave-one-out sums of squares, without and with the parameter, whitened.
         tests: Number of parameters tested together, by which `SIGNIFICANT` is divided (Bonferroni).
         trimmed: Change of the leave-one-out root mean square with the parameter, where the three rows
             that are predicted worst without it are left out of everything [1]; nan for too few rows.
-        reason: Why it could not be tested; "" where it was.
+        reason: Reason for which it could not be tested; "" where it was.
     """
 
     statistic: float
@@ -79,7 +79,7 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
 
     Args:
         with_it: The problem, without weights of the loss.
-        tested: Which parameters, (P,) of bool.
+        tested: Mask of these parameters, (P,).
         weight: Weights of the loss, (k,).
         tests: Number of parameters tested together.
     """

@@ -21,13 +21,13 @@ class ConfidenceIntervals:
     """95 % intervals of parameters.
 
     Attributes:
-        low, high: Ends, not negative; infinite where nothing bounds them, (P,).
+        low, high: Ends in p's units, not negative; infinite where nothing bounds them, (P,).
         freedom: Numbers measured more than directions that the data see.
-        scale: Root mean square of the whitened residual per degree of freedom: 1 where given standard
-            deviations are right.
-        rests_on: Row that alone identifies a parameter, -1 for none, (P,).
-        against: Parameters that would be negative, their whole interval: deflections go against their
-            load, and they are taken for zero, (P,).
+        scale: Root mean square of the whitened residual per degree of freedom [1]: 1 where given
+            standard deviations are right.
+        rests_on: Index of the row that alone identifies a parameter, -1 for none, (P,).
+        against: Mask of parameters that would be negative, their whole interval: deflections go against
+            their load, and they are taken for zero, (P,).
     """
 
     low: np.ndarray
@@ -50,7 +50,7 @@ def intervals(
     Args:
         problem: The problem without weights of the loss.
         weight: Those weights, (k,).
-        values: The bounded solution, which the interval is made to contain, (P,).
+        values: The bounded solution in p's units, which the interval is made to contain, (P,).
         known: Whether the standard deviations behind the whitening were given.
     """
     weighted = problem.weighted(weight)
@@ -117,7 +117,7 @@ def _jackknife(weighted: LinearProblem, rest: np.ndarray) -> tuple[np.ndarray, n
 
 
 def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
-    """Return the whitened error of each row predicted by a fit of all the others, (k, r).
+    """Return the whitened error of each row predicted by a fit of all the others [1], (k, r).
 
     In closed form, but where a bound would hold.  What the row alone identifies is no error.
 

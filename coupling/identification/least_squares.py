@@ -31,15 +31,17 @@ _SETTLED = 1e-10
 class LinearProblem:
     """A weighted linear problem; `of` makes one.
 
+    Whitened numbers are in standard deviations [1]; each parameter of p has a unit of its own.
+
     Attributes:
-        columns: Whitened A, (k, r, P).
-        target: Whitened z, (k, r).
-        start: p where the data do not say, (P,).
-        size: Usual sizes of p, by which effects are compared, (P,).
-        scale: What a scaled parameter of 1 is, 1 over the length of its column; 0 where that is no
-            column beside the others, (P,).
+        columns: Whitened A [1 per unit of p], (k, r, P).
+        target: Whitened z [1], (k, r).
+        start: p where the data do not say, in its units, (P,).
+        size: Usual sizes of p, in its units, by which effects are compared, (P,).
+        scale: Size of a scaled parameter of 1, in p's units, 1 over the length of its column; 0 where
+            that is no column beside the others, (P,).
         unseen: Directions of the scaled parameters that change nothing, (d, P).
-        lowest: Lower bounds of p, 0 or minus infinity, (P,).
+        lowest: Lower bounds of p, in its units, 0 or minus infinity, (P,).
     """
 
     columns: np.ndarray
@@ -52,7 +54,12 @@ class LinearProblem:
 
     @classmethod
     def of(cls, columns: np.ndarray, target: np.ndarray, start: np.ndarray) -> LinearProblem:
-        """Return a problem of parameters that are usually as large as at the start, and not negative."""
+        """Return a problem of parameters that are usually as large as at the start, and not negative.
+
+        Args:
+            columns, target: Whitened A [1 per unit of p], (k, r, P), and z [1], (k, r).
+            start: p where the data do not say, in its units, (P,).
+        """
         lengths = np.linalg.norm(columns.reshape(-1, columns.shape[-1]), axis=0)
         effect = lengths * start
         seen = effect > _NO_COLUMN * effect.max(initial=0.0)
@@ -62,22 +69,26 @@ class LinearProblem:
         return replace(bare, unseen=directions[values <= UNSEEN * values.max(initial=0.0)])
 
     def around(self, columns: np.ndarray, target: np.ndarray) -> LinearProblem:
-        """Return the problem of the same parameters at another linearisation."""
+        """Return the problem of the same parameters at another linearisation.
+
+        Args:
+            columns, target: Its whitened A [1 per unit of p], (k, r, P), and z [1], (k, r).
+        """
         return replace(self, columns=columns, target=target)
 
     @cached_property
     def scaled(self) -> np.ndarray:
-        """A as rows of equations, with scaled columns, (k r, P)."""
+        """A as rows of equations, with scaled columns [1], (k r, P)."""
         return self.columns.reshape(self.target.size, len(self.start)) * self.scale
 
     @cached_property
     def decomposition(self) -> tuple[np.ndarray, np.ndarray]:
-        """Singular values, falling, and directions in rows, of the scaled columns; (P,), (P, P)."""
+        """Singular values, falling, and directions in rows, of the scaled columns [1], (P,), (P, P)."""
         return _decomposed(self.scaled)
 
     @property
     def held(self) -> np.ndarray:
-        """Which parameters take part in what is not seen, (P,)."""
+        """Mask of parameters that take part in what is not seen, (P,)."""
         return (self.scale == 0.0) | (np.sum(self.unseen**2, axis=0) > _HELD)
 
     @property
@@ -92,7 +103,7 @@ class LinearProblem:
         )
 
     def only(self, chosen: np.ndarray) -> LinearProblem:
-        """Return the problem with some of the parameters, (P,) of bool, the others zero."""
+        """Return the problem with some of the parameters, by a mask, (P,), the others zero."""
         # Of what is not seen, what the others take no part in.
         left, values, _ = np.linalg.svd(self.unseen[:, ~chosen])
         taking_part = int(np.count_nonzero(values > UNSEEN))
@@ -110,7 +121,7 @@ class LinearProblem:
         """Return the problem with one more parameter, zero where it is not seen.
 
         Args:
-            column: Its whitened column, (k, r).
+            column: Its whitened column [1 per unit of it], (k, r).
             size: Its usual size.
             signed: Whether it may be negative.
         """
@@ -134,32 +145,32 @@ class LinearProblem:
         return replace(wider, unseen=np.vstack([held, alike]))
 
     def weighted(self, weight: np.ndarray) -> LinearProblem:
-        """Return the problem with the equations of each measurement multiplied, (k,)."""
+        """Return the problem with the equations of each measurement multiplied by a weight, (k,)."""
         return self.around(self.columns * weight[:, None, None], self.target * weight[:, None])
 
     def residual(self, p: np.ndarray) -> np.ndarray:
-        """Return z - A p, (k, r)."""
+        """Return z - A p [1], (k, r), of a p in its units, (P,)."""
         return self.target - self.columns @ p
 
     @cached_property
     def inverse(self) -> np.ndarray:
-        """Pseudoinverse of the scaled columns, with what is not seen held, (P, k, r)."""
+        """Pseudoinverse of the scaled columns, with what is not seen held [1], (P, k, r)."""
         inverse = np.linalg.pinv(np.vstack([self.scaled, self.unseen]))
         return inverse[:, : self.target.size].reshape(-1, *self.target.shape)
 
     @property
     def spread(self) -> np.ndarray:
-        """Standard deviations of scaled parameters under residuals of 1, (P,)."""
+        """Standard deviations of scaled parameters under residuals of 1 [1], (P,)."""
         return np.linalg.norm(self.inverse, axis=(1, 2))
 
     def solve(
         self, low: np.ndarray | float | None = None, high: np.ndarray | float = np.inf
     ) -> np.ndarray:
-        """Return the p between two bounds that solves best, (P,).
+        """Return the p between two bounds that solves best, in its units, (P,).
 
         Args:
-            low: Lower bounds, (P,) or one for all; None: `lowest`.
-            high: Upper bounds, above the lower ones.
+            low: Lower bounds in p's units, (P,) or one for all; None: `lowest`.
+            high: Upper bounds in p's units, above the lower ones, (P,) or one for all.
         """
         low = self.lowest if low is None else low
         # The last rows hold what is not seen; they take part in nothing else.
@@ -186,7 +197,7 @@ def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarr
 
     Args:
         problem: The problem, without such weights.
-        p: Parameters.
+        p: Parameters in their units, (P,).
         loss: "squares" or "huber".
     """
     if loss == "squares":
@@ -203,7 +214,7 @@ LOSSES = ("squares", "huber")
 
 
 def solved(problem: LinearProblem, loss: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return p, (P,), and the weights of the measurements, (k,), under a loss."""
+    """Return p, in its units, (P,), and the weights of the measurements, (k,), under a loss."""
     weight = np.ones(len(problem.target))
     p = problem.solve()
     if loss == "squares":

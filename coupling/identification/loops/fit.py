@@ -62,14 +62,14 @@ def settled(
     start: np.ndarray,
     hold: np.ndarray | None = None,
 ) -> tuple[np.ndarray, OptimizeResult]:
-    """Return the values that fit best from a start on, (P,), and how that was found.
+    """Return the values that fit best from a start on, in p's units, (P,), and the solver's result.
 
     Args:
         model: The model of the measurements.
         measured: The measurements.
-        white: Their whitening, (k, r, r).
-        start: Values to begin at, (P,); what is not identifiable stays there.
-        hold: How much whitened error a unit of each parameter off its start counts as, (P,).
+        white: Their whitening matrices [1/m, 1/rad], (k, r, r).
+        start: Values to begin at, in p's units, (P,); what is not identifiable stays there.
+        hold: Whitened error for each parameter off its start [1 per unit of p], (P,).
 
     Raises:
         IdentifyError: If the robot finds no rest at the start.

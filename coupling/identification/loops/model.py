@@ -70,11 +70,11 @@ class LoopParameters(ElasticParameters):
         )
 
     def chosen(self, kind: str) -> np.ndarray:
-        """Return which parameters are of a kind, (P,)."""
+        """Return the mask of parameters of a kind, (P,)."""
         return np.array([own.kind == kind for own in self.own], dtype=bool)
 
     def together(self, j: int) -> np.ndarray:
-        """Return which parameters stand and fall with one: a slip torque has its slip angle, (P,)."""
+        """Return the mask of those that stand and fall with one: a slip torque has its angle, (P,)."""
         own = self.own[j]
         with_it = [own.kind == "hysteresis" and p.coordinate == own.coordinate for p in self.own]
         mask = np.array(with_it) & self.chosen("slip_angle")
@@ -109,7 +109,7 @@ def without_elements(robot: Robot, joints: Collection[int]) -> Robot:
 
 
 def loop_rows(measured: Measurements) -> list[np.ndarray]:
-    """Return the rows of each loop, in their order."""
+    """Return the indices of the rows of each loop, in their order, (rows,) each."""
     assert measured.loop is not None
     numbers, first = np.unique(measured.loop, return_index=True)
     return [np.flatnonzero(measured.loop == n) for n in numbers[np.argsort(first)]]
@@ -161,9 +161,9 @@ class LoopModel:
         torque_curve: A name of `TORQUE_CURVES`.
 
     Attributes:
-        elasticity: As given.
-        effective: Which parameters act on the deflections, a gear's hysteresis where its load reverses,
-            (P,).
+        elasticity: The parameters.
+        effective: Mask of parameters that act on the deflections, a gear's hysteresis where its load
+            reverses, (P,).
     """
 
     def __init__(
@@ -176,7 +176,7 @@ class LoopModel:
         self.effective = ~slips | turned[elasticity.elastic]
 
     def predict(self, values: np.ndarray) -> Prediction:
-        """Return the prediction at values of the parameters, (P,).
+        """Return the prediction at values of p, in its units, (P,).
 
         Raises:
             IdentifyError: If the robot finds no rest, with the row.

@@ -40,7 +40,7 @@ class MotionFit:
 
     Attributes:
         problem: The problem with the last weights.
-        x: What the fit counts, (P,).
+        x: Values as the fit counts, parts of usual sizes [1], (P,).
         blocks: Its normal equations, block by block.
         converged: Whether the last step moved nothing.
     """
@@ -52,7 +52,7 @@ class MotionFit:
 
 
 def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
-    """Return the fit of a problem's parameters, from given values or those of the start."""
+    """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start."""
     if x is None:
         x = _with_beside(problem, problem.start)
     converged = True
@@ -88,7 +88,7 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
-    """Return the problem with channels weighed by the rms of what is left of them at x."""
+    """Return the problem with channels weighed by the rms of what is left of them at x [1], (P,)."""
     wind_up, torque = [], []
     for moved in problem.moved:
         left = problem.left(moved, problem.predicted(moved, x))
@@ -104,7 +104,7 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
 
 
 def rms(values: np.ndarray) -> np.ndarray:
-    """Return the rms of columns, nan where one has none."""
+    """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
     size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
     return size
 
@@ -116,7 +116,7 @@ def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
 
 
 def identifiable(fit: MotionFit) -> np.ndarray:
-    """Return which parameters of a fit the recordings identify, (P,) of bool.
+    """Return the mask of parameters of a fit that the recordings identify, (P,).
 
     What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
     as in the start, the widest first; the others answer, to first order.
@@ -154,7 +154,7 @@ def correlation_time(residual: np.ndarray) -> float:
     """Return the integrated correlation time of the slowest channel [rows]: 1 of white noise.
 
     Args:
-        residual: Residuals, (n, channels).
+        residual: Residuals, any unit, (n, channels).
     """
     longest = 1.0
     for channel in residual.T:
@@ -176,8 +176,8 @@ class NormalBlocks:
     """Normal equations of least squares, block of time by block: sums over g are the whole problem.
 
     Attributes:
-        matrices: J^T J of each block, (g, P, P).
-        vectors: -J^T r of each block, (g, P).
+        matrices: J^T J of each block [1], (g, P, P).
+        vectors: -J^T r of each block [1], (g, P).
     """
 
     matrices: np.ndarray
@@ -190,10 +190,10 @@ class NormalBlocks:
         """Return the blocks of a linearised problem.
 
         Args:
-            jacobian: Derivatives of the residual, rows of time with all channels, (r, P).
-            residual: The residual, (r,).
-            rows: Rows of time of each recording.
-            channels: Channels in each row.
+            jacobian: Derivatives of the residual [1], rows of time with all channels, (r, P).
+            residual: The weighed residual [1], (r,).
+            rows: Number of rows of time of each recording.
+            channels: Number of channels in each row.
         """
         ends = np.cumsum(rows)[:-1]
         parts = np.split(residual.reshape(-1, channels), ends)
@@ -215,8 +215,8 @@ class NormalBlocks:
         """Return the problem of some parameters with the others moved.
 
         Args:
-            chosen: Which stay, (P,) of bool.
-            others: Change of the others, (P,); what stands at those chosen does not count.
+            chosen: Mask of those that stay, (P,).
+            others: Change of the others [1], (P,); what stands at those chosen does not count.
         """
         moved = self.matrices[:, :, ~chosen] @ others[~chosen]
         return NormalBlocks(
@@ -225,12 +225,12 @@ class NormalBlocks:
 
     @property
     def step(self) -> np.ndarray:
-        """What solves the whole problem, (P,)."""
+        """Solution of the whole problem [1], (P,)."""
         return _solved(self.matrices.sum(axis=0), self.vectors.sum(axis=0))
 
     @property
     def deviation(self) -> np.ndarray:
-        """Standard deviations of the solution by the jackknife over blocks, (P,)."""
+        """Standard deviations of the solution by the jackknife over blocks [1], (P,)."""
         matrix, vector = self.matrices.sum(axis=0), self.vectors.sum(axis=0)
         each = np.array(
             [
@@ -245,7 +245,7 @@ class NormalBlocks:
 
     @property
     def half(self) -> np.ndarray:
-        """Half of 95 % intervals over the standard deviations, (P,).
+        """Half of 95 % intervals over the standard deviations [1], (P,).
 
         Student's, with the number of blocks that carry the information on a parameter, which may be few.
         """

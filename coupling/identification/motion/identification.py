@@ -36,12 +36,13 @@ class Judged:
     Attributes:
         moved: The recording.
         held_out: Whether it was not fitted.
-        predicted: What is predicted of it.
-        left_wind_up: What is left of motor less link [rad], (n, j).
-        wind_up: Rms of that, (j,); nan without encoder.
-        without_lines: The same with an offset alone for each encoder, (j,).
-        torque: Rms of what is left of the motors' torques over that of the torques, (j,).
-        slow_torque: The same below the bandwidth of the motors' motion, (j,).
+        predicted: Its prediction.
+        left_wind_up: Measured less predicted wind-up, the recording's own offset and lines taken off
+            [rad], (n, j); nan without encoder.
+        wind_up: Rms of that [rad], (j,); nan without encoder.
+        without_lines: The same with an offset alone for each encoder [rad], (j,).
+        torque: Rms of what is left of the motors' torques over that of the torques [1], (j,).
+        slow_torque: The same below the bandwidth of the motors' motion [1], (j,).
     """
 
     moved: MovedRecording
@@ -61,8 +62,8 @@ class TermLeftOut:
     Attributes:
         term: The term.
         joint: Index of the joint whose figures are told.
-        wind_up: With and without it [rad]; nan without encoder.
-        torque: With and without it, over the torques' rms.
+        wind_up: Rms of wind-up with and without it [rad]; nan without encoder.
+        torque: Rms of torque with and without it, over the torques' rms [1].
     """
 
     term: str
@@ -77,13 +78,13 @@ class MotionIdentification:
 
     Attributes:
         robot: The start.
-        bandwidth: Of the motors' smoothed motion [Hz].
+        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         first: The fit of all parameters.
         fit: The fit of those that are identifiable.
-        chosen: Which of the first are, (P,) of bool.
+        chosen: Mask of these among the first, (P,).
         judged: Recordings, those fitted first.
-        terms: What each term is worth; none if not asked for.
-        remarks: What could not be fitted, in sentences.
+        terms: Worth of each term; none if not asked for.
+        remarks: Sentences on numbers that could not be fitted.
     """
 
     robot: Robot
@@ -125,9 +126,9 @@ def identify_motion(
 
     Args:
         robot: The start.
-        recordings: What is fitted.
-        held_out: What is predicted.
-        bandwidth: Of the motors' smoothed motion [Hz].
+        recordings: Recordings that are fitted.
+        held_out: Recordings that are predicted.
+        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         leave_out: Whether every term is left out in turn, which the last recording held out judges.
 
     Raises:
@@ -225,8 +226,8 @@ def judge(
     Args:
         problem: The problem.
         moved: The recording.
-        x: What the fit counts, (P,).
-        bandwidth: Of the motors' smoothed motion [Hz].
+        x: Values as the fit counts, parts of usual sizes [1], (P,).
+        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         held_out: Whether it was not fitted.
     """
     predicted = problem.predicted(moved, x)

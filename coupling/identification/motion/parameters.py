@@ -28,7 +28,7 @@ class MotionParameter:
         name: Place in the robot file, `joint[2].stiffness`.
         term: Term of the equations of motion, of which others may be numbers too.
         joint: Index of its joint; that of the last one for the payload.
-        size: What it usually is, in its unit: with a wider interval it is not identifiable.
+        size: Usual size, in its unit: with a wider interval it is not identifiable.
         unit: Its unit.
         start: Its value in the start, in its unit.
         put: Function that returns a robot with another value.

@@ -62,7 +62,7 @@ class MovedRecording:
 
     @cached_property
     def own(self) -> dict[int, np.ndarray]:
-        """What is fitted in every recording by itself, by joint: orthonormal columns (n, c)."""
+        """Orthonormal columns of a recording's own offset and lines, by joint [1], (n, c)."""
         return {
             i: np.linalg.qr(own_columns(self.recording, i, self.lines[i]))[0]
             for i in self.recording.with_link
@@ -83,8 +83,8 @@ class Predicted:
         wind_up: Motor less link [rad], (n, j); the sensors' lag, eccentricity and loop are in it.
         torque: Torques of the motors [N m], (n, j).
         beside: Their part that the model has not [N m], (n, j).
-        gears: What the FMU said.
-        part: Friction over its largest, (n, j).
+        gears: Motion of the gears by the FMU.
+        part: Friction over its largest [1], (n, j).
         shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the eccentricity's, the
             loop's.
     """
@@ -104,7 +104,7 @@ class MotionProblem:
     Attributes:
         fmu: The FMU.
         robot: The start.
-        parameters: What is fitted, P of them.
+        parameters: Parameters that are fitted, P of them.
         moved: The recordings.
         wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
         torque_deviation: Those of torques [N m], (j,).
@@ -119,29 +119,29 @@ class MotionProblem:
 
     @property
     def start(self) -> np.ndarray:
-        """Values of the start, as the fit counts, (P,)."""
+        """Values of the start, as the fit counts: parts of usual sizes [1], (P,)."""
         return np.array([p.inward(p.start) for p in self.parameters])
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest values of what the fit counts, (P,) each."""
+        """Lowest and highest values, as the fit counts [1], (P,) each."""
         least = [
             _LEAST_INVERSE if p.inverse else -p.most if p.signed else 0.0 for p in self.parameters
         ]
         return np.array(least), np.array([p.most for p in self.parameters])
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
-        """Return the problem of some of the parameters, (P,) of bool."""
+        """Return the problem of some of the parameters, by a mask, (P,)."""
         own = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
         return replace(self, parameters=own)
 
     def robot_of(self, x: np.ndarray) -> Robot:
-        """Return the robot of what the fit counts, (P,)."""
+        """Return the robot of values as the fit counts [1], (P,)."""
         values = map(MotionParameter.outward, self.parameters, x.tolist())
         return with_numbers(self.robot, zip(self.parameters, values, strict=True))
 
     def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
-        """Return what is predicted of a recording by what the fit counts, (P,)."""
+        """Return the prediction of a recording by values as the fit counts [1], (P,)."""
         robot = self.robot_of(x)
         gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
         errors = KinematicErrors.of(robot)
@@ -182,13 +182,18 @@ class MotionProblem:
         return wind_up, recording.torque - predicted.torque
 
     def rows(self, wind_up: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return weighed rows of wind-ups and torques, (n, channels)."""
+        """Return weighed rows of wind-ups and torques [1], (n, channels).
+
+        Args:
+            wind_up, torque: Rows of wind-ups [rad] and torques [N m], (n, j); channels with nan do
+                not count.
+        """
         channels = np.hstack([wind_up / self.wind_up_deviation, torque / self.torque_deviation])
         seen: np.ndarray = channels[:, np.isfinite(channels).all(axis=0)]
         return seen
 
     def residual(self, x: np.ndarray) -> np.ndarray:
-        """Return weighed residuals of all recordings, (rows,)."""
+        """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,)."""
         parts = []
         for moved in self.moved:
             try:
@@ -199,7 +204,7 @@ class MotionProblem:
         return np.concatenate(parts)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `residual` by what the fit counts, (rows, P)."""
+        """Return the derivatives of `residual` by x, as the fit counts, (P,): [1], (rows, P)."""
         blocks = []
         for moved in self.moved:
             base = self.predicted(moved, x)

@@ -25,7 +25,7 @@ class Recording:
     """A motion as it was measured, in n equal steps of time, of a robot with j joints.
 
     Attributes:
-        name: The file's.
+        name: Name of the file.
         time: Times [s], (n,).
         motor: Angles of the motors over their gears' ratios, as in the robot file [rad], (n, j).
         torque: Torques of the motors times the ratios [N m], (n, j).
@@ -102,7 +102,7 @@ def read_recording(path: Path, joints: int) -> Recording:
 
 
 def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
-    """Return columns without what is faster than a bandwidth, their phase as it was.
+    """Return columns, (n, k), any unit, without what is faster than a bandwidth; in phase.
 
     A Butterworth filter runs forwards and backwards over the rows.
 
@@ -133,7 +133,7 @@ class SmoothedMotion:
         q, qd, qdd: Angle [rad], rate [rad/s] and acceleration [rad/s^2], (n, j).
         noise: Standard deviation of the acceleration at rest [rad/s^2], (j,): what the encoders' noise
             leaves of itself.
-        fast: What is faster than the bandwidth [rad], (n, j).
+        fast: Part of the angle that is faster than the bandwidth [rad], (n, j).
     """
 
     q: np.ndarray

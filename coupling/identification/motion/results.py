@@ -123,8 +123,8 @@ def moved_text(
         found: The identification.
         told: Its figures.
         start: The start file.
-        target: Where the new one will be.
-        source: What was recorded, for [sources].
+        target: Path of the new one.
+        source: Words on what was recorded, for [sources].
 
     Raises:
         IdentifyError: If the identification refuses to be written, or the file has another form.

@@ -57,7 +57,7 @@ def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorP
 
     Args:
         with_link: Indices of these joints.
-        travel: How far the recordings together turn each link [rad], (j,).
+        travel: Range of angles of each link in all recordings together [rad], (j,).
     """
     return tuple(
         SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, size, unit, kind=kind)
@@ -87,7 +87,7 @@ def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
 
 
 def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
-    """Return values at equal steps [s] a lag [s] later, (n,): a cubic spline, held at its ends."""
+    """Return values at equal steps [s] a lag [s] later, any unit, (n,): a spline, held at its ends."""
     rows = np.arange(len(values))
     there = np.clip(rows - lag / step, 0.0, len(values) - 1.0)
     later: np.ndarray = CubicSpline(rows, values)(there)
@@ -100,7 +100,7 @@ def column(parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray)
     Args:
         parameter: The number.
         motion: Motion of the motors.
-        part: Friction of the joint's motor over its largest, (n,).
+        part: Friction of the joint's motor over its largest [1], (n,).
     """
     q = motion.q[:, parameter.joint]
     if parameter.kind == "lag":
@@ -123,7 +123,7 @@ def torque_column(
     Args:
         parameter: The number.
         motion: Motion of the motors.
-        part: Friction of the joint's motor over its largest, (n,).
+        part: Friction of the joint's motor over its largest [1], (n,).
         step: Step of time [s].
     """
     if parameter.kind == "rest":
@@ -139,7 +139,9 @@ def torque_column(
 
 
 def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> np.ndarray:
-    """Return the wind-up by what is a recording's own, (n, 1 + 2 l): offset, cosine and sine of lines.
+    """Return the wind-up by 1 rad of a recording's own offset and lines [1], (n, 1 + 2 l).
+
+    The offset's column comes first, then cosine and sine of every line.
 
     Args:
         recording: The recording.
@@ -160,7 +162,7 @@ def encoder_lines(left: Sequence[np.ndarray], angle: Sequence[np.ndarray]) -> tu
     of its own; the number must be the same.
 
     Args:
-        left: What is left in each recording [rad], (n,) each.
+        left: Measured less predicted wind-up in each recording [rad], (n,) each.
         angle: Angles of the link [rad], (n,) each.
 
     Example:

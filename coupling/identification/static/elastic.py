@@ -25,6 +25,8 @@ LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
 class ElasticParameters:
     """The parameters p of a robot: compliance of every elastic coordinate, then backlash of gears.
 
+    Their units: compliances 1/k [rad/(N m)], half widths of backlash [rad].
+
     Attributes:
         robot: The robot they belong to.
         own: Its stiffnesses and backlashes, (P,).
@@ -54,42 +56,42 @@ class ElasticParameters:
 
     @cached_property
     def elastic(self) -> np.ndarray:
-        """Numbers of their elastic coordinates, (P,)."""
+        """Indices of their elastic coordinates, (P,)."""
         return np.array([own.coordinate for own in self.own], dtype=int)
 
     @cached_property
     def is_backlash(self) -> np.ndarray:
-        """Which are half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
+        """Mask of half widths of backlash [rad]; the others are compliances 1/k [rad/(N m)], (P,)."""
         return np.array([own.kind == "backlash" for own in self.own], dtype=bool)
 
     @cached_property
     def is_compliance(self) -> np.ndarray:
-        """Which are compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
+        """Mask of compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
         return np.array([own.kind == "stiffness" for own in self.own], dtype=bool)
 
     @cached_property
     def is_torsion(self) -> np.ndarray:
-        """Which are compliances of a joint about its own axis, (P,)."""
+        """Mask of compliances of a joint about its own axis, (P,)."""
         return self.is_compliance & [own.gear is not None for own in self.own]
 
     @cached_property
     def start(self) -> np.ndarray:
-        """Values in the robot's description, (P,)."""
+        """Values in the robot's description, in p's units, (P,)."""
         value = np.array([own.value for own in self.own])
         return np.where(self.is_compliance, 1.0 / value, value)
 
     @property
     def least(self) -> np.ndarray:
-        """Smallest values that the model is computed with, (P,)."""
+        """Smallest values that the model is computed with, in p's units, (P,)."""
         return np.where(self.is_compliance, LEAST_COMPLIANCE, LEAST_BACKLASH)
 
     def described(self, values: np.ndarray) -> Robot:
-        """Return the robot with values of p, (P,)."""
+        """Return the robot with values of p, in its units, (P,)."""
         written = self.in_units(np.maximum(values, self.least)).tolist()
         return with_values(self.robot, dict(zip(self.names, written, strict=True)))
 
     def in_units(self, values: np.ndarray) -> np.ndarray:
-        """Return stiffnesses [N m/rad] in the place of compliances; infinite for none."""
+        """Return p, (P,), with stiffnesses [N m/rad] in place of compliances; infinite for none."""
         with np.errstate(divide="ignore"):
             return np.where(self.is_compliance, 1.0 / np.maximum(values, 0.0), values)
 

@@ -30,13 +30,13 @@ class StaticFit:
 
     Attributes:
         elasticity: The parameters.
-        values: Fitted values of p, (P,).
-        prediction: What they predict.
+        values: Fitted values of p, in its units, (P,).
+        prediction: Prediction at these values.
         problem: The whitened linear problem around them, without weights of the loss.
         weight: Weights of the loss, (k,).
-        white: W_i, from residuals in [m] and [rad] to whitened ones, (k, r, r).
+        white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
         converged: Whether the last pass moved nothing.
-        reason: In words, what happened.
+        reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
 
@@ -51,7 +51,7 @@ class StaticFit:
     rigid: LinearProblem
 
     def in_units(self, whitened: np.ndarray) -> np.ndarray:
-        """Return whitened residuals (k, r) in [m] and [rad]."""
+        """Return whitened residuals, (k, r), in [m] and [rad]."""
         return np.einsum("kij,kj->ki", np.linalg.inv(self.white), whitened)
 
 
@@ -125,13 +125,13 @@ def _rigid_fit(
 def whitened(
     measured: Measurements, prediction: Prediction, values: np.ndarray, white: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return whitened columns, (k, r, P), and targets, (k, r), linearised around values.
+    """Return whitened columns [1 per unit of p], (k, r, P), and targets [1], (k, r), around values.
 
     Args:
         measured: The measurements.
-        prediction: What is predicted at the values.
-        values: Values of the parameters, (P,).
-        white: What whitens the rows, (k, r, r).
+        prediction: Prediction at the values.
+        values: Values of p, in its units, (P,), around which the model is linearised.
+        white: Matrices that whiten the rows [1/m, 1/rad], (k, r, r).
     """
     rest = measured.deflection - prediction.deflection + prediction.by_parameter @ values
     return white @ prediction.by_parameter, np.einsum("kij,kj->ki", white, rest)

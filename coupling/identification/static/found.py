@@ -49,7 +49,7 @@ def judged(
         fit: The fit.
         sure: Intervals.
         supports: Tests of tilts and backlashes by their number.
-        separable: What postures and loads identify.
+        separable: Separability of the parameters by postures and loads.
     """
     own = fit.elasticity
     # Compliances turn round: the largest one is the smallest stiffness.
@@ -96,7 +96,7 @@ class CandidateTest:
     """A parameter that the robot does not have, tested beside those that it has.
 
     Attributes:
-        candidate: Which.
+        candidate: The parameter.
         value: Its compliance [rad/(N m)] or half width [rad] beside the others.
         support: Whether the data support it.
     """
@@ -112,9 +112,9 @@ class LoopErrors:
 
     Attributes:
         number: Number of the loop in the table.
-        fit: Left by the fit.
-        left_out: Left by a fit of all other loops.
-        without: By such a fit of a robot without hysteresis.
+        fit: Error that the fit leaves.
+        left_out: Error under a fit of all other loops.
+        without: Error under such a fit of a robot without hysteresis.
     """
 
     number: int
@@ -133,15 +133,15 @@ class Identification:
         added: Names of parameters that the start file does not have.
         intervals: 95 % intervals of all of them.
         parameters: Verdict on each.
-        written: Values of p in the robot as written: those of the start where not identified, beside
-            them identified ones that fit best within their intervals, (P,).
+        written: Values of p in the robot as written, in its units: those of the start where not
+            identified, beside them identified ones that fit best within their intervals, (P,).
         left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
-        rms_start, rms_written: Of the start's and the written robot's error [m]; nan where one finds
-            no rest.
-        separability: Which parameters postures and loads distinguish.
+        rms_start, rms_written: Rms errors of the start and of the written robot [m]; nan where one
+            finds no rest.
+        separability: Separability of the parameters by postures and loads.
         noise: Standard deviations that were given.
         further: Parameters that were tested beside.
-        loss: What every row lacks.
+        loss: Deflection that every row lacks.
         points: Whether load and measured point seem to be elsewhere.
         loops: Errors of loading loops, where rows are such.
     """

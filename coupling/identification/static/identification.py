@@ -153,12 +153,13 @@ def beside(
 ) -> np.ndarray:
     """Return the values to write: kept ones, and beside them those that fit best in their intervals.
 
-    Where nothing that is kept acts together with what is identified, these are the fit's.
+    They are in p's units, (P,).  Where nothing that is kept acts together with what is identified, these
+    are the fit's.
 
     Args:
         fit: The fit.
-        identified: Which parameters are, (P,).
-        kept: Values of the others, (P,).
+        identified: Mask of identified parameters, (P,).
+        kept: Values of the others, in p's units, (P,).
         sure: Intervals.
     """
     written = np.where(identified, fit.values, kept)
@@ -194,7 +195,7 @@ def _further(
 def rms_of(
     predict: Callable[[np.ndarray], Prediction], values: np.ndarray, measured: Measurements
 ) -> float:
-    """Return the rms error at values of the parameters [m]; nan where the robot finds no rest."""
+    """Return the rms error [m] at values of p, in its units, (P,); nan where the robot finds no rest."""
     try:
         return rms(measured.deflection - predict(values).deflection)
     except IdentifyError:

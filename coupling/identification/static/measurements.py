@@ -30,11 +30,11 @@ class Measurements:
             axes [N, N m], (k, 6).
         deflection: Change of the measured point's position [m] and, where r = 6, of its orientation
             [rad, rotation vector], base axes, (k, r).
-        load_point: Where the load acts, in the TCP's frame [m], (k, 3).
-        measured_point: What was measured, in the TCP's frame [m], (k, 3).
-        deflection_deviation: Standard deviations of the deflection, (k, r); nan where not given.
-        wrench_deviation: Standard deviations of the load, (k, 6); nan where not given.
-        remarks: What is odd about the file, in sentences.
+        load_point: Point at which the load acts, in the TCP's frame [m], (k, 3).
+        measured_point: Point that was measured, in the TCP's frame [m], (k, 3).
+        deflection_deviation: Standard deviations of the deflection [m, rad], (k, r); nan without.
+        wrench_deviation: Standard deviations of the load [N, N m], (k, 6); nan without.
+        remarks: Sentences on what is odd about the file.
         loop: Number of the loading loop of each row, whose rows follow each other in the order in which
             their loads were applied, (k,); None where each row was loaded from rest.
     """
@@ -61,7 +61,7 @@ class Measurements:
         return self.deflection.shape[1]
 
     def at_rows(self, rows: np.ndarray) -> Measurements:
-        """Return some of the rows."""
+        """Return some of the rows, by their indices, (rows,)."""
         own = {key: part[rows] for key, part in vars(self).items() if isinstance(part, np.ndarray)}
         return replace(self, names=tuple(self.names[k] for k in rows.tolist()), **own)
 
@@ -74,7 +74,14 @@ class Measurements:
         load_point: np.ndarray | None = None,
         measured_point: np.ndarray | None = None,
     ) -> Measurements:
-        """Return measurements without names and deviations; points at the TCP unless given."""
+        """Return measurements without names and deviations; points at the TCP unless given.
+
+        Args:
+            q: Drive angles [rad], (k, n).
+            wrench: Change of the load, base axes [N, N m], (k, 6).
+            deflection: Change of the measured point's place [m, rad], base axes, (k, r).
+            load_point, measured_point: Points in the TCP's frame [m], (k, 3).
+        """
         count, at_tcp = len(q), np.zeros((len(q), 3))
         return cls(
             tuple(f"row {k + 1}" for k in range(count)),
@@ -186,7 +193,7 @@ class MeasurementNoise:
     known: bool
 
     def estimated(self, residual: np.ndarray) -> MeasurementNoise:
-        """Return the noise with deviations that were not given taken from residuals, (k, r)."""
+        """Return the noise, deviations not given taken from residuals [m, rad], (k, r)."""
         if self.known:
             return self
         deflection = np.ones_like(residual)
@@ -247,9 +254,11 @@ def noise_of(
 def whitening(noise: MeasurementNoise, by_wrench: np.ndarray) -> np.ndarray:
     """Return W_i with W_i S_i W_i^T = 1, S_i = diag(sd_d^2) + D_i diag(sd_w^2) D_i^T, (k, r, r).
 
+    It takes deflections in [m] and [rad] to whitened ones [1].
+
     Args:
         noise: Standard deviations sd_d and sd_w.
-        by_wrench: D, derivative of the deflections by the loads, (k, r, 6).
+        by_wrench: D, derivative of the deflections by the loads [m/N, rad/(N m), ..], (k, r, 6).
     """
     # In standard deviations of the deflection, so that metres and radians do not mix.
     scaled = by_wrench * noise.wrench[:, None, :] / noise.deflection[:, :, None]

@@ -37,10 +37,10 @@ class PlanRequest:
         force: Size of the load [N].
         down: Whether loads are weights, along gravity; else along the base axes and between them.
         lowest: Least height of load and measured point over the base frame's origin [m], or None.
-        load_point, measured_point: In the TCP's frame [m], (3,).
+        load_point, measured_point: Points in the TCP's frame [m], (3,).
         position, force_deviation: Standard deviations of deflection [m] and load [N].
         poses: Number of candidate poses.
-        seed: Of these.
+        seed: Seed of the candidate poses.
     """
 
     count: int = 20
@@ -60,7 +60,7 @@ class ExpectedInterval:
     """A parameter and the 95 % interval to expect, if its start value is right.
 
     Attributes:
-        name: As the FMU names it.
+        name: Name in the FMU.
         start: Start value [N m/rad or rad].
         before, after: Half width of the interval of its compliance or backlash over the value, without
             and with the planned measurements; infinite where nothing identifies it.
@@ -96,7 +96,7 @@ def planned(
     Args:
         robot: The start, with limits of its joints; +-180 degrees where it has none.
         torque_curve: A name of `TORQUE_CURVES`.
-        wish: What to plan.
+        wish: Number and kind of the measurements.
         done: Measurements that there are, and their noise.
 
     Raises:

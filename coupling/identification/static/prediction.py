@@ -36,8 +36,8 @@ class Prediction:
 
     Attributes:
         deflection: Position [m], and rotation [rad] where measured, (k, r).
-        by_parameter: Derivative by each parameter p, (k, r, P).
-        by_wrench: Derivative by the load [1/N, 1/(N m)], (k, r, 6).
+        by_parameter: Derivative by each parameter p [m, rad per unit of p], (k, r, P).
+        by_wrench: Derivative by the load [m/N, rad/(N m), ..], (k, r, 6).
     """
 
     deflection: np.ndarray
@@ -53,7 +53,7 @@ def rigid_prediction(
     Args:
         elasticity: The parameters.
         measured: The measurements.
-        values: Values of the parameters, (P,).
+        values: Values of p, in its units, (P,).
     """
     chain = build_chain(elasticity.robot)
     dynamics = Dynamics(chain, np.array(elasticity.robot.gravity))
@@ -84,7 +84,7 @@ def rigid_prediction(
 def candidate_column(
     robot: Robot, torque_curve: str, candidate: Candidate, measured: Measurements
 ) -> np.ndarray:
-    """Return what a unit of a candidate adds to the rigid prediction, (k, r)."""
+    """Return the change of the rigid prediction by a candidate [m, rad per unit of it], (k, r)."""
     with_it, name = candidate.added_to(robot, 1e-6)
     wider = ElasticParameters.of(with_it, torque_curve)
     prediction = rigid_prediction(wider, measured, wider.start)
@@ -94,15 +94,15 @@ def candidate_column(
 def point_columns(
     elasticity: ElasticParameters, measured: Measurements, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how rigid predictions follow shifts of measured point and load point, (k, r, 3) each.
+    """Return the derivatives of rigid predictions by shifts of measured point and load point.
 
-    The tool turns by r: the measured point moves by r x d more for a shift d, and the load twists the
-    joints by J_w^T (d x f) more.
+    They are in [m/m, rad/m], (k, r, 3) each.  The tool turns by r: the measured point moves by r x d
+    more for a shift d, and the load twists the joints by J_w^T (d x f) more.
 
     Args:
         elasticity: The parameters.
         measured: The measurements.
-        values: Values of the parameters, (P,).
+        values: Values of p, in its units, (P,).
     """
     chain = build_chain(elasticity.robot)
     data, rows = chain.model.createData(), measured.rows
@@ -134,7 +134,7 @@ def positions(robot: Robot, measured: Measurements) -> np.ndarray:
 
 
 def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the Jacobian (6, ..) of a point fixed to the tool, `arm` [m] away in base axes."""
+    """Return the Jacobian [m, rad], (6, ..), of a point on the tool `arm` [m] away, (3,), base axes."""
     return np.vstack([jacobian[:3] + np.cross(jacobian[3:].T, arm).T, jacobian[3:]])
 
 
@@ -145,12 +145,12 @@ def between(
     by_after: np.ndarray,
     by_wrench: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the deflection from one state to another, (6,), and its derivatives.
+    """Return the deflection from one state to another [m, rad], (6,), and its derivatives.
 
     Args:
         before, after: Placements of the measured point, base axes.
-        by_before, by_after: Their derivatives by the parameters, (6, P).
-        by_wrench: That of the second one by its load, (6, 6).
+        by_before, by_after: Their derivatives by p [m, rad per unit of p], (6, P).
+        by_wrench: Derivative of the second one by its load [m/N, rad/(N m), ..], (6, 6).
     """
     turn = after.rotation @ before.rotation.T
     shift = after.translation - before.translation
@@ -188,7 +188,7 @@ class StaticModel:
                 self._robots[place] = ElasticRobot(at_load, torque_curve, quasistatic=True)
 
     def predict(self, values: np.ndarray) -> Prediction:
-        """Return the prediction at values of the parameters, (P,).
+        """Return the prediction at values of p, in its units, (P,).
 
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
@@ -237,6 +237,6 @@ class StaticModel:
 
 
 def with_tcp_at(robot: Robot, point: np.ndarray) -> Robot:
-    """Return the robot with its TCP moved to a point of its TCP frame."""
+    """Return the robot with its TCP moved to a point of its TCP frame [m], (3,)."""
     place = Frame.of_rpy(robot.tcp_position, robot.tcp_rpy).points(point)
     return replace(robot, tcp_position=tuple(place.tolist()))

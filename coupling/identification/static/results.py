@@ -91,8 +91,8 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
     Args:
         found: The identification.
         start: The start file.
-        target: Where the new one will be.
-        source: What was measured, for [sources].
+        target: Path of the new one.
+        source: Words on what was measured, for [sources].
 
     Raises:
         IdentifyError: If the identification refuses to be written.

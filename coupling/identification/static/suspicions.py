@@ -26,9 +26,9 @@ class CommonLoss:
     """A deflection that is missing in every row, whatever its load: what friction takes.
 
     Attributes:
-        value: [m]; negative where rows deflect by more, as with backlash.
+        value: The loss [m]; negative where rows deflect by more, as with backlash.
         half: Half width of its 95 % interval [m].
-        probability: Of so large a value by chance.
+        probability: Probability of so large a value by chance.
     """
 
     value: float
@@ -59,8 +59,8 @@ def common_loss(
     Args:
         problem: The problem, without weights of the loss function.
         weight: Those weights, (k,).
-        white: W_i, (k, r, r).
-        predicted: Predicted deflections, (k, r).
+        white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
+        predicted: Predicted deflections [m, rad], (k, r).
     """
     way = predicted.copy()
     way[:, 3:] = 0.0
@@ -87,7 +87,7 @@ class MovedPoint:
 
     Attributes:
         name: "measured point" or "load point".
-        shift: In the TCP's frame [m], (3,), to first order.
+        shift: Shift in the TCP's frame [m], (3,), to first order.
         support: Whether the data support it: three numbers together.
     """
 
