@@ -45,7 +45,7 @@ class Cause:
         size: Rms of what it moves the tool by [m].
         waves: Periods a turn of the joint, of "turn"; 0 of others.
         time: Times at which it is given [s], (k,).
-        moved: What it moves the tool by at these [m], (k, 3).
+        moved: Displacement of the tool by it at these times [m], (k, 3).
     """
 
     kind: str
@@ -85,8 +85,8 @@ def causes(history: History, x: np.ndarray, number: int) -> tuple[Cause, ...]:
 
     Args:
         history: The measured runs.
-        x: Log factors of the model, (P,).
-        number: Of the measured run.
+        x: Log factors of the model [1], (P,).
+        number: Number of the measured run, from 0.
     """
     run = history.runs[number]
     beyond = history.beyond(number, x)[:, :3]

@@ -42,11 +42,11 @@ class CommandPlan:
         moves: All moves, the best one first.
         move: The one that is taken.
         judgement: The last pass beside the best one.
-        repeating: What is corrected along the path; None: nothing.
-        learned: What was learned of the parameters now; None where that was not asked for.
-        options: How it was found.
-        hypotheses: What is new in every pass, and how wrong the model is.
-        causes: What it may be that the model has not, the largest first.
+        repeating: Part that is corrected along the path; None: nothing.
+        learned: Result of learning parameters from these passes; None where that was not done.
+        options: Options that it was found with.
+        hypotheses: Hypotheses on what is new in every pass, and on how wrong the model is.
+        causes: Likely causes of the deviation beyond the model, the largest first.
     """
 
     history: History
@@ -82,8 +82,8 @@ def plan(
 
     Args:
         sources: Runs and what was measured under their commands, in their order.
-        options: How.
-        models: What simulates robots.
+        options: Options of the search.
+        models: Simulation models of the robots.
         watch: Told how far the work is.
 
     Raises:

@@ -39,7 +39,8 @@ class Responses:
 
     Attributes:
         frequency: Frequencies [Hz], (f,).
-        ratio: R for positions, of every robot and posture at every frequency, (robots, f, 3, 3).
+        ratio: R for positions of every pair of posture and robot at every frequency [m/m], complex,
+            (pairs, f, 3, 3).
         lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
     """
 
@@ -63,8 +64,8 @@ class Responses:
         Args:
             robot: The model.
             postures: Joint angles [rad], (p, joints).
-            stiffness, damping: Factors of the elastic coordinates of each robot, (r, m).
-            frequency: [Hz], (f,).
+            stiffness, damping: Factors of the elastic coordinates of each robot [1], (r, m).
+            frequency: Frequencies [Hz], (f,).
         """
         model, nominal = LinkModel(robot), Parameters.of(robot)
         chain = model.chain
@@ -88,11 +89,11 @@ class Responses:
         return cls(frequency, np.array(ratios), lowest)
 
     def left(self, gain: float, kept: np.ndarray) -> np.ndarray:
-        """Return what is left of a deviation at worst, |I - g Q R| over all robots, (f,).
+        """Return what is left of a deviation at worst, |I - g Q R| over all robots [1], (f,).
 
         Args:
             gain: g.
-            kept: Q at the frequencies, (f,).
+            kept: Q at the frequencies [1], (f,).
         """
         eye = np.eye(3)
         left = eye - (gain * kept)[:, None, None] * self.ratio
@@ -134,8 +135,8 @@ class Contraction:
         gain: g.
         cutoff: Frequency of which the filter leaves half [Hz].
         learned: Largest part left up to the cutoff.
-        everywhere: Largest part left at any frequency, and where that is [Hz].
-        worst_frequency: Where that is [Hz].
+        everywhere: Largest part left at any frequency.
+        worst_frequency: Frequency at which that is left [Hz].
         lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
         robots: Number of pairs of a robot that is possible and a posture that were looked at.
     """
@@ -187,7 +188,7 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
     """Return the contraction with the highest cutoff that holds for all robots, or the one asked for.
 
     Args:
-        responses: What possible robots make of a correction.
+        responses: Responses of possible robots to a correction.
         gain: g.
         cutoff: Cutoff that is asked for [Hz]; None: the highest of `CUTOFFS` that holds.
 

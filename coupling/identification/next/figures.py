@@ -14,8 +14,8 @@ def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextRes
     """Return the figures of a plan; SI.
 
     Args:
-        found: How the next command is computed.
-        forecast: What it is expected to leave; None before it is computed.
+        found: Plan of the next command.
+        forecast: Deviation that it is expected to leave; None before it is computed.
     """
     beyond = found.repeating
     return NextResult.of(

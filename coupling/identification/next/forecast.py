@@ -37,7 +37,7 @@ def forecast(
     """Return what a command is expected to leave.
 
     Args:
-        found: How it was computed.
+        found: Plan by which it was computed.
         command: The command.
         wrench: Wrench on the tool under it, axes of the robot's base.
         watch: Told how far it is.

@@ -29,10 +29,10 @@ class History:
 
     Attributes:
         sources: The runs, and what was measured under their commands as it came.
-        known: What is known of the measuring device.
-        parameters: What is learned of the robot of the first one's file.
-        fmu: That robot, simulated.
-        runs: What was measured, on their commands' clocks and in the robot's frame.
+        known: Standard deviations of the measuring device's frame and tip.
+        parameters: Parameters that are learned, of the robot of the first one's file.
+        fmu: FMU of that robot.
+        runs: Measured runs, on their commands' clocks and in the robot's frame.
     """
 
     sources: tuple[MeasuredFile, ...]
@@ -47,9 +47,9 @@ class History:
         """Return the history of runs and what was measured under their commands.
 
         Args:
-            sources: In their order; the robot of the first one is the file's.
-            known: What is known of the measuring device.
-            models: What simulates robots.
+            sources: Runs in their order; the robot of the first one is the file's.
+            known: Standard deviations of the measuring device's frame and tip.
+            models: Simulation models of the robots.
 
         Raises:
             LearnError: If a measurement is none of its run, or the runs are of other robots or paths.
@@ -68,7 +68,7 @@ class History:
         Of what the robot's parameters explain the device has no share.
 
         Args:
-            x: Log factors of the robot, (P,).
+            x: Log factors of the robot [1], (P,).
         """
         runs = tuple(
             MeasuredRun.of(source, self.simulated(number, x), self.known)
@@ -78,19 +78,19 @@ class History:
 
     @property
     def start(self) -> np.ndarray:
-        """Log factors of the file's robot, (P,)."""
+        """Log factors of the file's robot [1], (P,)."""
         return np.zeros(len(self.parameters))
 
     def robot_of(self, number: int) -> np.ndarray:
-        """Return the log factors of the robot that a run was computed for, (P,)."""
+        """Return the log factors of the robot that a run was computed for [1], (P,)."""
         return factors_between(self.parameters, self.sources[number].robot)
 
     def simulated(self, number: int, x: np.ndarray) -> SimulatedPath:
         """Return where the tool of a robot is under a run's command.
 
         Args:
-            number: Of the run.
-            x: Log factors of the robot, (P,).
+            number: Number of the run, from 0.
+            x: Log factors of the robot [1], (P,).
         """
         key = (number, x.tobytes())
         if key not in self._paths:

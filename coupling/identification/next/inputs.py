@@ -36,7 +36,7 @@ def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
 
     Args:
         folder: Folder of the inputs, which is made.
-        found: How the next command is to be computed.
+        found: Plan of the next command.
         told: The plan's figures.
 
     Raises:

@@ -32,10 +32,10 @@ class MeasuredRun:
 
     Attributes:
         source: The run, and what was measured as it came.
-        seen: What was measured, the device's frame and clock taken off.
-        clock: What was added to the device's clock, on the command's to two seconds [s].
-        shift, turn: What was taken off as the device's [m] and [rad], (3,).
-        tip: What was taken off as the probe's, axes of the tool [m], (3,).
+        seen: Measurement, the device's frame and clock taken off.
+        clock: Offset that was added to the device's clock, for the command's [s].
+        shift, turn: Shift [m] and turn [rad] that were taken off as the device's, (3,).
+        tip: Offset that was taken off as the probe's, axes of the tool [m], (3,).
         noise: Standard deviation of a coordinate's noise [m].
         left_out: Number of samples that were left out, as they are far beside those around them.
     """
@@ -56,7 +56,7 @@ class MeasuredRun:
 
     @property
     def told(self) -> np.ndarray:
-        """Positions of the TCP as they came, axes of the robot's base, the probe's tip taken off [m]."""
+        """Positions of the TCP as they came, less the probe's tip, base axes [m], (samples, 3)."""
         time = self.source.seen.time + self.clock
         path = SimulatedPath(self.desired)
         return self.source.seen.position - path.rotation(time).apply(self.tip)
@@ -78,8 +78,8 @@ class MeasuredRun:
 
         Args:
             source: The run, and what was measured.
-            model: Where the tool of the file's robot is under its command.
-            known: What is known of the measuring device.
+            model: Simulated path of the robot's tool under the run's command.
+            known: Standard deviations of the measuring device's frame and tip.
 
         Raises:
             LearnError: If what was measured does not fit the run.
@@ -129,7 +129,7 @@ def _kept(name: str, beyond: np.ndarray) -> np.ndarray:
     """Return which samples are not far beside those around them, (n,).
 
     Args:
-        name: Of the measurement.
+        name: Name of the measurement.
         beyond: Measured less simulated positions [m], (n, 3).
 
     Raises:
@@ -155,7 +155,7 @@ def _columns(
         place: Positions [m], (n, 3).
         rate: Their rates [m/s], (n, 3).
         held: Rotations base_from_tool, (n, 3, 3).
-        known: What is known of the measuring frame.
+        known: Standard deviations of the measuring device's frame and tip.
 
     Returns:
         (3 n, 4), or (3 n, 7).

@@ -26,7 +26,7 @@ class NextStep:
     Attributes:
         kind: "path", "parameters" or "both".
         model: The robot that the command is computed for.
-        size: What it left, or would have left, of the last pass.
+        size: Size of the deviation that it left, or would have left, of the last pass.
         predicted: Whether the last pass had no part in it.
     """
 
@@ -62,7 +62,7 @@ def moves(
         history: The passes.
         models: Robots; the first is the file's.
         absolute: Whether the constant counts.
-        before: What is likely to be new in a pass.
+        before: Hypotheses on what is new in a pass, before any is compared.
     """
     last = len(history.runs) - 1
     found = []
@@ -135,8 +135,8 @@ def worse(rms: float, best: float, doubt: float) -> bool:
     """Return whether an rms is worse than another, beyond what is chance [m].
 
     Args:
-        rms: Of what is judged.
-        best: The other one.
+        rms: Rms that is judged [m].
+        best: The other one [m].
         doubt: Standard deviation of the difference of their squares [m^2].
     """
     return rms**2 > (_WORSE * best) ** 2 + _DOUBTS * doubt

@@ -62,11 +62,11 @@ class NextOptions:
     """How the next command is found.
 
     Attributes:
-        known: What is known of the measuring frame.
+        known: Standard deviations of the measuring device's frame and tip.
         move: One of `KINDS`.
         cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
             contracts.
-        seed: Of the robots that are possible.
+        seed: Seed of the robots that are possible.
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
     """
 

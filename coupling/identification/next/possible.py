@@ -32,12 +32,12 @@ class PossibleRobot:
     """A robot that passes are compared with.
 
     Attributes:
-        name: In words.
-        x: Log factors of the parameters, (P,).
+        name: Name, in words.
+        x: Log factors of the parameters [1], (P,).
         since: Number of passes that it was fitted to; 0 of the file's.
-        robots: Log factors of robots that are possible about it, (s, P).
-        scales: How far towards each of them a robot may lie that does in the passes what this one does,
-            as a part, (s,).
+        robots: Log factors of robots that are possible about it [1], (s, P).
+        scales: Shares of the way towards each of them of robots that do in the passes what this one
+            does, (s,).
         contraction: Filter and gain of learning along the path with it.
         left_over: Variance of what its fit left, by that of noise.
     """
@@ -52,7 +52,7 @@ class PossibleRobot:
 
     @property
     def close(self) -> np.ndarray:
-        """Log factors of possible robots that do in the passes what this one does, (s, P)."""
+        """Log factors of possible robots that do in the passes what this one does [1], (s, P)."""
         near: np.ndarray = self.x + self.scales[:, None] * (self.robots - self.x)
         return near
 

@@ -32,8 +32,8 @@ class Hypotheses:
 
     Attributes:
         new: Mean square of what is new in a pass [m^2], (g,).
-        factor: Factor of the variance that possible robots tell of a change, (g,).
-        likely: Probability of each pair, (g,).
+        factor: Factor of the variance that possible robots tell of a change [1], (g,).
+        likely: Probability of each pair [1], (g,).
     """
 
     new: np.ndarray
@@ -70,8 +70,8 @@ class ComparedRuns:
     """Passes, compared.
 
     Attributes:
-        weights: What each counts in what repeats, (passes,).
-        hypotheses: What is new in a pass, and how wrong the model is.
+        weights: Weights of the passes in what repeats, (passes,).
+        hypotheses: Hypotheses on what is new in a pass, and on how wrong the model is.
     """
 
     weights: np.ndarray
@@ -89,12 +89,13 @@ class ComparedRuns:
         """Return how much each pass counts.
 
         Args:
-            told: What each pass tells of the part that repeats, (k, 6): [m] and [rad].
+            told: Part that repeats, as each pass tells it: displacement [m] and rotation vector [rad],
+                (k, 6).
             noise: Mean square of the noise in it [m^2], (passes,).
             changes: Mean square of what possible robots differ by in the change from the pass before
                 [m^2], (passes,); the first does not count.
-            before: What is likely before.
-            gain: What a pass counts at most.
+            before: Hypotheses before any pass is compared.
+            gain: Largest weight of a pass.
         """
         new, factor = before.new, before.factor
         variance = noise[0] + new

@@ -32,7 +32,7 @@ class RepeatablePart:
         deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
         cutoff: Frequency of which half is in it [Hz]: the one that is expected to leave least.
         left: Rms of what it is expected to leave of what repeats: what is faster, and its own noise [m].
-        weights: What every measured run counts in it, (runs,).
+        weights: Weights of the measured runs in it, (runs,).
         own_noise: Part of the noise of the last of these measured runs that is in it.
     """
 
@@ -44,7 +44,7 @@ class RepeatablePart:
     own_noise: float
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return it at times, (n, 6)."""
+        """Return displacement [m] and rotation vector [rad] at times [s] (n,), (n, 6)."""
         return interpolated(time, self.time, self.deviation)
 
     def discrepancy(self, history: History) -> Discrepancy:
@@ -75,7 +75,7 @@ def repeating(
         history: The measured runs.
         model: The robot, with the highest cutoff and gain that contract.
         numbers: The measured runs that count, in their order.
-        before: What is likely to be new in a measured run.
+        before: Hypotheses on what is new in a measured run, before any is compared.
         gain: Gain of a measured run at most, where it is to be less than the model's.
     """
     limit, last = model.contraction.cutoff, history.runs[numbers[-1]]
@@ -113,7 +113,7 @@ def compared(
         history: The measured runs.
         model: The robot.
         numbers: The measured runs that count, in their order.
-        before: What is likely to be new in a measured run.
+        before: Hypotheses on what is new in a measured run, before any is compared.
         gain: Gain of a measured run at most, where it is to be less than the model's.
     """
     limit = model.contraction.cutoff
@@ -150,7 +150,7 @@ class _SlowParts:
         runs: The measured runs.
         smoothers: Low-pass of each.
         time: The times [s], (k,).
-        values: Of every measured run, (k, 6).
+        values: Displacement [m] and rotation vector [rad] of every measured run, (k, 6).
     """
 
     runs: list[MeasuredRun]
@@ -168,7 +168,7 @@ class _SlowParts:
             history: All measured runs.
             model: The model.
             numbers: Those that count.
-            cutoff: [Hz].
+            cutoff: Cutoff [Hz].
         """
         runs = [history.runs[number] for number in numbers]
         path = history.runs[0].desired.time

@@ -39,7 +39,7 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
 
     Args:
         found: The plan.
-        models: What simulates robots.
+        models: Simulation models of the robots.
         watch: Told how far the work is.
 
     Raises:

@@ -22,7 +22,7 @@ def seen_below(time: np.ndarray) -> Smoother:
     """Return the low-pass above which a measurement is taken to have noise alone.
 
     Args:
-        time: Of its samples [s], (n,).
+        time: Times of its samples [s], (n,).
     """
     rate = (len(time) - 1) / float(np.ptp(time))
     return Smoother(time, min(_SEEN, 0.25 * rate))
@@ -51,8 +51,8 @@ class DeviationSize:
         """Return the size of deviations.
 
         Args:
-            time: Rising [s], (n,).
-            off: [m], (n, 3).
+            time: Times, rising [s], (n,).
+            off: Deviations [m], (n, 3).
             noise: Standard deviation of a coordinate's noise [m].
         """
         low = seen_below(time)
@@ -79,8 +79,8 @@ def _fast(time: np.ndarray, rest: np.ndarray, noise: float, low: Smoother) -> fl
     """Return the rms of what a low-pass left over [m], if it is more than noise; else 0.
 
     Args:
-        time: [s], (n,).
-        rest: What it left over [m], (n, 3).
+        time: Times [s], (n,).
+        rest: Deviation that it left over [m], (n, 3).
         noise: Standard deviation of a coordinate's noise [m].
         low: The low-pass.
     """

@@ -58,12 +58,12 @@ class Smoother:
         return slow
 
     def at_samples(self, slow: np.ndarray) -> np.ndarray:
-        """Return values at the nodes, (k, c), at the samples, (n, c)."""
+        """Return values at the nodes, (k, c), at the samples, in their unit, (n, c)."""
         values: np.ndarray = self._between @ slow
         return values
 
     def gain(self, frequency: np.ndarray) -> np.ndarray:
-        """Return what is left of frequencies [Hz], any shape."""
+        """Return the share that is left of frequencies [Hz], any shape."""
         ratio = np.sin(np.pi * np.minimum(frequency * self.spacing, 0.5))
         ratio = ratio / np.sin(np.pi * self.cutoff * self.spacing)
         left: np.ndarray = 1.0 / (1.0 + ratio ** (2 * _ORDER))
@@ -87,9 +87,9 @@ class Smoother:
         chance.
 
         Args:
-            values: Samples, (n, c).
-            noise: Standard deviation of the noise of each.
-            seen: What has a higher cutoff, above which there is noise alone.
+            values: Samples, in any unit, (n, c).
+            noise: Standard deviation of the noise of each, in that unit.
+            seen: Smoother of a higher cutoff, above which there is noise alone.
         """
         slow = seen.at_samples(seen(values))
         taken = slow - self.at_samples(self(slow))

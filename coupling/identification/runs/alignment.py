@@ -30,8 +30,8 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     """Return what was seen during the run, on the command's clock and in the robot's base frame.
 
     Args:
-        seen: What was measured.
-        model: Where the model's tool is under the command.
+        seen: The measurement.
+        model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
 
     Raises:
@@ -107,8 +107,8 @@ def clock_offset(seen: Measurement, model: ToolPath) -> float:
     """Return what brings the clock of a measurement nearly to the run's [s].
 
     Args:
-        seen: What was measured.
-        model: Where the model's tool is under the command.
+        seen: The measurement.
+        model: Path of the model's tool under the command.
     """
     path = SimulatedPath(model)
     rows = np.unique(np.linspace(0, len(seen.time) - 1, _COMPARED).astype(int))

@@ -39,11 +39,12 @@ class DescentPoint:
     """The residual at some unknowns, and its robust cost.
 
     Attributes:
-        z: Log factors of the parameters, then frame and clock of every measured run.
-        simulated: Where the simulated tool is in every measured run.
+        z: Log factors of the parameters [1], then frame, clocks and probe of every measured run, as in
+            `FramePrior` [m, rad, s]: all U unknowns, (U,).
+        simulated: Path of the simulated tool in every measured run.
         residuals: Measured less simulated positions of every run [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `Residual`.
-        slow: Their slow parts [m], (k, 3) or (k, 6).
+        slow: Their slow parts [m], (k, 3) or (k, 6), + c of motors.
         scale: Cauchy's scale [m].
         cost: Robust sum of squares with that, and the prior's.
     """
@@ -63,7 +64,7 @@ def _length(count: int) -> float:
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:
-    """Return the rms length of the positions in rows of several measured runs [m]."""
+    """Return the rms length of the positions in rows of measured runs [m], (k, 3 or more)."""
     squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
@@ -74,8 +75,8 @@ class Descent:
     Args:
         problem: The problem.
         slow: Slow parts of the samples of every measured run.
-        variance: What a coordinate of the slow part is taken to vary by [m^2]; None: by Cauchy's scale,
-            under which what was known before counts more than it should, and the way down is even.
+        variance: Variance of a coordinate of the slow part [m^2]; None: by Cauchy's scale, under which
+            what was known before counts more than it should, and the way down is even.
 
     Attributes:
         problem: The same.
@@ -93,7 +94,7 @@ class Descent:
         return size_of(now.slow) / max(self.noise(now.residuals), 1e-12)
 
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
-        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         noise = noise_of([rest[:, :3] for rest in residuals])
         return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
 
@@ -113,7 +114,12 @@ class Descent:
         return now, False
 
     def at(self, z: np.ndarray, scale: float | None = None) -> DescentPoint:
-        """Return what some unknowns leave, with a scale that is given or their own."""
+        """Return what some unknowns leave, with a scale that is given or their own.
+
+        Args:
+            z: Unknowns, as in `DescentPoint` [1, m, rad, s], (U,).
+            scale: Cauchy's scale [m]; None: by the residual.
+        """
         problem = self.problem
         values = changed(problem.parameters, z[: len(problem.parameters)])
         simulated, residuals, slow = [], [], []
@@ -129,7 +135,13 @@ class Descent:
     def costed(
         self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None
     ) -> tuple[float, float]:
-        """Return the scale of the residual, unless given, and the robust cost with it."""
+        """Return the scale of the residual [m], unless given, and the robust cost with it.
+
+        Args:
+            z: Unknowns, as in `DescentPoint` [1, m, rad, s], (U,).
+            slow: Slow parts of the residuals [m], (k, 3) or (k, 6), + c of motors.
+            scale: Cauchy's scale [m]; None: by the residual.
+        """
         sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
         if scale is None:
             # Rows of more coordinates are longer for the same noise.
@@ -147,7 +159,7 @@ class Descent:
     def equations(
         self, now: DescentPoint, effects: Sequence[PoseDerivatives]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return matrix and right side of a step."""
+        """Return matrix, (U, U), and right side, (U,), of a step, by units of the unknowns."""
         problem, count = self.problem, len(self.problem.parameters)
         matrix = np.diag(problem.prior**-2.0)
         right = -now.z / problem.prior**2
@@ -173,7 +185,13 @@ class Descent:
     def fitted_beside(
         self, now: DescentPoint, held: Sequence[PoseDerivatives], step: np.ndarray
     ) -> DescentPoint:
-        """Return what a step comes to with all that it does not change fitted to it."""
+        """Return what a step comes to with all that it does not change fitted to it.
+
+        Args:
+            now: The point it begins at.
+            held: Derivatives of the pose in every measured run.
+            step: Step of the log factors [1], (P,); 0 of those that are fitted to it.
+        """
         z = now.z.copy()
         z[: len(step)] += step
         after = self.at(z, now.scale)
@@ -192,7 +210,7 @@ class Descent:
         """Return what given parameters leave behind the frame that fits them best.
 
         Args:
-            x: Log factors, (P,).
+            x: Log factors [1], (P,).
         """
         count = len(x)
         now = self.at(np.concatenate([x, np.zeros(self.problem.size - count)]))

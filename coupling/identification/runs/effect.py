@@ -50,7 +50,7 @@ class ParameterEffect:
     Args:
         robot: The robot.
         torque_curve: Name of its gears' torque curve.
-        parameters: What is learned.
+        parameters: Parameters that are learned.
         one: The measured run.
 
     Attributes:
@@ -83,7 +83,7 @@ class ParameterEffect:
         Behind them is what these do to angles [rad] and torques [N m] of motors that were recorded.
 
         Args:
-            x: Log factors around which, (P,).
+            x: Log factors around which [1], (P,).
             time: Times [s], (n,).
         """
         model = self._model
@@ -151,7 +151,7 @@ class SecantEffect:
     """Derivatives of the tool's pose by log factors along one measured run, by simulation.
 
     Args:
-        fmus: What simulates the robot of the file, side by side.
+        fmus: FMUs of the robot of the file, to run side by side.
         one: The measured run.
         effect: The gears' equation, for parameters without significant effect.
         change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
@@ -185,7 +185,7 @@ class SecantEffect:
         """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
 
         Args:
-            x: Log factors around which, (P,).
+            x: Log factors around which [1], (P,).
             time: Times of the measurement, but for its clock [s], (n,).
         """
         columns = self._plain.copy()
@@ -213,9 +213,9 @@ def side_by_side(
     """Return what work makes of every point, in their order.
 
     Args:
-        fmus: What simulates; none is asked for two things at a time.
-        points: What to work on.
-        work: What an FMU makes of a point.
+        fmus: FMUs of one robot; none is asked for two things at a time.
+        points: Log factors, or steps of them [1], (P,).
+        work: Function of an FMU and a point.
     """
     count = len(fmus)
 

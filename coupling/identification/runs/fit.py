@@ -56,8 +56,9 @@ class ParameterFit(DescentPoint):
     """The most likely robot, and how sure it is.
 
     Attributes:
-        covariance: Covariance of all unknowns, with rows that count by noise and by what is left over
-            it; of each parameter by the derivatives that give the wider interval.
+        covariance: Covariance matrix of all unknowns, in products of their units, (U, U), with rows
+            that count by noise and by what is left over it; of each parameter by the derivatives that
+            give the wider interval.
         converged: Whether the last step explained next to nothing.
         left_over: Discrepancy beyond noise.
     """
@@ -83,7 +84,7 @@ class Fitter:
         """Return the most likely parameters.
 
         Args:
-            start: Log factors to begin at, (P,).
+            start: Log factors to begin at [1], (P,).
         """
         whole, now = self._whole, self._whole.framed(start)
         before, seconds = 0.0, self._look(now, 0.0)
@@ -102,12 +103,15 @@ class Fitter:
         """Return the slow parts of what given parameters leave, behind the frame that fits them best.
 
         Args:
-            x: Log factors, (P,).
+            x: Log factors [1], (P,).
+
+        Returns:
+            Slow parts of every measured run [m], (k, 3) or (k, 6), + c of motors.
         """
         return self._whole.framed(x).slow
 
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
-        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        """Return the rms of slow parts that residuals (n, 3 or more) have by noise alone [m]."""
         return self._whole.noise(residuals)
 
     def _settled(self, now: DescentPoint) -> ParameterFit:
@@ -234,11 +238,11 @@ def steps_aside(
     its damping alone.
 
     Args:
-        parameters: What is learned.
+        parameters: Parameters that are learned.
         shown: Numbers of the parameters with a significant effect.
 
     Returns:
-        Steps of each gear whose backlash and damping have a significant effect, (P,).
+        Steps of each gear whose backlash and damping have a significant effect [1], (P,).
     """
     of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
     prior = prior_of(tuple(parameters))
@@ -266,10 +270,10 @@ def next_horizon(
     """Return how far to look next [s], of every run; infinite where all is explained or looked at.
 
     Args:
-        slow: Slow parts of what is left of the measured runs [m], (k, 3) or (k, 6).
+        slow: Slow parts of what is left of the measured runs [m], (k, 3) or (k, 6), + c of motors.
         means: Their times.
-        noise: What noise alone would leave of them [m], rms.
-        before: How far was looked before [s]; 0 in the beginning.
+        noise: Rms that noise alone would leave of them [m].
+        before: Time up to which was looked before [s]; 0 in the beginning.
         explained: Whether that was explained.
     """
     least = _LEAST if explained else max(_LEAST, _STRIDE * before)

@@ -68,13 +68,13 @@ def judged(
     """Return the verdicts.
 
     Args:
-        parameters: What was learned.
-        x: Log factors found, (P,).
-        deviation: Standard deviations of their errors, (P,).
-        half: Half widths of their intervals, (P,); not wider than what was known before.
-        prior: Standard deviations before, (P,).
-        effect: What a prior standard deviation does to the tool [m], (P,).
-        gears: What the gears go through where it was measured.
+        parameters: Parameters that were learned.
+        x: Log factors found [1], (P,).
+        deviation: Standard deviations of their errors [1], (P,).
+        half: Half widths of their intervals [1], (P,); not wider than what was known before.
+        prior: Standard deviations before [1], (P,).
+        effect: Effect of a prior standard deviation on the tool, rms [m], (P,).
+        gears: Diagnosis of the gears where it was measured.
     """
     verdicts = []
     for k, parameter in enumerate(parameters):
@@ -101,8 +101,8 @@ def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
     """Return which gears are unloaded for most of a path, in words; "" where none does.
 
     Args:
-        gears: What the gears go through where it was measured.
-        seconds: How long that is [s].
+        gears: Diagnosis of the gears where it was measured.
+        seconds: Duration of that [s].
     """
     names = [g.joint for g in gears if g.at_risk and g.in_backlash > _MOSTLY * seconds]
     if not names:
@@ -118,7 +118,7 @@ def discrepancy(before: float, after: float, noise: float) -> str:
     Args:
         before: Rms of the residuals' slow parts with the robot file [m].
         after: The same with what was found [m].
-        noise: What noise alone would leave of them [m].
+        noise: Rms that noise alone would leave of them [m].
     """
     if after <= _SMALLER * noise:
         return ""
@@ -138,10 +138,10 @@ def missing(
     """Return what a measurement lacks that identifies nothing, in words.
 
     Args:
-        gears: What the gears go through where it was measured.
-        whole: What they go through along the whole path.
-        seconds: How much was measured [s].
-        unknown: What the model does not explain, in words; "" where that is noise.
+        gears: Diagnosis of the gears where it was measured.
+        whole: Diagnosis of them along the whole path.
+        seconds: Duration of what was measured [s].
+        unknown: Deviation that the model does not explain, in words; "" where that is noise.
     """
     later = [g.joint for g, w in zip(gears, whole, strict=True) if w.changes > g.changes == 0]
     if later:

@@ -52,9 +52,9 @@ class LearnOptions:
     Attributes:
         own_frame: Whether the measuring frame lies anywhere.
         draws: Simulated robots for the intervals; 0 for those of the fit.
-        seed: Of their parameters and noise.
-        known: How well the measuring frame is the robot's base frame where it does not lie anywhere.
-        start: Log factors that the fit begins at, (P,); None: the robot of the last run.
+        seed: Seed of their parameters and noise.
+        known: Prior of the measuring frame, from the robot's base frame, where it does not lie anywhere.
+        start: Log factors that the fit begins at [1], (P,); None: the robot of the last run.
     """
 
     own_frame: bool = False
@@ -77,10 +77,11 @@ class Learned:
         sources: Runs and measurements.
         passes: The measured runs, on their runs' clocks.
         fit: The fit.
-        before: Measured less simulated with the robot file, of every run, less frame and clock [m].
+        before: Slow parts of measured less simulated with the robot file, of every run, less frame and
+            clock [m], (k, 3) or (k, 6), + c of motors.
         parameters: Verdict on each parameter.
-        spread: How sure it is.
-        gears: What the gears go through where it was measured.
+        spread: Uncertainty of their log factors.
+        gears: Diagnosis of the gears where it was measured.
         whole: The same along the whole path of the last run, where nothing is identifiable.
     """
 
@@ -175,8 +176,8 @@ def learn(
     Args:
         sources: Runs and what was measured under their commands; the robot of the first
             one is what is known of it before, that of the last one the start.
-        options: How.
-        models: What simulates robots.
+        options: Options of learning.
+        models: Simulation models of the robots.
         watch: Told how far the work is.
 
     Raises:

@@ -34,7 +34,7 @@ class Measurement:
 
     Attributes:
         name: Name of the file.
-        time: Rising [s], (n,).
+        time: Times, rising [s], (n,).
         position: Positions of the TCP [m], (n, 3).
         rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
             where not measured.
@@ -48,7 +48,7 @@ class Measurement:
     motors: MotorsSeen | None = None
 
     def at_rows(self, rows: np.ndarray) -> Measurement:
-        """Return some of its rows."""
+        """Return its rows of given numbers, (k,)."""
         rotation = None if self.rotation is None else self.rotation[rows]
         motors = self.motors and self.motors.at_rows(rows)
         position = self.position[rows]
@@ -71,8 +71,7 @@ class MeasuredPath:
         wrench: Wrench on the tool, until the end of what was measured.
         desired: Desired path, at the same times.
         wanted: The same for the inverse, with the joint angles of the undeflected robot.
-        seen: What was measured, in the robot's base frame as far as that is known, on the command's
-            clock.
+        seen: Measurement, in the robot's base frame as far as that is known, on the command's clock.
     """
 
     command: JointPath
@@ -115,7 +114,8 @@ class SimulatedPath:
         path: The path of one tool.
         reference: Path at the same times from whose orientations its own count; None where they do
             not count.
-        motors: What motors do at the path's times, in c columns of `MotorsSeen`, (n, c).
+        motors: Angles [rad] and torques [N m] of motors at the path's times, in c columns of
+            `MotorsSeen`, (n, c).
 
     Attributes:
         path: The path.
@@ -144,7 +144,7 @@ class SimulatedPath:
         return values
 
     def motors(self, time: np.ndarray, order: int = 0) -> np.ndarray:
-        """Return what motors do, or its rates, as in columns of `MotorsSeen`, (n, c)."""
+        """Return angles [rad] and torques [N m] of motors, or rates, as in `MotorsSeen`, (n, c)."""
         values: np.ndarray = self._motors(self._inside(time), order)
         return values
 
@@ -153,7 +153,7 @@ class SimulatedPath:
         return np.hstack([self.position(time), self.turn(time), self.motors(time)])
 
     def rotation(self, time: np.ndarray) -> Rotation:
-        """Return rotations base_from_tool."""
+        """Return rotations base_from_tool at times [s], (n,)."""
         return RotationSpline(self.path.time, self.path.rotations[0])(self._inside(time))
 
     @cached_property

@@ -28,7 +28,7 @@ class MotorsSeen:
     """Angles and torques of motors, at the times of a measurement, in c columns.
 
     Attributes:
-        columns: What each is, "motor" or "motor_torque", and its joint from 0, (c,).
+        columns: Kind of each, "motor" or "motor_torque", and its joint from 0, (c,).
         values: Angles over the gear ratio [rad], torques times it [N m], (n, c).
         deviation: Standard deviations by which they count, of a row [rad], [N m], (c,).
     """
@@ -62,7 +62,7 @@ class MotorsSeen:
         return tuple(f"{kind}[{joint + 1}]" for kind, joint in self.columns)
 
     def at_rows(self, rows: np.ndarray) -> MotorsSeen:
-        """Return some of its rows."""
+        """Return its rows of given numbers, (k,)."""
         return replace(self, values=self.values[rows])
 
     def of(self, robot: Robot, name: str) -> MotorsSeen | None:
@@ -88,7 +88,7 @@ class MotorsSeen:
         return MotorsSeen(columns, self.values[:, kept], self.deviation[kept])
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
-        """Return what motors of a simulation do, in its columns, (k, c)."""
+        """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""
         told = {"motor": moved.angle, "motor_torque": moved.torque}
         return np.column_stack(
             [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]

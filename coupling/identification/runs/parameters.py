@@ -31,23 +31,23 @@ def learnable(robot: Robot, torque_curve: str, drive: str) -> tuple[RobotParamet
 
 
 def prior_of(parameters: tuple[RobotParameter, ...]) -> np.ndarray:
-    """Return the standard deviations of log factors before anything is measured, (P,)."""
+    """Return the standard deviations of log factors before anything is measured [1], (P,)."""
     return np.array([PRIOR[parameter.kind] for parameter in parameters])
 
 
 def changed(parameters: tuple[RobotParameter, ...], x: np.ndarray) -> dict[str, float]:
-    """Return the FMU's parameters of log factors x (P,), by name."""
+    """Return the FMU's parameters of log factors x [1], (P,), by name."""
     values = [p.value * float(np.exp(own)) for p, own in zip(parameters, x, strict=True)]
     return {p.name: value for p, value in zip(parameters, values, strict=True)}
 
 
 def robot_with(robot: Robot, parameters: tuple[RobotParameter, ...], x: np.ndarray) -> Robot:
-    """Return the robot with log factors x, (P,)."""
+    """Return the robot with log factors x [1], (P,)."""
     return with_values(robot, changed(parameters, x))
 
 
 def factors_between(parameters: tuple[RobotParameter, ...], robot: Robot) -> np.ndarray:
-    """Return the log factors that another robot of the same build has, (P,).
+    """Return the log factors that another robot of the same build has [1], (P,).
 
     Raises:
         ValueError: If it lacks an elasticity.

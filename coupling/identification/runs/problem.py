@@ -42,7 +42,7 @@ class FramePrior:
 
     @property
     def prior(self) -> np.ndarray:
-        """As many as a frame has numbers, (11,)."""
+        """Standard deviations of all numbers of a frame, in this order [m, rad, s], (11,)."""
         frame = [self.shift] * 3 + [self.turn] * 3 + [self.time]
         return np.array(frame + [self.probe] * 3 + [self.motors])
 
@@ -52,11 +52,11 @@ class FitProblem:
     """What is to be fitted.
 
     Attributes:
-        fmus: What simulates the robot of the file, one or more to run side by side.
-        parameters: What is learned.
+        fmus: FMUs of the robot of the file, one or more to run side by side.
+        parameters: Parameters that are learned.
         passes: The measured runs.
-        effects: What the parameters do in each of them.
-        frame: What is known of the measuring frame.
+        effects: Effects of the parameters in each of them.
+        frame: Prior of the measuring frame and clock.
     """
 
     fmus: tuple[RobotFmu, ...]
@@ -87,7 +87,7 @@ class FitProblem:
 
     @property
     def prior(self) -> np.ndarray:
-        """Standard deviations of all unknowns before anything is measured."""
+        """Standard deviations of all unknowns before anything is measured [1, m, rad, s], (U,)."""
         own = self.frame.prior[: self.frame_size]
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
 
@@ -107,7 +107,15 @@ class FitProblem:
         )
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:
-        """Return frame, clock, probe and the motors' clock of a measured run, as far as there are."""
+        """Return frame, clock, probe and the motors' clock of a measured run, as far as there are.
+
+        Args:
+            z: All unknowns, log factors first [1, m, rad, s], (U,).
+            number: Number of the measured run, from 0.
+
+        Returns:
+            Numbers in the order of `FramePrior` [m, rad, s], (7,), (10,) or (11,).
+        """
         return z[self.rows_of(number)]
 
     def rows_of(self, number: int) -> slice:

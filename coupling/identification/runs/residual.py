@@ -21,7 +21,7 @@ _TURNS = 6
 
 
 def noise_of(residuals: list[np.ndarray] | tuple[np.ndarray, ...]) -> float:
-    """Return the standard deviation of a coordinate's noise: of what is fast in residuals, (n, 3)."""
+    """Return the standard deviation of noise: of what is fast in residuals, in their unit, (n, c)."""
     # Second differences of white noise have six times its variance; a motion hardly has any.
     bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
     return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
@@ -67,8 +67,9 @@ class Residual:
         """Return the residual at the times of the measurement [m], (n, 3) or (n, 6), + c of motors.
 
         Args:
-            path: Where the simulated tool is.
-            own: Frame, clock and, with orientations, probe, (7,) or (10,); with motors' clock (11,).
+            path: Path of the simulated tool.
+            own: Frame, clock and, with orientations, probe [m, rad, s], (7,) or (10,); with motors'
+                clock (11,).
         """
         seen = self.one.seen
         time = seen.time + own[6]
@@ -96,10 +97,10 @@ class Residual:
         return np.concatenate(parts, axis=1)
 
     def by_frame(self, path: SimulatedPath, time: np.ndarray, size: int) -> np.ndarray:
-        """Return derivatives of rows by frame, clocks and probe, (k, 3 or 6 + c, size).
+        """Return derivatives of rows [m] by frame, clocks and probe, (k, 3 or 6 + c, size).
 
         Args:
-            path: Where the simulated tool is.
+            path: Path of the simulated tool.
             time: Times on the command's clock [s], (k,).
             size: Number of these unknowns, 7, 10 or 11.
         """
@@ -165,8 +166,8 @@ class UnexplainedPart:
         Args:
             squares: Sum of squares of independent rows, by the variance of their noise.
             rows: Their number.
-            data: Normal matrix of the rows, each by its noise, (P, P).
-            prior: Standard deviations before, (P,).
+            data: Normal matrix of the rows, each by its noise, for all U unknowns, (U, U).
+            prior: Standard deviations of the unknowns before, in their units, (U,).
 
         Example:
             >>> round(UnexplainedPart.of(68.0, 50.0, 1e9 * np.eye(2), np.ones(2)).over, 6)
@@ -193,8 +194,8 @@ def weighed(
     Args:
         motors: The columns, c of them.
         time: Times [s], (n,).
-        predicted: What a model says, (n, c).
-        columns: Its derivatives by parameters and clock, (n, c, P).
+        predicted: Angles [rad] and torques [N m] of a model, (n, c).
+        columns: Derivatives of these by log factors [rad, N m] and clock [rad/s, N m/s], (n, c, P + 1).
     """
     slow, rest = SlowPart.of(time), motors.values - predicted
     left, by = slow(rest - rest.mean(axis=0)), slow(columns - columns.mean(axis=0))

@@ -75,8 +75,8 @@ def learned_text(found: Learned, target: Path) -> str:
     """Return the robot file of the first run with what was learned.
 
     Args:
-        found: What was learned.
-        target: Where the new file will be.
+        found: Result of learning.
+        target: Path of the new file.
 
     Raises:
         LearnError: If nothing should be written.

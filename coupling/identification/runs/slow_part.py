@@ -38,7 +38,7 @@ class SlowPart:
         """Return the means for samples at given times.
 
         Args:
-            samples: Rising [s], (n,).
+            samples: Times of the samples, rising [s], (n,).
             cut_off: Frequency of which 1/sqrt(2) is left [Hz].
         """
         width = float(_WIDTH) / cut_off

@@ -42,17 +42,17 @@ class MeasuredFile:
 
     Attributes:
         folder: The run folder.
-        seen: What was measured, in these axes too.
+        seen: Measurement, in axes of the robot's base.
         robot: The robot that the command was computed for.
         file: Its file.
         torque_curve: Name of its gears' torque curve.
-        drive: How its drives follow their commands, "ideal" or "servo".
-        home: Joint angles near which paths start [rad].
-        world_from_base: Where it stands in the world.
-        controller: What takes its command.
-        stored: What the folder holds; desired path and wrench in axes of the robot's base.
-        discrepancy: What the tool was taken to do beyond the model, in these axes; None: nothing.
-        forecast: What the command was expected to leave; None where nothing was measured before.
+        drive: Kind of its drives, "ideal" or "servo".
+        home: Joint angles near which paths start [rad], (joints,).
+        world_from_base: Frame of its base in the world.
+        controller: Controller that takes its command.
+        stored: Content of the folder; desired path and wrench in axes of the robot's base.
+        discrepancy: Assumed deviation of the tool beyond the model, in these axes; None: nothing.
+        forecast: Deviation that was expected of the command; None where nothing was measured before.
     """
 
     folder: Path
@@ -73,7 +73,7 @@ class MeasuredFile:
 
         Args:
             own_frame: Whether the measuring frame lies anywhere.
-            model: Where the model's tool is under the command.
+            model: Path of the model's tool under the command.
 
         Raises:
             LearnError: If what was measured is none of the run.

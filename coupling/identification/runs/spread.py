@@ -26,8 +26,8 @@ class Uncertainty:
     """How sure log factors are.
 
     Attributes:
-        deviation: Standard deviations of their errors, (P,).
-        half: Half widths of their 95 % intervals, (P,).
+        deviation: Standard deviations of their errors [1], (P,).
+        half: Half widths of their 95 % intervals [1], (P,).
         noise: Standard deviation of a measured coordinate's noise [m].
         draws: Number of simulated robots; 0 where it is the fit's own.
     """
@@ -42,8 +42,8 @@ def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
     """Return what the fit says of itself.
 
     Args:
-        problem: What was fitted.
-        found: What came out.
+        problem: Problem that was fitted.
+        found: Result of the fit.
     """
     count = len(problem.parameters)
     deviation = np.sqrt(np.diag(found.covariance)[:count])
@@ -67,11 +67,11 @@ def spread_of(
     """Return how far robots like the one found are missed by the same fit.
 
     Args:
-        problem: What was fitted.
-        found: What came out.
-        start: Log factors at which it began, (P,).
+        problem: Problem that was fitted.
+        found: Result of the fit.
+        start: Log factors at which it began [1], (P,).
         draws: Number of robots.
-        seed: Of their parameters and noise.
+        seed: Seed of their parameters and noise.
         told: Told how many are done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
