@@ -242,7 +242,7 @@ class StudyTable(Schema):
         friction_factor: Factor of the friction of motors, at rest and viscous.
         servo_gain_factor: Factor of the gains of their servos.
         kinematic_error_factor: Factor of the amplitudes of gears' kinematic errors.
-        kinematic_error_phase_deg: What is added to the phases of their sines.
+        kinematic_error_phase_deg: Shifts of the phases of their sines.
         force_factor: Factor of the process's whole wrench.
         payload_kg: Mass that the tool of the first robot carries in addition.
         payload_position_m: Its place in the last body's frame; the TCP unless given.

@@ -49,8 +49,8 @@ def fitted_text(
         robot: The robot with these values.
         entries: Its parameters.
         command: Command that has fitted them, a key of `SAYS`.
-        measured: What was measured.
-        left: What the fit leaves, in words.
+        measured: Kind and source of the measurement.
+        left: Residuals of the fit, in words.
         target: Place of the new file.
 
     Raises:

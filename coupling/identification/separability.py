@@ -25,7 +25,7 @@ class WeakDirection:
 
     Attributes:
         names: Parameters that take part.
-        parts: How much each changes, over the first, whose change does most, (len(names),).
+        parts: Changes of the parameters over that of the first, the largest, (len(names),).
         index: Condition index: largest singular value over that of this direction; infinite for one
             that the data do not see.
     """
@@ -69,7 +69,7 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
 
     Args:
         problem: The problem in the rigid posture.
-        names: Of its parameters.
+        names: Names of its parameters.
     """
     without_effect = problem.scale == 0.0
     acting = problem.only(~without_effect)

@@ -20,7 +20,7 @@ class ParameterVerdict:
         parameter: The parameter, with its value in the start file.
         value: Fitted value [N m/rad, N m s/rad, rad, N m].
         low, high: Ends of the 95 % interval, in the same unit; infinite where nothing bounds it.
-        reason: Why it is not identifiable, in words; "" where it is.
+        reason: Reason why it is not identifiable; "" where it is.
     """
 
     parameter: RobotParameter
