@@ -188,8 +188,8 @@ static double negligible(er_sensitivity *s, const er_run *r, er_cause cause, con
     return force * NEGLIGIBLE * response(s, r);
 }
 
-/* What a parameter itself changes in the residuals of the stages [N m]; false where the column is none. */
-static bool find_parameter(const er_run *r, const er_state *state, int column, er_cause cause,
+/* What a parameter itself changes in the residuals of the stages [N m]. */
+static void find_parameter(const er_run *r, const er_state *state, int column, er_cause cause,
                            er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
@@ -197,8 +197,6 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
     er_parameters change;
     er_motion still;
     double stuck[ER_MAX_ANGLES] = {0.0};
-    if (cause < ER_BY_GRAVITY)
-        return false;
     memset(&change, 0, sizeof change);
     er_parameter_along(robot, column, 1.0, &change);
     memset(load, 0, (size_t)r->m * sizeof *load);
@@ -207,7 +205,7 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
         memset(still.rate, 0, sizeof still.rate);
         memset(still.acceleration, 0, sizeof still.acceleration);
         r->means->kernel.loads(robot, &still, ER_STAGES, change.gravity, NULL, NULL, load);
-        return true;
+        return;
     }
     er_stops_stiffness(robot, change.hysteresis, &state->stops, stuck);
     for (int k = 0; k < r->m; k++) {
@@ -218,7 +216,6 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
                                        change.stiffness[k], change.backlash[k]) +
                          held + stuck[k] * (w->x[k][l] - state->x[k]);
     }
-    return true;
 }
 
 /* What elongations at the step's start change in the gears' torques at the stages, and a parameter but gravity [N m];
@@ -227,10 +224,12 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
                      er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
-    bool is_any = cause != ER_BY_GRAVITY && find_parameter(r, state, column, cause, load);
+    bool is_any = cause > ER_BY_GRAVITY;
     if (!is_any && robot->elements == 0 && r->motors == 0)
         return false;
-    if (!is_any)
+    if (is_any)
+        find_parameter(r, state, column, cause, load);
+    else
         memset(load, 0, (size_t)r->m * sizeof *load);
     for (int k = 0; robot->elements > 0 && k < r->m; k++) {
         double held = er_elements_torque(robot, k, r->system->gears->slip_torque[k], s->elongation[column]) -
@@ -264,12 +263,14 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     int entry;
     er_cause cause = er_cause_of(r->system->robot, column, &entry);
     bool has_own = find_own(s, r, state, column, cause, own);
-    bool has_weight = cause == ER_BY_GRAVITY && find_parameter(r, state, column, cause, weight);
+    const bool has_weight = cause == ER_BY_GRAVITY;
     int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
         share[l] = er_share_of(s, r->system->robot, column,
                                state->time + h * er_gauss_node[l] - s->start);
+    if (has_weight)
+        find_parameter(r, state, column, cause, weight);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;

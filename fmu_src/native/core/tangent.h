@@ -2,6 +2,9 @@
 #ifndef ER_TANGENT_H
 #define ER_TANGENT_H
 
+#include <stddef.h>
+#include <string.h>
+
 #include "model.h"
 
 /* How a placement moves along a change of its angles; base axes. */
@@ -33,9 +36,15 @@ typedef struct er_change {
     er_held held;
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
     er_parameters parameters;
-    double elongation[ER_MAX_ELEMENTS];
+    double elongation[ER_MAX_ELEMENTS]; /* these last, as few robots have any */
     er_motor_change motors;
 } er_change;
+
+/* Nothing changes, of what a robot has. */
+static inline void er_change_nothing(const er_robot *robot, er_change *change)
+{
+    memset(change, 0, er_all_elements(robot) > 0 ? sizeof *change : offsetof(er_change, elongation));
+}
 
 /* Changes of the chain's angles and rates, of the motors where they move by themselves; of the rigid robot those of
  * the commands. */

@@ -120,7 +120,7 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
     for (int k = 0; k < sensitivity->count; k++) {
         int column = sensitivity->first + k;
         er_change change;
-        memset(&change, 0, sizeof change);
+        er_change_nothing(&instance->model->robot, &change);
         known_along(instance, column, 1.0, &change);
         if (!er_equilibrium_along(instance->model, &change, sensitivity->x[column]))
             sensitivity->reason = "the stiffness is singular";
@@ -194,7 +194,7 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
     add_drives_by_time(instance, seed, &change->held);
     if (er_exchange_runs(instance) || (stepped ? !options->quasistatic : options->initial == ER_UNDEFLECTED))
         return true;
-    memset(&by_time, 0, sizeof by_time);
+    er_change_nothing(&instance->model->robot, &by_time);
     add_drives_by_time(instance, 1.0, &by_time.held);
     if (!er_equilibrium_along(instance->model, &by_time, x))
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: the stiffness is"
@@ -253,7 +253,7 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
 static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change)
 {
-    memset(change, 0, sizeof *change);
+    er_change_nothing(&instance->model->robot, change);
     for (size_t j = 0; j < count; j++) {
         bool good = true;
         if (seed[j] == 0.0)
