@@ -4,8 +4,7 @@
  *
  *     x_i = x_0 + c_i h v_0 + h^2 sum_j A2_ij a_j,      v_i = v_0 + h sum_j A1_ij a_j,
  *
- * with A2 = A1 A1; elastic_robot/gauss.py says why.  tests/native/test_core.py computes every
- * number anew.
+ * with A2 = A1 A1 (Hairer and Wanner 1996, IV.5).  tests/native/test_core.py computes every number anew.
  */
 #ifndef ER_GAUSS_H
 #define ER_GAUSS_H

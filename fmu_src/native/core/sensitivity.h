@@ -1,8 +1,7 @@
 /* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step
  * to step of the integration, whose lengths are held.
  *
- * What they follow is a column each, cause by cause; elastic_robot/path_sensitivity.py does the same by
- * parameters.
+ * What they follow is a column each, cause by cause (causes.c).
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H

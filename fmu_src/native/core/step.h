@@ -3,7 +3,7 @@
  * Four-stage Gauss collocation in the accelerations, simplified Newton iteration, step length from an
  * estimate of the local error.  Each coordinate obeys one smooth law (its region) through a whole
  * step; where the collocation polynomial leaves a region, and where the drives' third derivative
- * jumps, the step is ended.  elastic_robot/integrator.py is the same in Python.
+ * jumps, the step is ended.  elastic_robot/motion.py solves the same equation by SciPy.
  */
 #ifndef ER_STEP_H
 #define ER_STEP_H
