@@ -211,7 +211,8 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     for (int b = 0; b < robot->balancers; b++)
         balance(r, &robot->balancer[b], nodes, states);
     if (r->motors > 0)
-        r->means->kernel.motor_wind_up(robot, r->motors, nodes, states, w->x, w->v, (const er_lanes *)w->residual, &w->motors);
+        r->means->kernel.motor_wind_up(robot, r->motors, nodes, states, w->x, w->v, (const er_lanes *)w->residual,
+                                       &w->motors);
     r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
     for (int b = 0; b < laws->bent; b++) {

@@ -75,7 +75,7 @@ static void ER_NAME(motor_residual)(const er_robot *robot, int motors, const dou
             friction[l] *= er_stribeck_left(motor, qd[l] + work->stage_pv[d][l]);
         for (int l = 0; l < ER_LANES; l++) {
             double gear = residual[motor->coordinate][l] - work->load[d][l], rate = qd[l] + work->stage_pv[d][l];
-            double part = work->held[d] + work->stuck[d] * (q[l] + work->stage_p[d][l] - work->angle[d]);
+            double part = er_friction_part(work, d, q[l] + work->stage_p[d][l]);
             friction[l] = (friction[l] + motor->load_friction * fabs(gear)) * part + motor->viscous * rate;
             work->residual[d][l] = motor->inertia * (qdd[l] + acceleration[d][l]) - asked[l] -
                                    work->winds[d][l] * gear + friction[l];

@@ -78,19 +78,19 @@ static double find_growth(const er_run *r, int d, int l, const er_motor_column *
 }
 
 /* Friction along a column at a stage [N m], under the gear's torque and what the column changes of that. */
-static double friction_along(const er_sensitivity *s, const er_run *r, const er_state *state, int d, int l, int column,
+static double friction_along(const er_sensitivity *s, const er_run *r, int d, int l, int column,
                              const er_motor_column *own, commanded at, double torque, double torque_along)
 {
     const er_robot *robot = r->system->robot;
     const er_motor *motor = &robot->motor[d];
     const er_motor_work *work = &r->work->motors;
     const er_nodes *nodes = &r->work->stages;
-    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate, part, changed;
+    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle = work->stuck[d], by_rate, part, changed;
     double angle = nodes->q[motor->joint][l] + work->stage_p[d][l];
     double rate = nodes->qd[motor->joint][l] + work->stage_pv[d][l], by_part = er_stribeck_left(motor, rate);
     int entry;
     er_cause cause = er_cause_of(robot, column, &entry);
-    part = er_friction_part(r, state, d, angle, &by_angle);
+    part = er_friction_part(work, d, angle);
     er_motor_friction(motor, slip_torque, 0.0, part, rate, &by_rate);
     changed = s->elongation[column][robot->elements + d] / motor->slip_angle +
               by_angle * (own->stage_p[d][l] + at.q - s->motors[column].angle[d]);
@@ -134,7 +134,7 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
             work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque -
                                    (1.0 + error.slope) * follows -
                                    error.bend * held * (own->stage_p[d][l] + at[l].q) +
-                                   friction_along(s, r, state, d, l, column, own, at[l], held, follows);
+                                   friction_along(s, r, d, l, column, own, at[l], held, follows);
         }
     }
 }

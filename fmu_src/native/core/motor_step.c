@@ -5,19 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope)
-{
-    const er_robot *robot = r->system->robot;
-    int j = robot->elements + d;
-    double whole = robot->element[j].angle, elongation = state->stops.elongation[j];
-    *slope = 0.0;
-    if (state->stops.slipping[j] == 0) {
-        elongation += angle - state->motors.angle[d];
-        *slope = 1.0 / whole;
-    }
-    return elongation / whole;
-}
-
 void er_motors_begin(const er_run *r, const er_state *state)
 {
     const er_robot *robot = r->system->robot;
@@ -58,19 +45,28 @@ static demand find_demand(const er_motor *motor, double wanted, double integral)
 
 /* By how much a servo that comes to its torque limit within a step, or leaves it, departs from the one smooth law that
  * the step obeys [N m]: the bend of the torque, and what the integral would have grown by where it waits. */
-static double find_bend(double h, const demand *demands, int count)
+static double find_bend(const er_run *r, const er_state *state, const er_step *step, int d)
 {
-    double most = -INFINITY, least = INFINITY, growth = 0.0, bend;
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_motor_work *work = &r->work->motors;
+    const er_motor_end *end = &step->motors;
+    double start_wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
+    double end_wanted = er_servo_wanted(motor, end->p[d], end->pv[d], end->rate[d] - end->pv[d]);
+    double most = -INFINITY, least = INFINITY, growth = 0.0;
     bool waits = false, grows = false;
-    for (int l = 0; l < count; l++) {
+    demand demands[ER_STAGES + 2];
+    for (int l = 0; l < ER_STAGES; l++)
+        demands[l] = find_demand(motor, work->wanted[d][l], work->integral[d][l]);
+    demands[ER_STAGES] = find_demand(motor, start_wanted, work->start_integral[d]);
+    demands[ER_STAGES + 1] = find_demand(motor, end_wanted, end->integral[d]);
+    for (int l = 0; l < ER_STAGES + 2; l++) {
         most = fmax(most, demands[l].beyond);
         least = fmin(least, demands[l].beyond);
         growth = fmax(growth, fabs(demands[l].growth));
         waits |= demands[l].waits;
         grows |= !demands[l].waits;
     }
-    bend = fmax(fmin(most, -least), 0.0);
-    return bend + (waits && grows ? h * growth : 0.0);
+    return fmax(fmin(most, -least), 0.0) + (waits && grows ? step->length * growth : 0.0);
 }
 
 void er_motors_end(const er_run *r, const er_state *state, er_step *step)
@@ -102,18 +98,8 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
-        if (r->system->drive == ER_SERVO && motor->torque_limit < INFINITY) {
-            demand demands[ER_STAGES + 2];
-            double command_rate = step->motors.rate[d] - step->motors.pv[d], start_rate = state->motors.rate[d] - work->pv[d];
-            for (int l = 0; l < ER_STAGES; l++)
-                demands[l] = find_demand(motor, work->wanted[d][l], work->integral[d][l]);
-            demands[ER_STAGES] =
-                find_demand(motor, er_servo_wanted(motor, work->p[d], work->pv[d], start_rate), state->motors.integral[d]);
-            demands[ER_STAGES + 1] =
-                find_demand(motor, er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d], command_rate),
-                            step->motors.integral[d]);
-            work->bend = fmax(work->bend, again * find_bend(h, demands, ER_STAGES + 2) / motor->inertia);
-        }
+        if (r->system->drive == ER_SERVO && motor->torque_limit < INFINITY)
+            work->bend = fmax(work->bend, again * find_bend(r, state, step, d) / motor->inertia);
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
         work->integral[d][0] = step->motors.integral[d];
@@ -137,8 +123,8 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_motor_work *work = &r->work->motors;
-    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle, by_rate;
-    double part = er_friction_part(r, state, d, state->motors.angle[d], &by_angle);
+    double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle = work->stuck[d], by_rate;
+    double part = er_friction_part(work, d, state->motors.angle[d]);
     double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
     int k = motor->coordinate;
     er_motor_slopes slopes;

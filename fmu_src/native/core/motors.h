@@ -78,6 +78,12 @@ typedef struct er_motor_work {
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
 
+/* The part of a motor's slip torque that its element has at an angle in the step [rad]; its slope is `stuck`. */
+static inline double er_friction_part(const er_motor_work *work, int d, double angle)
+{
+    return work->held[d] + work->stuck[d] * (angle - work->angle[d]);
+}
+
 /* Whether a motor feels its gear's torque otherwise than as it is: by a kinematic error or friction by load. */
 static inline bool er_motor_is_loaded(const er_robot *robot, int d)
 {

@@ -187,9 +187,6 @@ typedef struct {
 
 er_start er_chain_start(const er_run *r, const er_state *state);
 
-/* The part of a motor's slip torque that its element has at an angle, and the slope of that by the angle. */
-double er_friction_part(const er_run *r, const er_state *state, int d, double angle, double *slope);
-
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
 
