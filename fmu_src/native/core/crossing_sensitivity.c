@@ -120,7 +120,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
-    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL)
+    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL || crossing->at >= ER_AT_LIMIT)
         return;
     if (crossing->at == ER_AT_CONTACT) {
         if (crossing->outward > 0)

@@ -10,6 +10,8 @@
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
 
+static const er_servo_law NO_SERVO = {0, ER_GROWS};
+
 /* Bernstein coefficients of the left and right half of a polynomial (de Casteljau). */
 static void halve(const double *whole, double *left, double *right)
 {
@@ -58,6 +60,16 @@ static void take_earlier(const double *control, er_crossing crossing, er_crossin
         *first = crossing;
         *found = true;
     }
+}
+
+/* That of what has these values at the start, the nodes and the end of a step. */
+static void take_passage(const double values[ER_CONTROL], er_crossing crossing, er_crossing *first, bool *found)
+{
+    double control[ER_CONTROL] = {0.0};
+    for (int c = 0; c < ER_CONTROL; c++)
+        for (int j = 0; j < ER_CONTROL; j++)
+            control[c] += er_gauss_bernstein_from_value[c][j] * values[j];
+    take_earlier(control, crossing, first, found);
 }
 
 /* A coordinate's polynomial over a step: its Bernstein coefficients, which it lies between. */
@@ -203,7 +215,7 @@ static void find_edges(const er_run *r, const er_state *state, const er_step *st
         int outward = side == 1 ? 1 : -1;
         if (side == 1 ? x.highest > edge[1] : x.lowest < edge[0])
             take_earlier(x.control,
-                         (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, 0.0},
+                         (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, NO_SERVO, 0.0},
                          first, found);
     }
 }
@@ -221,7 +233,7 @@ static void find_slips(const er_run *r, const er_state *state, int k, double far
         for (int outward = -1; outward <= 1; outward += 2) {
             double edge = x->control[0] - stops->elongation[j] + outward * way;
             if (outward > 0 ? x->highest > edge : x->lowest < edge)
-                take_earlier(x->control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
+                take_earlier(x->control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, NO_SERVO, 0.0}, first, found);
         }
     }
 }
@@ -257,8 +269,42 @@ static void find_changes(const er_run *r, const er_state *state, const er_step *
             find_rate(&x, step->length, rate);
         else
             find_motor_rate(r, state, k - r->m, step, least, rate);
-        take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, slips, outward * least, outward, 0, 0.0}, first, found);
+        take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, slips, outward * least, outward, 0, NO_SERVO, 0.0}, first, found);
     }
+}
+
+/* Where a servo that has a torque limit comes to obey another law. */
+static void find_limits(const er_run *r, const er_state *state, int d, er_crossing *first, bool *found)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_servo_course *course = &r->work->motors.course[d];
+    const er_servo_law law = state->motors.law[d], grows = {law.side, ER_GROWS}, waits = {law.side, ER_WAITS};
+    const int k = r->m + d, side = law.side;
+    const double limit = motor->torque_limit, slack = er_servo_slack(r, d), rate_slack = er_servo_rate_slack(r);
+    if (law.integral == ER_KEEPS) {
+        const er_servo_law released = {0, ER_GROWS};
+        double waiting[ER_CONTROL], growing[ER_CONTROL];
+        for (int c = 0; c < ER_CONTROL; c++) {
+            waiting[c] = motor->rate_gain * course->turning[c];
+            growing[c] = waiting[c] + motor->integral_gain * course->wanted[c];
+        }
+        take_passage(waiting, (er_crossing){ER_AT_RELEASE, k, 0, 0.0, side, 0, waits, 0.0}, first, found);
+        take_passage(growing, (er_crossing){ER_AT_RELEASE, k, 0, 0.0, -side, 0, released, 0.0}, first, found);
+        return;
+    }
+    for (int outward = -1; side == 0 && outward <= 1; outward += 2)
+        take_passage(course->asked, (er_crossing){ER_AT_LIMIT, k, 0, outward * (limit + slack), outward, 0, law, 0.0},
+                     first, found);
+    if (side == 0)
+        return;
+    take_passage(course->asked, (er_crossing){ER_AT_LIMIT, k, 0, side * (limit - slack), -side, 0, law, 0.0}, first,
+                 found);
+    if (law.integral == ER_WAITS)
+        take_passage(course->wanted, (er_crossing){ER_AT_TURN, k, 0, -side * rate_slack, -side, 0, grows, 0.0}, first,
+                     found);
+    else
+        take_passage(course->wanted, (er_crossing){ER_AT_TURN, k, 0, side * rate_slack, side, 0, waits, 0.0}, first,
+                     found);
 }
 
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
@@ -272,18 +318,17 @@ bool er_first_crossing(const er_run *r, const er_state *state, const er_step *st
         if (system->robot->first_element[k] < system->robot->first_element[k + 1] &&
             !er_stops_idle(system->robot, system->gears->slip_torque, k))
             find_changes(r, state, step, k, first, &found);
+    for (int d = 0; system->drive == ER_SERVO && d < r->motors; d++)
+        if (system->robot->motor[d].torque_limit < INFINITY)
+            find_limits(r, state, d, first, &found);
     return found;
 }
 
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first)
 {
-    double control[ER_CONTROL];
-    er_crossing crossing = {ER_AT_CONTACT, 0, 0, touching ? 0.0 : ER_CONTACT_SLACK, touching ? -1 : 1, !touching, 0.0};
-    for (int c = 0; c < ER_CONTROL; c++) {
-        control[c] = 0.0;
-        for (int j = 0; j < ER_CONTROL; j++)
-            control[c] += er_gauss_bernstein_from_value[c][j] * depth[j];
-    }
-    take_earlier(control, crossing, first, &found);
+    take_passage(depth,
+                 (er_crossing){ER_AT_CONTACT, 0, 0, touching ? 0.0 : ER_CONTACT_SLACK, touching ? -1 : 1, !touching,
+                               NO_SERVO, 0.0},
+                 first, &found);
     return found;
 }

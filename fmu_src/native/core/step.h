@@ -112,20 +112,26 @@ typedef struct {
 } er_workspace;
 
 /* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
- * reverses, sticks again, a contact. */
+ * reverses, sticks again, a contact, a servo whose torque reaches or leaves its limit, whose w turns, or which
+ * keeps it there no longer. */
 typedef enum { ER_AT_EDGE,
                ER_AT_SLIP,
                ER_AT_REVERSAL,
-               ER_AT_CONTACT } er_change_of_law;
+               ER_AT_CONTACT,
+               ER_AT_LIMIT,
+               ER_AT_TURN,
+               ER_AT_RELEASE } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
     er_change_of_law at;
     int coordinate;  /* of x; none of a contact */
     int element;     /* that slips */
-    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m] */
+    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m], of
+                      * a servo by what it asks for [N m], w [rad/s] or what that would grow by [N m/s] */
     int outward;     /* 1: rises through the boundary, -1: falls */
     int region;      /* of the backlash, beyond; whether the contact presses there */
+    er_servo_law law; /* beyond, where w turns or a servo is released */
     double fraction; /* place in the step, in (0, 1] */
 } er_crossing;
 
@@ -189,6 +195,26 @@ er_start er_chain_start(const er_run *r, const er_state *state);
 
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
+
+/* The servos in a step (servo.c).
+ *
+ * Has those that have a torque limit obey the law of where they stand, which inputs may have moved; whether one
+ * obeys another than before. */
+bool er_servos_settle(const er_run *r, er_state *state);
+
+/* Has the servo of a crossing obey what is beyond it, in the state there. */
+void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
+
+/* z at the end of a step, and the course of a servo that has a torque limit. */
+void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d);
+
+/* z' under a law [N m/s]. */
+double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning);
+
+/* How far beyond its torque limit a servo obeys another law [N m], and by what w it turns [rad/s]: the motor goes as
+ * far by it within a longest step, or a first one, as a coordinate may beyond its boundary. */
+double er_servo_slack(const er_run *r, int d);
+double er_servo_rate_slack(const er_run *r);
 
 /* Torque by which a gear holds its link at a wind-up and its rate in a step from a state [N m]. */
 double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v);

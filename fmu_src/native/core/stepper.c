@@ -88,6 +88,7 @@ static double find_beyond(const er_run *r, const er_crossing *crossing, const er
 {
     int k = crossing->coordinate;
     bool of_motor = crossing->at != ER_AT_CONTACT && k >= r->m;
+    const er_servo_course *course = of_motor ? &r->work->motors.course[k - r->m] : NULL;
     double value = of_motor ? step->motors.angle[k - r->m] : step->x[k];
     *rate = of_motor ? step->motors.rate[k - r->m] : step->v[k];
     if (crossing->at == ER_AT_REVERSAL) {
@@ -96,6 +97,15 @@ static double find_beyond(const er_run *r, const er_crossing *crossing, const er
     } else if (crossing->at == ER_AT_CONTACT) {
         value = step->depth[ER_DEGREE];
         *rate = er_end_approach(r, step);
+    } else if (crossing->at == ER_AT_TURN) {
+        value = course->wanted[ER_DEGREE];
+        *rate = course->turning[ER_DEGREE];
+    } else if (crossing->at == ER_AT_LIMIT) {
+        const er_motor *motor = &r->system->robot->motor[k - r->m];
+        value = course->asked[ER_DEGREE];
+        *rate = motor->rate_gain * course->turning[ER_DEGREE] +
+                er_servo_growth(motor, r->work->motors.law[k - r->m], course->wanted[ER_DEGREE],
+                                course->turning[ER_DEGREE]);
     }
     *rate *= crossing->outward;
     return crossing->outward * (value - crossing->boundary);
@@ -111,8 +121,28 @@ static double find_allowed(const er_run *r, const er_crossing *crossing)
     case ER_AT_SLIP: slack = er_stop_slack(robot, crossing->element, tolerance); break;
     case ER_AT_REVERSAL: slack = er_reversal_slack(robot, crossing->coordinate, tolerance); break;
     case ER_AT_CONTACT: break;
+    case ER_AT_LIMIT: slack = er_servo_slack(r, crossing->coordinate - r->m); break;
+    case ER_AT_TURN: slack = er_servo_rate_slack(r); break;
+    case ER_AT_RELEASE: return INFINITY; /* both laws have the same z' there */
     }
     return r->settings->landing * slack;
+}
+
+/* The error that Newton's method may leave in x [rad] for that: x' is less exact by the longest step (er_solve_step). */
+static double find_accuracy(const er_run *r, const er_crossing *crossing, double allowed)
+{
+    double accuracy = r->settings->landing_iteration * allowed;
+    switch (crossing->at) {
+    case ER_AT_EDGE:
+    case ER_AT_SLIP:
+    case ER_AT_CONTACT: return accuracy;
+    case ER_AT_REVERSAL:
+    case ER_AT_TURN: return accuracy * r->settings->longest_step;
+    case ER_AT_LIMIT:
+        return accuracy * r->settings->longest_step / r->system->robot->motor[crossing->coordinate - r->m].rate_gain;
+    case ER_AT_RELEASE: break;
+    }
+    return r->means->iteration * r->means->tolerance;
 }
 
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
@@ -121,9 +151,7 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
 {
     er_step *landed = &r->work->landed;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = find_allowed(r, crossing), accuracy = r->settings->landing_iteration * allowed;
-    if (crossing->at == ER_AT_REVERSAL)
-        accuracy *= r->settings->longest_step; /* of x for that of x' (er_solve_step) */
+    double allowed = find_allowed(r, crossing), accuracy = find_accuracy(r, crossing, allowed);
     guess_part(r, h / from, step, landed);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
@@ -205,6 +233,15 @@ static void settle(const er_run *r, er_state *state)
     }
 }
 
+static void change_servo(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing)
+{
+    int d = crossing->coordinate - r->m;
+    const er_servo_law before = state->motors.law[d];
+    er_servo_cross(r, state, crossing);
+    if (r->work->sensitivity != NULL && crossing->at == ER_AT_LIMIT)
+        er_sensitivity_limit(r->work->sensitivity, r, state, step, d, before);
+}
+
 static void take_crossing(const er_run *r, er_state *state, const er_step *step,
                           const er_crossing *crossing)
 {
@@ -217,6 +254,9 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     case ER_AT_SLIP: slip(r, state, crossing); break;
     case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
     case ER_AT_CONTACT: state->touching = crossing->region; break;
+    case ER_AT_LIMIT:
+    case ER_AT_TURN:
+    case ER_AT_RELEASE: change_servo(r, state, step, crossing); break;
     }
     settle(r, state);
     if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT)
@@ -376,6 +416,15 @@ static void touch(const er_run *r, er_state *state)
     }
 }
 
+/* Servos at their torque limits may be elsewhere by new commands. */
+static void settle_servos(const er_run *r, er_state *state)
+{
+    if (!er_servos_settle(r, state))
+        return;
+    state->rate = 1.0;
+    r->work->linearisation.length = 0.0;
+}
+
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure)
 {
@@ -393,6 +442,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
     touch(&r, state);
+    settle_servos(&r, state);
     while (end - state->time > negligible) {
         double speed = speed_of(&r, state);
         int k;
