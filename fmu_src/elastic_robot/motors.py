@@ -28,7 +28,8 @@ DriveKind = Literal["ideal", "servo", "torque"]
 DRIVES: tuple[DriveKind, ...] = get_args(DriveKind)
 # What z does: it grows as w has it, waits at the torque limit, or keeps the torque there.
 _GROWS, _WAITS, _KEEPS = 0, 1, 2
-_AT_LIMIT = 1e-9  # part of the torque limit within which a torque is at it
+# Part of the torque limit within which a torque is at it, and which a rate there must be in a second.
+_AT_LIMIT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -162,8 +163,9 @@ class Motors:
         beyond = room < -_AT_LIMIT * self.limit
         at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
         waiting, growing = side * self._by(now, _WAITS), side * self._by(now, _GROWS)
-        waits = onwards & (beyond | (at_limit & (waiting >= 0.0)))
-        keeps = onwards & at_limit & (waiting < 0.0) & (growing > 0.0)
+        falls = waiting < -_AT_LIMIT * self.limit
+        waits = onwards & (beyond | (at_limit & ~falls))
+        keeps = onwards & at_limit & falls & (growing > _AT_LIMIT * self.limit)
         return np.where(waits, _WAITS, np.where(keeps, _KEEPS, _GROWS))
 
     def growth(self, now: MotorInstant, modes: np.ndarray) -> np.ndarray:
