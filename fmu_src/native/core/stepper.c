@@ -231,6 +231,7 @@ static void settle(const er_run *r, er_state *state)
         else if (way == 0 && fabs(elongation) > element->angle + er_stop_slack(robot, j, r->means->tolerance))
             slip_one(r, state, j, elongation > 0.0 ? 1 : -1);
     }
+    er_servos_settle(r, state);
 }
 
 static void change_servo(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing)
