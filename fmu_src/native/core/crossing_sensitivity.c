@@ -88,7 +88,7 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
     const er_robot *robot = r->system->robot;
     double sum = 0.0;
     int d = crossing->coordinate - r->m;
-    for (int j = 0; j < er_all_elements(robot); j++)
+    for (int j = robot->first_element[crossing->coordinate]; j < robot->first_element[crossing->coordinate + 1]; j++)
         if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
             sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
     if (d < 0)

@@ -10,8 +10,6 @@
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
 
-static const er_servo_law NO_SERVO = {0, ER_GROWS};
-
 /* Bernstein coefficients of the left and right half of a polynomial (de Casteljau). */
 static void halve(const double *whole, double *left, double *right)
 {
@@ -215,7 +213,7 @@ static void find_edges(const er_run *r, const er_state *state, const er_step *st
         int outward = side == 1 ? 1 : -1;
         if (side == 1 ? x.highest > edge[1] : x.lowest < edge[0])
             take_earlier(x.control,
-                         (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, NO_SERVO, 0.0},
+                         (er_crossing){.at = ER_AT_EDGE, .coordinate = k, .boundary = edge[side], .outward = outward, .region = region == 0 ? outward : 0},
                          first, found);
     }
 }
@@ -233,7 +231,9 @@ static void find_slips(const er_run *r, const er_state *state, int k, double far
         for (int outward = -1; outward <= 1; outward += 2) {
             double edge = x->control[0] - stops->elongation[j] + outward * way;
             if (outward > 0 ? x->highest > edge : x->lowest < edge)
-                take_earlier(x->control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, NO_SERVO, 0.0}, first, found);
+                take_earlier(x->control,
+                             (er_crossing){.at = ER_AT_SLIP, .coordinate = k, .element = j, .boundary = edge, .outward = outward},
+                             first, found);
         }
     }
 }
@@ -269,7 +269,9 @@ static void find_changes(const er_run *r, const er_state *state, const er_step *
             find_rate(&x, step->length, rate);
         else
             find_motor_rate(r, state, k - r->m, step, least, rate);
-        take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, slips, outward * least, outward, 0, NO_SERVO, 0.0}, first, found);
+        take_earlier(rate,
+                     (er_crossing){.at = ER_AT_REVERSAL, .coordinate = k, .element = slips, .boundary = outward * least, .outward = outward},
+                     first, found);
     }
 }
 
@@ -278,33 +280,36 @@ static void find_limits(const er_run *r, const er_state *state, int d, er_crossi
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_servo_course *course = &r->work->motors.course[d];
-    const er_servo_law law = state->motors.law[d], grows = {law.side, ER_GROWS}, waits = {law.side, ER_WAITS};
-    const int k = r->m + d, side = law.side;
-    const double limit = motor->torque_limit, slack = er_servo_slack(r, d), rate_slack = er_servo_rate_slack(r);
+    const er_servo_law law = state->motors.law[d];
+    const int side = law.side;
+    const double slack = er_servo_slack(r, d), rate_slack = er_servo_rate_slack(r);
+    er_crossing crossing = {.at = ER_AT_LIMIT, .coordinate = r->m + d};
     if (law.integral == ER_KEEPS) {
-        const er_servo_law released = {0, ER_GROWS};
         double waiting[ER_CONTROL], growing[ER_CONTROL];
         for (int c = 0; c < ER_CONTROL; c++) {
             waiting[c] = motor->rate_gain * course->turning[c];
             growing[c] = waiting[c] + motor->integral_gain * course->wanted[c];
         }
-        take_passage(waiting, (er_crossing){ER_AT_RELEASE, k, 0, 0.0, side, 0, waits, 0.0}, first, found);
-        take_passage(growing, (er_crossing){ER_AT_RELEASE, k, 0, 0.0, -side, 0, released, 0.0}, first, found);
+        crossing.at = ER_AT_RELEASE;
+        crossing.outward = side, crossing.law = (er_servo_law){side, ER_WAITS};
+        take_passage(waiting, crossing, first, found);
+        crossing.outward = -side, crossing.law = (er_servo_law){0, ER_GROWS};
+        take_passage(growing, crossing, first, found);
         return;
     }
-    for (int outward = -1; side == 0 && outward <= 1; outward += 2)
-        take_passage(course->asked, (er_crossing){ER_AT_LIMIT, k, 0, outward * (limit + slack), outward, 0, law, 0.0},
-                     first, found);
+    for (int outward = -1; outward <= 1; outward += 2) {
+        crossing.outward = outward;
+        crossing.boundary = (side == 0 ? outward : side) * motor->torque_limit + outward * slack;
+        if (outward != side)
+            take_passage(course->asked, crossing, first, found);
+    }
     if (side == 0)
         return;
-    take_passage(course->asked, (er_crossing){ER_AT_LIMIT, k, 0, side * (limit - slack), -side, 0, law, 0.0}, first,
-                 found);
-    if (law.integral == ER_WAITS)
-        take_passage(course->wanted, (er_crossing){ER_AT_TURN, k, 0, -side * rate_slack, -side, 0, grows, 0.0}, first,
-                     found);
-    else
-        take_passage(course->wanted, (er_crossing){ER_AT_TURN, k, 0, side * rate_slack, side, 0, waits, 0.0}, first,
-                     found);
+    crossing.at = ER_AT_TURN;
+    crossing.outward = law.integral == ER_WAITS ? -side : side;
+    crossing.boundary = crossing.outward * rate_slack;
+    crossing.law = (er_servo_law){side, law.integral == ER_WAITS ? ER_GROWS : ER_WAITS};
+    take_passage(course->wanted, crossing, first, found);
 }
 
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
@@ -327,8 +332,7 @@ bool er_first_crossing(const er_run *r, const er_state *state, const er_step *st
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first)
 {
     take_passage(depth,
-                 (er_crossing){ER_AT_CONTACT, 0, 0, touching ? 0.0 : ER_CONTACT_SLACK, touching ? -1 : 1, !touching,
-                               NO_SERVO, 0.0},
+                 (er_crossing){.at = ER_AT_CONTACT, .boundary = touching ? 0.0 : ER_CONTACT_SLACK, .outward = touching ? -1 : 1, .region = !touching},
                  first, &found);
     return found;
 }

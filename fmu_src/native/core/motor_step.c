@@ -64,6 +64,27 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     }
 }
 
+er_start er_chain_start(const er_run *r, const er_state *state)
+{
+    if (r->motors == 0)
+        return (er_start){state->x, state->v};
+    er_motors_begin(r, state);
+    return (er_start){r->work->motors.x, r->work->motors.v};
+}
+
+void er_motors_wind_up(const er_run *r, er_step *step)
+{
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        const er_motor_end *end = &step->motors;
+        er_gear_error error = er_gear_error_at(r->system->robot, motor->joint, end->angle[d]);
+        int k = motor->coordinate;
+        step->x[k] -= end->p[d] + error.value;
+        step->v[k] -= end->pv[d] + error.slope * end->rate[d];
+        step->a[k] -= end->pa[d] + error.slope * end->acceleration[d] + error.bend * end->rate[d] * end->rate[d];
+    }
+}
+
 double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v)
 {
     const er_gears *gears = r->system->gears;

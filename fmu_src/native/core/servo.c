@@ -45,7 +45,7 @@ static moment find_moment(const er_run *r, const er_state *state, int d)
 
 double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning)
 {
-    return law.integral == ER_GROWS ? motor->integral_gain * wanted
+    return law.integral == ER_GROWS   ? motor->integral_gain * wanted
            : law.integral == ER_KEEPS ? -motor->rate_gain * turning
                                       : 0.0;
 }

@@ -168,6 +168,11 @@ double er_contact_depth(const er_run *r, const er_state *state);
 /* Rate of its depth at the end of the step solved last [m/s]; its motion there is in w->contact then. */
 double er_end_approach(const er_run *r, const er_step *step);
 
+/* What is at the nodes of a step (stage.c).
+ *
+ * Drives at its stages and its end, and the sines that their changes are counted from. */
+void er_drive_step(const er_run *r, double time, double h);
+
 /* The chain's motion at the nodes of a step, into w->motion, from w->x, w->v and the accelerations. */
 void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration);
 
@@ -192,6 +197,12 @@ typedef struct {
 } er_start;
 
 er_start er_chain_start(const er_run *r, const er_state *state);
+
+/* Depths of the contact along a solved step that starts from there. */
+void er_find_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step);
+
+/* Counts the end of a step from the motors. */
+void er_motors_wind_up(const er_run *r, er_step *step);
 
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
@@ -227,6 +238,31 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
 /* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
  * acceleration. */
 double er_motors_defect(const er_run *r, double *defect);
+
+/* Steps (landing.c).
+ *
+ * Stage accelerations to start from: the last step's polynomial, continued, or those of a part of a step that was tried. */
+void er_guess(const er_run *r, const er_state *state, double h, er_step *step);
+void er_guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step);
+
+/* Solves a step as one of the tries that are left. */
+bool er_try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step);
+
+/* Shortens a solved step until it ends on the boundary that it crosses, in w->landed. */
+bool er_land(const er_run *r, const er_state *state, const er_step *step, const er_crossing *crossing);
+
+/* Laws (laws.c).
+ *
+ * Has the state at the end of a step obey what is beyond its crossing. */
+void er_take_crossing(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing);
+
+/* A step that lands on what another coordinate crosses may end just behind a motor's reversal, which no later step
+ * has in it. */
+void er_stick_reversed(const er_run *r, er_state *state);
+
+/* Whether the contact presses, and the laws of servos at their torque limits: inputs may have moved plane and commands
+ * since. */
+void er_obey_inputs(const er_run *r, er_state *state);
 
 /* The matrices of Newton's method for a step's stages. */
 
