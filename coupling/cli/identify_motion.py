@@ -50,9 +50,8 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     target = asked.output or Path("results", f"{asked.files[0].stem}_identified.toml")
     if target.suffix != ".toml":
         raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
-    count = len(described.joints)
-    recordings = [read_recording(file, count) for file in asked.files]
-    held_out = [read_recording(file, count) for file in asked.hold_out]
+    recordings = [read_recording(file, described) for file in asked.files]
+    held_out = [read_recording(file, described) for file in asked.hold_out]
     found = identify_motion(described, recordings, held_out, asked.bandwidth, asked.leave_out)
     told = motion_figures(found)
     tell(console, motion_summary(told))

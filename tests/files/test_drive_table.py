@@ -31,6 +31,7 @@ USUAL = {
     "servo": "{ position_gain = 20.0, rate_bandwidth_Hz = 30.0, integral_time_s = 0.02,"
     " rate_feed_forward = 0.9 }",
     "max_torque_Nm": "5000.0",
+    "torque_constant_Nm_A": "1.5",
 }
 
 
@@ -64,6 +65,7 @@ def test_a_data_sheet_at_the_output_of_the_gear():
         stribeck=0.25,
         stribeck_rate=0.02,
         torque_limit=5000.0,
+        torque_per_current=300.0,
     )
     for key, value in vars(expected).items():
         assert getattr(drive, key) == pytest.approx(value, rel=1e-15), key
@@ -105,7 +107,10 @@ def test_friction_is_that_of_the_file_at_rest_and_at_high_rates(coulomb, more, r
 def test_what_a_file_leaves_out_is_what_the_page_says():
     """Without friction and feed-forward of a part, without an integral, without a limit."""
     least = lines(
-        friction=None, servo="{ position_gain = 20, rate_gain = 1e4 }", max_torque_Nm=None
+        friction=None,
+        servo="{ position_gain = 20, rate_gain = 1e4 }",
+        max_torque_Nm=None,
+        torque_constant_Nm_A=None,
     )
     assert read(least) == Drive(200.0, 20.0, 1e4)
     alike = [
@@ -227,7 +232,7 @@ MISTAKES = {
     "unknown key": (
         lines(inertia="1.0"),
         "joint 2: drive: expected one of rotor_inertia_kg_m2, gear_ratio, friction, servo,"
-        " max_torque_Nm, got unknown key 'inertia'",
+        " max_torque_Nm, torque_constant_Nm_A, got unknown key 'inertia'",
     ),
     "unknown key of the friction": (
         lines(friction="{ coulomb = 90.0 }"),
@@ -270,7 +275,14 @@ hostile = st.one_of(
     st.sampled_from(["1" * 400, "1" * 5000, "[1.0]", "{ x = 1.0 }"]),
 )
 KEYS = {
-    "": ["rotor_inertia_kg_m2", "gear_ratio", "max_torque_Nm", "friction", "servo"],
+    "": [
+        "rotor_inertia_kg_m2",
+        "gear_ratio",
+        "max_torque_Nm",
+        "torque_constant_Nm_A",
+        "friction",
+        "servo",
+    ],
     "friction": ["coulomb_Nm", "stiction_Nm", "stribeck_rate", "viscous_Nm_s", "presliding_rad"],
     "servo": ["position_gain", "rate_bandwidth_Hz", "integral_time_s", "rate_feed_forward"],
 }

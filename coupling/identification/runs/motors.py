@@ -14,11 +14,12 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
+from coupling.identification.motor_currents import torque_per_current
 from coupling.path.motor_history import MotorHistory
 from elastic_robot.description import Robot
 
 # Columns, as in a robot's recording in motion.
-_NAMED = re.compile(r"(motor|motor_torque)\[(\d+)\]")
+_NAMED = re.compile(r"(motor|motor_torque|motor_current)\[(\d+)\]")
 # Smallest deviations that are believed [rad], [N m].
 _LEAST = {"motor": 1e-7, "motor_torque": 1e-3}
 
@@ -28,8 +29,9 @@ class MotorsSeen:
     """Angles and torques of motors, at the times of a measurement, in c columns.
 
     Attributes:
-        columns: Kind of each, "motor" or "motor_torque", and its joint from 0, (c,).
-        values: Angles over the gear ratio [rad], torques times it [N m], (n, c).
+        columns: Kind of each, "motor", "motor_torque" or, as read, "motor_current", and its joint from
+            0, (c,).
+        values: Angles over the gear ratio [rad], torques times it [N m], currents [A], (n, c).
         deviation: Standard deviations by which they count, of a row [rad], [N m], (c,).
     """
 
@@ -39,8 +41,16 @@ class MotorsSeen:
 
     @classmethod
     def read(cls, table: MeasuredTable) -> MotorsSeen | None:
-        """Return the columns `motor[i]` and `motor_torque[i]` of a table; None where it has none."""
-        named = [own for name in table.header if (own := _NAMED.fullmatch(name))]
+        """Return its columns of a table; None where it has none.
+
+        These are `motor[i]`, `motor_torque[i]` and, where there is no torque, `motor_current[i]`.
+        """
+        named = [
+            own
+            for name in table.header
+            if (own := _NAMED.fullmatch(name))
+            and not (own[1] == "motor_current" and f"motor_torque[{own[2]}]" in table.header)
+        ]
         if not named:
             return None
         columns = tuple((own[1], int(own[2]) - 1) for own in named)
@@ -68,8 +78,11 @@ class MotorsSeen:
     def of(self, robot: Robot, name: str) -> MotorsSeen | None:
         """Return the columns of joints that have a motor in a robot's file; None where none has.
 
+        Currents become torques.
+
         Raises:
-            LearnError: If there are columns of joints that the robot has not.
+            LearnError: If there are columns of joints that the robot has not, or currents of motors
+                without a torque constant in its file.
         """
         joints = robot.joints
         beyond = [
@@ -82,10 +95,15 @@ class MotorsSeen:
                 f"{name}: expected motors of a robot with {len(joints)} joints, got {beyond[0]}"
             )
         kept = [k for k, (_, i) in enumerate(self.columns) if joints[i].drive is not None]
-        columns = tuple(self.columns[k] for k in kept)
-        if not columns:
-            return None
-        return MotorsSeen(columns, self.values[:, kept], self.deviation[kept])
+        columns, values = [self.columns[k] for k in kept], self.values[:, kept].copy()
+        for k, (kind, joint) in enumerate(columns):
+            if kind == "motor_current":
+                try:
+                    values[:, k] *= torque_per_current(robot, joint)
+                except ValueError as cause:
+                    raise LearnError(f"{name}: {cause}") from cause
+                columns[k] = ("motor_torque", joint)
+        return MotorsSeen(tuple(columns), values, self.deviation[kept]) if columns else None
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""

@@ -173,6 +173,26 @@ def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_pa
     assert read_seen(file).motors is None
 
 
+def test_currents_count_as_torques_by_the_robots_constant(tmp_path, robots):
+    """2 N m/A; beside a torque a current does not count, without a constant it is refused."""
+    file = tmp_path / "measured.csv"
+    rows = [f"{0.1 * k},0,0,{0.01 * k},{k},{k},{k}" for k in range(30)]
+    file.write_text(
+        "\n".join(["time,x,y,z,motor_current[2],motor_current[3],motor_torque[3]", *rows])
+    )
+    seen = read_seen(file).motors
+    first, *others = robots.robot.joints
+    motor = replace(others[0].drive, torque_per_current=2.0)
+    robot = replace(robots.robot, joints=(first, replace(others[0], drive=motor), *others[1:]))
+    own = seen.of(robot, "measured.csv")
+    assert own.names == ("motor_torque[2]", "motor_torque[3]")
+    np.testing.assert_array_equal(own.values[4], [8.0, 4.0])
+    with pytest.raises(
+        LearnError, match=r"measured.csv: motor_current\[2\]: .*torque_constant_Nm_A"
+    ):
+        seen.of(robots.robot, "measured.csv")
+
+
 def test_ideal_drives_know_no_motors(robots):
     """What was recorded of them is left out there."""
     one = recorded(robots, robots.none, every=20)
