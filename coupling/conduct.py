@@ -9,7 +9,7 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.events import Progress, Watch
-from coupling.report.page import write_pages
+from coupling.report.run_report import write_pages
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.kept_process import kept_process

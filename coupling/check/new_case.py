@@ -14,9 +14,9 @@ from tomlkit import TOMLDocument
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, one_of
+from coupling.files.atomic_file import make_folder_of, write_whole
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
-from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.part_placement import PartPlacement, part_placements

@@ -37,7 +37,7 @@ def check(
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
-    from coupling.report.check_page import check_summary, write_check_page
+    from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.section import Section, warned
     from coupling.report.terminal import tell
     from coupling.run.console import RunView

@@ -12,7 +12,7 @@ import typer
 from coupling.cli.console import console
 from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_whole
 
 if TYPE_CHECKING:
     from coupling.identification.static.measurements import MeasurementNoise, Measurements
@@ -101,7 +101,7 @@ def identify(
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
-    from coupling.report.identify_page import identify_page, identify_summary
+    from coupling.report.identify_report import identify_page, identify_summary
     from coupling.report.terminal import tell
     from elastic_robot.torque_curves import TORQUE_CURVES
 

@@ -10,7 +10,7 @@ import typer
 
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_whole
 
 _REFUSED = 1
 
@@ -40,7 +40,7 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     from coupling.identification.motion.identification import identify_motion
     from coupling.identification.motion.recording import read_recording
     from coupling.identification.motion.results import motion_figures, moved_text
-    from coupling.report.motion_page import motion_page, motion_summary
+    from coupling.report.motion_report import motion_page, motion_summary
     from coupling.report.terminal import tell
 
     if asked.leave_out and not asked.hold_out:

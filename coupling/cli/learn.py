@@ -12,7 +12,7 @@ from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store
 from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, tell_run
 from coupling.errors import CaseError, LearnError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_whole
 
 _REFUSED = 1
 
@@ -55,7 +55,7 @@ def learn(
     from coupling.identification.runs.measurement import read_seen
     from coupling.identification.runs.results import figures, learned_text
     from coupling.identification.runs.source import read_source
-    from coupling.report.learn_page import learn_page, learn_summary
+    from coupling.report.learn_report import learn_page, learn_summary
     from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.run.execute import run_compensation

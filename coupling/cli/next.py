@@ -16,7 +16,7 @@ from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, tell_run
 from coupling.errors import LearnError
 from coupling.events import Watch
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_whole
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
@@ -211,14 +211,14 @@ def _advance(
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
-    from coupling.files.whole_folder import alone
+    from coupling.files.atomic_folder import alone
     from coupling.identification.next.command import plan
+    from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import PLAN, inputs_folder, write_inputs
-    from coupling.identification.next.selection import selected
     from coupling.identification.runs.measurement import read_seen
     from coupling.identification.runs.source import read_source
-    from coupling.report.next_page import next_page, next_summary
+    from coupling.report.next_report import next_page, next_summary
     from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.run.models import Models

@@ -36,7 +36,7 @@ def place(
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_page import REPORT, place_summary, write_place_report
+    from coupling.report.place_report import REPORT, place_summary, write_place_report
     from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.run.kept_process import kept_process

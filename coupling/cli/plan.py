@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_whole
 from coupling.identification.static.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.section import Section, Table

@@ -71,8 +71,8 @@ def report(
     """Write the report of a run folder, a study or a placement anew."""
     from coupling.place.folder import FIGURES as PLACED
     from coupling.report import write_report
-    from coupling.report.place_page import write_place_report
-    from coupling.report.study_page import write_study_report
+    from coupling.report.place_report import write_place_report
+    from coupling.report.study_report import write_study_report
     from coupling.study.folder import FIGURES
 
     write = write_report
@@ -105,7 +105,7 @@ def _run(
 
 def tell_run(done: FinishedRun, folder: Path) -> None:
     """Say what a run found and where it is."""
-    from coupling.report.page import run_summary
+    from coupling.report.run_report import run_summary
     from coupling.report.terminal import tell
 
     tell(console, run_summary(done.stored))

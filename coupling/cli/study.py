@@ -39,7 +39,7 @@ def study(
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
     from coupling.case.file import load_case
-    from coupling.report.study_page import study_summary, write_study_report
+    from coupling.report.study_report import study_summary, write_study_report
     from coupling.report.terminal import tell
     from coupling.run.console import RunView
     from coupling.study.conduct import changed_table, opened, simulated

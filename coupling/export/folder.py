@@ -13,8 +13,8 @@ from pathlib import Path
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.files.whole_file import WholeFile, writing
-from coupling.files.whole_folder import alone, aside, put_right, take_place
+from coupling.files.atomic_file import WholeFile, writing
+from coupling.files.atomic_folder import alone, aside, put_right, take_place
 from coupling.results.export_result import ExportResult
 
 SUMMARY = "export.json"

@@ -11,7 +11,7 @@ from io import BytesIO
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.whole_file import WholeFile, writing
+from coupling.files.atomic_file import WholeFile, writing
 
 # Masters unpack with these permissions; a library must be readable and may be executable.
 _FILE_MODE = 0o100644

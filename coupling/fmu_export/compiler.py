@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.whole_file import WholeFile, writing
+from coupling.files.atomic_file import WholeFile, writing
 
 try:
     from filelock import FileLock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import computed_field
 
-from coupling.results.result_file import ResultPart
+from coupling.results.base import ResultPart
 
 # Quartile of a normal variable by what it exceeds in one of twenty cases.
 _QUARTILE = 0.6745 / 1.6449

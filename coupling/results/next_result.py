@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from coupling.results.base import From, ResultFile, ResultPart
 from coupling.results.forecast import PassForecast
 from coupling.results.learned_result import PassResult
-from coupling.results.result_file import From, ResultFile, ResultPart
 from coupling.results.run_result import Three
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
+from coupling.results.base import From, ResultFile, ResultPart
 from coupling.results.forecast import PassForecast
 from coupling.results.outlook import WorstReplay
-from coupling.results.result_file import From, ResultFile, ResultPart
 
 Kind = Literal["couple", "compensate"]
 Three = tuple[float, float, float]

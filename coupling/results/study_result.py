@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 
 
 class StudySample(ResultPart):

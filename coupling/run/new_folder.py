@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import PARTIAL, writing
-from coupling.files.whole_folder import alone, put_right, take_place
+from coupling.files.atomic_file import PARTIAL, writing
+from coupling.files.atomic_folder import alone, put_right, take_place
 from coupling.process.base import EVALUATIONS
 from coupling.run.run_log import is_finished, is_run, read_log
 from coupling.run.stored_run import RESULT, RUN

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
-from coupling.files.whole_file import WholeFile
+from coupling.files.atomic_file import WholeFile
 from coupling.process.base import EVALUATIONS
 from coupling.results.run_result import EvaluationResult
 from coupling.results.run_state import AnswerResult, RunState

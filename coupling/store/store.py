@@ -17,7 +17,7 @@ from filelock import FileLock, Timeout
 
 from coupling.errors import StoreError
 from coupling.events import Event, WarningEvent, Watch, unwatched
-from coupling.files.whole_file import PARTIAL, WholeFile
+from coupling.files.atomic_file import PARTIAL, WholeFile
 from coupling.process.base import ProcessResponse
 from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
 

@@ -15,10 +15,10 @@ import numpy as np
 import tomlkit
 
 from coupling.errors import StudyError, one_of
+from coupling.files.atomic_file import PARTIAL, WholeFile, write_whole, writing
+from coupling.files.atomic_folder import alone
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import PARTIAL, WholeFile, write_whole, writing
-from coupling.files.whole_folder import alone
 from coupling.study.design import DESIGNS, GROWS
 from coupling.study.parameters import StudyParameters
 

@@ -25,8 +25,8 @@ from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
-from coupling.place.selection import selected
-from coupling.report.place_page import changes, in_words, map_figures
+from coupling.place.station_choice import selected
+from coupling.report.place_report import changes, in_words, map_figures
 from coupling.report.style import style
 from coupling.robot.mismatch import ModelMismatch
 from coupling.run.execute import loop_of

@@ -21,10 +21,10 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next.command import plan
+from coupling.identification.next.cutoff_choice import selected
 from coupling.identification.next.figures import figures
 from coupling.identification.next.inputs import inputs_folder, write_inputs
 from coupling.identification.next.options import FrameKnown, NextOptions
-from coupling.identification.next.selection import selected
 from coupling.identification.runs.measurement import read_seen
 from coupling.identification.runs.source import read_source
 from coupling.results.forecast import PassForecast

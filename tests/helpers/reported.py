@@ -7,7 +7,7 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.cli.console import console
 from coupling.report import write_report
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.report.terminal import tell
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run

@@ -18,8 +18,8 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.place.moved import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
-from coupling.place.selection import selected
 from coupling.place.settings import NAMES, CellLayout
+from coupling.place.station_choice import selected
 from coupling.robot.batch.following import Targets, following, led, reached
 from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics

@@ -23,7 +23,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.source import read_source, require_alike
 from coupling.path.deviation import measure
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling

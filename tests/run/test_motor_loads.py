@@ -27,7 +27,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.report.drives import drives
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling

@@ -16,7 +16,7 @@ from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation

@@ -24,7 +24,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.report import write_report
 from coupling.report.along import deviation
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.report.terminal import tell
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member

@@ -16,7 +16,7 @@ from killing import die_while_keeping, start_function, wait_until
 
 from coupling.errors import ProcessError, StoreError
 from coupling.events import Event, WarningEvent
-from coupling.files import whole_file
+from coupling.files import atomic_file
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
 from coupling.store import Store, StoredAnswer, StoredProcess, WaitingForOther
@@ -189,7 +189,7 @@ def test_no_room_is_found_before_the_work(store, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     springs = Springs()
-    monkeypatch.setattr(whole_file.os, "posix_fallocate", full)
+    monkeypatch.setattr(atomic_file.os, "posix_fallocate", full)
     with pytest.raises(StoreError, match=r"store cannot be written: No space left on device"):
         StoredProcess(springs, store).evaluate(path())
     assert springs.asked == []
@@ -205,7 +205,7 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
     springs = Springs()
     process = StoredProcess(springs, store, told.append)
     with monkeypatch.context() as faults:
-        faults.setattr(whole_file.os, "fsync", full)
+        faults.setattr(atomic_file.os, "fsync", full)
         answer = process.evaluate(path())
         assert np.array_equal(process.evaluate(path()).wrench.wrench, answer.wrench.wrench)
     assert (springs.asked, process.unkept, store.entries()) == ([0.0], 1, [])

@@ -10,8 +10,8 @@ from typing import Any
 import tomlkit
 
 from coupling.errors import CaseError, LearnError
+from coupling.files.atomic_file import write_whole
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import write_whole
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.runs.results import figures, learned_text

@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 
 from coupling.cli.next import frame_of
 from coupling.errors import LearnError
+from coupling.files.atomic_folder import alone
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
-from coupling.files.whole_folder import alone
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
 from coupling.identification.next.causes import causes

@@ -20,7 +20,7 @@ from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
-from coupling.report.page import robot_page
+from coupling.report.run_report import robot_page
 from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.tables import deviations

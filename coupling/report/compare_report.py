@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_whole
 from coupling.report.background import case_of, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from coupling.files.whole_file import WholeFile, write_whole
+from coupling.files.atomic_file import WholeFile, write_whole
 
 
 class OwnError(Exception):

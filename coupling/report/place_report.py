@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_whole
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from coupling.files.whole_file import sync_folder, writing
+from coupling.files.atomic_file import sync_folder, writing
 
 
 @contextmanager

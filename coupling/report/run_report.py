@@ -9,7 +9,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_whole
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, tables, workpiece_figures
 from coupling.report.background import (

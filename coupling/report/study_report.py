@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from coupling.check.backlash import GearReplay
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table, warned
