@@ -10,7 +10,6 @@ import numpy as np
 from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit
 from coupling.identification.motion.identification import Judged, MotionIdentification
-from coupling.identification.motion.parameters import dry_friction
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import SAYS, fitted_head
 from coupling.identification.verdict import KEPT, interval_words
@@ -22,6 +21,7 @@ from coupling.results.motion_result import (
     TermResult,
     WindUpShareResult,
 )
+from coupling.robot.parameters import dry_friction
 
 _DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
 
