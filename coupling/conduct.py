@@ -24,12 +24,12 @@ class FinishedRun:
     Attributes:
         run: Its result.
         stored: What its folder says of it.
-        unkept: Number of the process's answers that could not be kept in the store.
+        not_stored: Number of the process's answers that could not be kept in the store.
     """
 
     run: Run
     stored: StoredRun
-    unkept: int
+    not_stored: int
 
 
 def conduct(
@@ -66,4 +66,4 @@ def conduct(
         stored = read_run(place)
         write_pages(stored, place / "report.html")
         log.finish(run.durations)
-    return FinishedRun(run, stored, process.unkept)
+    return FinishedRun(run, stored, process.not_stored)

@@ -178,7 +178,7 @@ class PartTable(Schema):
 
     @field_validator("touch_off")
     @classmethod
-    def _tells_a_frame(cls, value: bool | list[Vector3]) -> bool | list[Vector3]:
+    def _determines_a_frame(cls, value: bool | list[Vector3]) -> bool | list[Vector3]:
         if isinstance(value, bool) or len(value) == 1:
             return value
         points = np.array(value).reshape(-1, 3)

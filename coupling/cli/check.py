@@ -39,9 +39,9 @@ def check(
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.section import Section, warned
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
-    from coupling.run.execute import quiet_process
+    from coupling.run.execute import smoothed_process
     from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
     from coupling.run.repeated_evaluation import RememberedProcess
@@ -56,14 +56,14 @@ def check(
         if evaluate:
             process = checked_process(loaded, view.watch)
             asked = RememberedProcess(process)
-            quiet = quiet_process(loaded, asked)
+            quiet = smoothed_process(loaded, asked)
             wrench = (quiet or asked).evaluate(desired).wrench
             assert asked.last is not None
             each, said = asked.last.seconds, remarks(loaded, wrench)
             if quiet is not None and quiet.noise is not None and quiet.noise.significant:
                 said = (*said, quiet.noise.sentence)
             if isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, asked.last.answer, each)]
+                alike = [repeated(process, desired, asked.last.response, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
@@ -72,7 +72,7 @@ def check(
     told = [*check_summary(robots, loads), *warned((), said), Section("", others)]
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, told)
-    tell(console, told)
+    print_sections(console, told)
     console.print(f"Page: {file}")
 
 

@@ -12,7 +12,7 @@ import typer
 from coupling.cli.console import console
 from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
-from coupling.files.atomic_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 
 if TYPE_CHECKING:
     from coupling.identification.static.measurements import MeasurementNoise, Measurements
@@ -102,7 +102,7 @@ def identify(
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_report import identify_page, identify_summary
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
@@ -136,7 +136,7 @@ def identify(
     found = own(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
-    tell(console, identify_summary(told))
+    print_sections(console, identify_summary(told))
     title = f"{table.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
     _write(data, told.text() + "\n")
@@ -187,7 +187,7 @@ def _with_noise(wish: PlanRequest, position: float | None, force: float | None) 
 
 
 def _write(file: Path, text: str) -> None:
-    write_whole(file, text, IdentifyError)
+    write_atomically(file, text, IdentifyError)
 
 
 def _require(word: str, known: Iterable[str], option: str) -> None:

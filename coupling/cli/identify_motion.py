@@ -10,7 +10,7 @@ import typer
 
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
-from coupling.files.atomic_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 
 _REFUSED = 1
 
@@ -41,7 +41,7 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     from coupling.identification.motion.recording import read_recording
     from coupling.identification.motion.results import motion_figures, moved_text
     from coupling.report.motion_report import motion_page, motion_summary
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
 
     if asked.leave_out and not asked.hold_out:
         raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
@@ -55,15 +55,15 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     held_out = [read_recording(file, count) for file in asked.hold_out]
     found = identify_motion(described, recordings, held_out, asked.bandwidth, asked.leave_out)
     told = motion_figures(found)
-    tell(console, motion_summary(told))
+    print_sections(console, motion_summary(told))
     names = ", ".join(recording.name for recording in recordings)
     make_folder_of(target, IdentifyError)
     report = target.with_suffix(".html")
-    write_whole(target.with_suffix(".json"), told.text() + "\n", IdentifyError)
-    write_whole(report, motion_page(f"{names}: {described.name}", told), IdentifyError)
+    write_atomically(target.with_suffix(".json"), told.text() + "\n", IdentifyError)
+    write_atomically(report, motion_page(f"{names}: {described.name}", told), IdentifyError)
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)
     text = moved_text(found, told, start, target, f"motion of {names}")
-    write_whole(target, text, IdentifyError)
+    write_atomically(target, text, IdentifyError)
     console.print(f"Robot file: {target}")

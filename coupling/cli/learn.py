@@ -10,15 +10,15 @@ import typer
 
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, tell_run
+from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import CaseError, LearnError
-from coupling.files.atomic_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 
 _REFUSED = 1
 
 
 def learn(
-    passes: Annotated[
+    runs: Annotated[
         list[Path],
         typer.Argument(
             metavar="RUN MEASURED [RUN MEASURED]...",
@@ -52,21 +52,21 @@ def learn(
     from coupling.identification.next.inputs import next_case_text
     from coupling.identification.runs.learning import LearnOptions
     from coupling.identification.runs.learning import learn as learned
-    from coupling.identification.runs.measurement import read_seen
+    from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.results import figures, learned_text
     from coupling.identification.runs.source import read_source
     from coupling.report.learn_report import learn_page, learn_summary
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
-    if len(passes) % 2:
+    if len(runs) % 2:
         raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(passes)} names"
+            f"expected pairs of a run folder and what was measured, got {len(runs)} names"
         )
-    pairs = list(zip(passes[::2], passes[1::2], strict=True))
+    pairs = list(zip(runs[::2], runs[1::2], strict=True))
     target = output or Path("results", f"{pairs[0][1].stem}_learned.toml")
     if target.suffix != ".toml":
         raise LearnError(f"--output: expected a name that ends in .toml, got {target.name!r}")
@@ -77,7 +77,7 @@ def learn(
     folder = next_run or target.with_name(target.stem)
     if not no_next:  # before the work that would be lost
         require_free(folder, overwrite)
-    sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
+    sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     start = sources[0].file
     if start.resolve() == target.resolve():
         raise LearnError(f"{target}: expected another file than the robot that is learned from")
@@ -85,7 +85,7 @@ def learn(
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
     told = figures(found)
     make_folder_of(target, LearnError)
-    tell(console, learn_summary(told))
+    print_sections(console, learn_summary(told))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
     _write(target.with_suffix(".json"), told.text() + "\n")
@@ -104,10 +104,10 @@ def learn(
     kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
     with RunView(console) as view:
         done = conduct(case, folder, overwrite, kept, "compensate", run_compensation, view.watch)
-    tell_run(done, folder)
+    print_run(done, folder)
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def _write(file: Path, text: str) -> None:
-    write_whole(file, text, LearnError)
+    write_atomically(file, text, LearnError)

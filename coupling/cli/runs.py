@@ -95,20 +95,20 @@ def _run(
 
     with RunView(console) as view:
         done = conduct(file, folder, overwrite, store, kind, work, view.watch)
-    tell_run(done, folder)
-    if done.unkept:
-        text = f"Warning: {done.unkept} answers of the process could not be kept in {store}"
+    print_run(done, folder)
+    if done.not_stored:
+        text = f"Warning: {done.not_stored} answers of the process could not be kept in {store}"
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def tell_run(done: FinishedRun, folder: Path) -> None:
+def print_run(done: FinishedRun, folder: Path) -> None:
     """Say what a run found and where it is."""
     from coupling.report.run_report import run_summary
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
 
-    tell(console, run_summary(done.stored))
+    print_sections(console, run_summary(done.stored))
     seconds = sum(done.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     outlook = done.stored.figures.outlook

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.atomic_file import WholeFile, writing
+from coupling.files.atomic_file import AtomicFile, writing
 
 try:
     from filelock import FileLock
@@ -137,7 +137,7 @@ def _compile(command: Sequence[str], file: Path, failed: str) -> None:
         done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise CompilerError(f"{failed}:\n{done.stderr}")
-        WholeFile(file).write([built.read_bytes()])
+        AtomicFile(file).write([built.read_bytes()])
 
 
 def library_file(

@@ -79,10 +79,10 @@ class LinkTask:
 
 @dataclass(frozen=True)
 class GaussNewtonStep:
-    """One pass of Gauss and Newton's method.
+    """One iteration of Gauss and Newton's method.
 
     Attributes:
-        position, rotation: Largest error of the tool's pose before the pass [m], [rad].
+        position, rotation: Largest error of the tool's pose before the iteration [m], [rad].
         torque: Largest torque missing in a tilt before it [N m].
         step: Largest change of an angle in it [rad].
     """
@@ -99,12 +99,12 @@ class LinkMotion:
 
     Attributes:
         theta: All angles of the chain; those of the joints are phi = q + e.
-        passes: The way there.
+        iterations: The way there.
         error: Distance of the tool from its path at the nodes [m], (intervals + 1,).
     """
 
     theta: UniformSpline
-    passes: tuple[GaussNewtonStep, ...] = field(default=())
+    iterations: tuple[GaussNewtonStep, ...] = field(default=())
     error: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 

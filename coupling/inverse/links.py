@@ -25,7 +25,7 @@ from coupling.inverse.link_task import (
     interpolating,
 )
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.inverse.standstill import standing
+from coupling.inverse.standstill import equilibrium_angles
 
 _ORDERS = 3
 # Points whose derivatives are held in memory at once.
@@ -104,7 +104,7 @@ class LinkProblem:
     def _start(self) -> np.ndarray:
         """Return the angles at which a motion begins at rest."""
         task, time = self._task, self._task.nodes[:1]
-        return standing(
+        return equilibrium_angles(
             self._model,
             task.guess[0],
             task.position(time)[0],
@@ -112,16 +112,16 @@ class LinkProblem:
             task.wrench(time)[0],
         )
 
-    def solve(self, tolerance: float = 1e-9, passes: int = 12) -> LinkMotion:
+    def solve(self, tolerance: float = 1e-9, iterations: int = 12) -> LinkMotion:
         """Return the motion of the links.
 
         Args:
-            tolerance: Largest change of an angle that one more pass would make [rad], by how much
+            tolerance: Largest change of an angle that one more iteration would make [rad], by how much
                 smaller the last one was than the one before; they shrink faster than that.
-            passes: Passes at most.
+            iterations: Iterations at most.
         """
         motion, log, before = self.guess(), [], 0.0
-        for _ in range(passes):
+        for _ in range(iterations):
             motion, report = self._improved(motion)
             log.append(report)
             if report.step**2 <= tolerance * max(before, tolerance):
@@ -163,7 +163,7 @@ class LinkProblem:
     def _normal_equations(
         self, motion: UniformSpline
     ) -> tuple[NormalEquations, tuple[float, float, float]]:
-        """Return the equations of a pass, and the largest errors of position, rotation and torque."""
+        """Return an iteration's equations, and the largest errors of position, rotation and torque."""
         model, weights = self._model, self._weights
         equations = NormalEquations(motion.intervals, model.size, DEGREE, motion.spacing)
         worst = np.zeros(3)

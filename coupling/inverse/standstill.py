@@ -7,11 +7,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.link_model import LinkModel
 
-# Newton's method from the rigid robot's angles contracts by the tilts' share of the sag in each pass.
-_PASSES, _SETTLED = 30, 1e-15
+# Newton's method from the rigid robot's angles: each iteration contracts by the tilts' share of the sag.
+_ITERATIONS, _SETTLED = 30, 1e-15
 
 
-def standing(
+def equilibrium_angles(
     model: LinkModel, q: np.ndarray, position: np.ndarray, rotation: Rotation, wrench: np.ndarray
 ) -> np.ndarray:
     """Return the angles of the chain with the tool on a pose and the tilts in balance, (angles,).
@@ -25,7 +25,7 @@ def standing(
     """
     theta = model.chain.theta(q[None])
     rest, load = np.zeros_like(theta), wrench[None]
-    for _ in range(_PASSES):
+    for _ in range(_ITERATIONS):
         state, by = model.linearised(theta, rest, rest, load)
         turn = (Rotation.from_matrix(state.rotation[0]) * rotation.inv()).as_rotvec()
         missed = np.concatenate([state.position[0] - position, turn])

@@ -32,11 +32,11 @@ from coupling.process.evaluation_folder import (
     PATH,
     RESTART,
     EvaluationFolder,
-    answered,
+    finished_as,
     finished_in,
     mark_of,
 )
-from coupling.process.frames import PoseFrame, answer_in_base, poses_in
+from coupling.process.frames import PoseFrame, poses_in, response_in_base
 from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
 from coupling.toolpaths.task import Task
 
@@ -82,9 +82,9 @@ class ExternalProgram(WithIdentity):
         write_table(table, ("time", *POSE_COLUMNS), np.column_stack([path.time, poses]))
         asked = table.getvalue().encode()
         mark = mark_of(self.identity, asked)
-        before = answered(self.earlier, mark) if self.identity else None
+        before = finished_as(self.earlier, mark) if self.identity else None
         if before is not None:
-            return answer_in_base(self.frame, self._read(before, path), path, self.part)
+            return response_in_base(self.frame, self._read(before, path), path, self.part)
         place = EvaluationFolder(self.folder, mark)
         rows = self._taken_over(place, path)
         try:
@@ -94,7 +94,7 @@ class ExternalProgram(WithIdentity):
             place.fail(str(cause))
             raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
         place.finish()
-        return answer_in_base(self.frame, rows, path, self.part)
+        return response_in_base(self.frame, rows, path, self.part)
 
     def _computed(self, place: EvaluationFolder, asked: bytes, path: ToolPath) -> np.ndarray:
         """Run the program from its start and return what `_read` does."""

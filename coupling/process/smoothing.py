@@ -69,13 +69,13 @@ class SmoothedProcess(ProcessWrapper):
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, its wrenches without their noise."""
-        answer = self.process.evaluate(path)
-        if answer.period is not None:
-            return answer
-        wrench = answer.wrench
+        response = self.process.evaluate(path)
+        if response.period is not None:
+            return response
+        wrench = response.wrench
         level = np.stack([noise_level(wrench.instants, own) for own in wrench.before])
         self.noise = ForceNoise(level, self._filter, wrench.peak_force)
         if self._filter is None:
-            return answer
+            return response
         significant = level if self.noise.significant else np.zeros_like(level)
-        return replace(answer, wrench=self._filter.of(wrench, significant))
+        return replace(response, wrench=self._filter.of(wrench, significant))

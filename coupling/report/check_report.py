@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from coupling.check.backlash import GearReplay
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
-from coupling.files.atomic_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table, warned
@@ -46,7 +46,7 @@ def write_check_page(
     """
     make_folder_of(file, ResultError)
     drawn = Section("Path, robot and reach", [_NOTE], "workspace", [workspace(robots)])
-    write_whole(file, document(title, [*told, drawn]), ResultError)
+    write_atomically(file, document(title, [*told, drawn]), ResultError)
     return file
 
 

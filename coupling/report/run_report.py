@@ -9,13 +9,13 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, tables, workpiece_figures
 from coupling.report.background import (
-    answers_table,
     case_of,
     cost,
+    evaluations_table,
     inputs,
     real_part,
     touched_off,
@@ -70,7 +70,7 @@ def write_pages(run: StoredRun, target: Path) -> None:
         }
         pages[target] = cell_page(run)
     for place, text in pages.items():
-        write_whole(place, text, ResultError)
+        write_atomically(place, text, ResultError)
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -135,7 +135,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
     own, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.changes else [])
+    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.reversals else [])
     asked = (DRIVES_NOTE, drives_table(own))
     sections = [
         *robot_head(run, robot),
@@ -155,7 +155,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
     told = cost(robot.figures, case_of(run), run.answers)
-    parts: list[Part] = [*told, *answers_table(run.answers), _CONVERGENCE]
+    parts: list[Part] = [*told, *evaluations_table(run.answers), _CONVERGENCE]
     title = "The process: where and at what cost"
     return Section(title, parts, "convergence", [along.convergence(robot)])
 

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
-from coupling.files.atomic_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
@@ -41,7 +41,7 @@ def write_study_report(folder: Path, file: Path | None = None) -> Path:
     """
     target = file or folder / REPORT
     text = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    write_whole(target, text, StudyError)
+    write_atomically(target, text, StudyError)
     return target
 
 

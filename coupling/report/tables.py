@@ -148,11 +148,11 @@ def plant(figures: RunResult) -> list[Section]:
 
 def passages(figures: RunResult) -> list[Section]:
     """Return how often which gear passes through its backlash, and what a wrong one leaves."""
-    if not figures.changes:
+    if not figures.reversals:
         return []
     several, rows = len(figures.robots) > 1, []
-    for robot, joint in sorted({(change.robot, change.joint) for change in figures.changes}):
-        own = [c for c in figures.changes if (c.robot, c.joint) == (robot, joint)]
+    for robot, joint in sorted({(change.robot, change.joint) for change in figures.reversals}):
+        own = [c for c in figures.reversals if (c.robot, c.joint) == (robot, joint)]
         other = sum(change.before * change.after < 0 for change in own)
         within = sum(change.ends_s - change.begins_s for change in own)
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
@@ -161,8 +161,8 @@ def passages(figures: RunResult) -> list[Section]:
     most = max((_UM * own.maximum for own in left), default=0.0)
     much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
     text = (
-        f"Gears pass through their backlash {len(figures.changes)} times: the command leads them through"
-        f" it as the model says, a wrong backlash would show there{much}."
+        f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
+        f" through it as the model says, a wrong backlash would show there{much}."
     )
     columns = ("gear", "times in its backlash", "to the other flank", "time in it [s]")
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]

@@ -11,7 +11,7 @@ from rich.text import Text
 from coupling.report.section import Note, Section, Table
 
 
-def tell(console: Console, sections: Iterable[Section]) -> None:
+def print_sections(console: Console, sections: Iterable[Section]) -> None:
     """Print sections; notes are for pages."""
     for section in sections:
         if section.title:

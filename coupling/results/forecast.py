@@ -10,7 +10,7 @@ from coupling.results.base import ResultPart
 _QUARTILE = 0.6745 / 1.6449
 
 
-class PassForecast(ResultPart):
+class RunForecast(ResultPart):
     """Expected deviation of the next measured run [m], noise of the measurement taken off.
 
     Attributes:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 from coupling.results.base import From, ResultFile, ResultPart
-from coupling.results.forecast import PassForecast
-from coupling.results.learned_result import PassResult
+from coupling.results.forecast import RunForecast
+from coupling.results.learned_result import MeasuredRunResult
 from coupling.results.run_result import Three
 
 
@@ -21,14 +21,14 @@ class SizeResult(ResultPart):
     fast: float
 
 
-class NextPassResult(PassResult):
+class NextRunResult(MeasuredRunResult):
     """A measured run that the next command follows from."""
 
     tip_m: Three
     noise_m: float
     left_out: int
     size_m: SizeResult
-    forecast: PassForecast | None
+    forecast: RunForecast | None
     distance_m: list[float]
 
 
@@ -91,7 +91,7 @@ class NextResult(ResultFile):
 
     absolute: bool
     sentences: tuple[str, ...]
-    passes: tuple[NextPassResult, ...]
+    runs: tuple[NextRunResult, ...]
     judgement: JudgementResult
     move: Annotated[str, From("move.kind")]
     robot: Annotated[str, From("move.model.name")]
@@ -100,4 +100,4 @@ class NextResult(ResultFile):
     contraction: ContractionResult
     correction: PathCorrectionResult | None
     causes: tuple[CauseResult, ...]
-    forecast: PassForecast | None
+    forecast: RunForecast | None

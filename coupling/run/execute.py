@@ -18,7 +18,7 @@ from coupling.path.joint_path import JointPath
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, SmoothedProcess
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
@@ -103,7 +103,7 @@ class Run:
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
-    forecast: PassForecast | None = None
+    forecast: RunForecast | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -168,7 +168,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
         asked = RememberedProcess(case.process)
-        quiet = quiet_process(case, asked)
+        quiet = smoothed_process(case, asked)
         significant = replace(case, process=asked if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
         with _timed(kind, durations):
@@ -188,7 +188,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             before = found.before
             other_before = _simulated(cell, before.joints, before.wrench, other)
             if kind == "compensate":
-                other_after = _simulated(cell, found.joints, found.answer.wrench, other)
+                other_after = _simulated(cell, found.joints, found.response.wrench, other)
         replays: tuple[Replay, ...] = ()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
@@ -207,7 +207,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             motors = _motors(cell, models, fmus, found)
             found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
-            loads = at_samples(found.answer.wrench, found.achieved, case.desired)
+            loads = at_samples(found.response.wrench, found.achieved, case.desired)
             gears = diagnose_robots(case.robots, case.desired, loads)
         return Run(
             kind=kind,
@@ -237,7 +237,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         )
 
 
-def quiet_process(case: Case, process: Process) -> SmoothedProcess | None:
+def smoothed_process(case: Case, process: Process) -> SmoothedProcess | None:
     """Return the process of a case without the noise of its forces; None where it can have none."""
     table = case.process_table
     if not isinstance(table, NoisySchema):
@@ -287,7 +287,7 @@ def _motors(
 ) -> tuple[MotorLoads | None, ...]:
     """Return what a command asks of the motors of every robot; None where that is not simulated."""
     asked: list[MotorLoads | None] = []
-    loads = found.answer.wrench.tools
+    loads = found.response.wrench.tools
     for member, model, own, load in zip(
         cell.members, models, found.joints.robots, loads, strict=True
     ):

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
-from coupling.files.atomic_file import WholeFile
+from coupling.files.atomic_file import AtomicFile
 from coupling.process.base import EVALUATIONS
 from coupling.results.run_result import EvaluationResult
 from coupling.results.run_state import AnswerResult, RunState
@@ -106,7 +106,7 @@ class RunLog:
 
     def _write(self, **told: object) -> None:
         self._content = self._content.model_copy(update={**told, "changed": _now()})
-        WholeFile(self._file).write([self._content.text().encode()])
+        AtomicFile(self._file).write([self._content.text().encode()])
 
 
 def read_log(folder: Path) -> RunState | None:

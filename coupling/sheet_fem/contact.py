@@ -72,7 +72,7 @@ def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[fl
 
 
 @compiled
-def give(
+def add_force(
     N: np.ndarray,
     thrust: np.ndarray,
     tangent: np.ndarray,
@@ -90,7 +90,7 @@ def give(
 
 
 @compiled
-def press(
+def add_contact(
     surface: Surface,
     sphere: Sphere,
     places: np.ndarray,
@@ -177,7 +177,7 @@ def press(
                     on_tool[e, 3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
             for k in range(3):
                 on_tool[e, k] += thrust[k]
-            give(N, thrust, tangent, force[e], stiffness[e])
+            add_force(N, thrust, tangent, force[e], stiffness[e])
             for k in range(3):
                 along[k] = thrust[k] / size
             _squeeze(N, apart, along, half, size, slope, spread, normal, force[e], stiffness[e])

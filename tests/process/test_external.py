@@ -336,7 +336,7 @@ def test_a_later_failure_of_a_coupling_is_a_result_with_what_was_computed(tmp_pa
     assert result.reason.startswith("the process failed in evaluation 3: evaluation 0003")
     assert "licence lost" in result.reason
     answered = np.genfromtxt(tmp_path / "evaluations/0002/wrench.csv", delimiter=",", names=True)
-    assert np.array_equal(result.answer.wrench.force[0, :, 2], answered["fz"])
+    assert np.array_equal(result.response.wrench.force[0, :, 2], answered["fz"])
 
 
 def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
@@ -393,7 +393,7 @@ def test_external_calculix_case_shortened_runs_by_name(tmp_path):
     run = run_coupling(load_case(case, tmp_path))
     assert run.correction.converged, run.correction.reason
     # Commanded 2 mm, about 3.5 mm with the robot's sag; the linear plate has 29 N/mm.
-    assert 2.0 * 29.2 * 3.5 < run.correction.answer.wrench.peak_force < 8.0 * 29.2 * 3.5
+    assert 2.0 * 29.2 * 3.5 < run.correction.response.wrench.peak_force < 8.0 * 29.2 * 3.5
 
 
 def measured(file: Path, text: str, **keys: object):
@@ -464,4 +464,4 @@ def test_a_measured_case_couples_in_two_evaluations(tmp_path):
     run = run_coupling(load_case(tmp_path / "case.toml"))
     assert run.correction.converged
     assert run.correction.evaluations == 2
-    assert run.correction.answer.wrench.peak_force == pytest.approx(200.0)
+    assert run.correction.response.wrench.peak_force == pytest.approx(200.0)

@@ -243,7 +243,7 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     run = run_coupling(case)
     assert run.correction.converged, run.correction.reason
     into_part = case.task.part.rotation.inv()
-    forming, behind = (into_part.apply(force) for force in run.correction.answer.wrench.force)
+    forming, behind = (into_part.apply(force) for force in run.correction.response.wrench.force)
     assert forming[:, 2].max() > 100.0
     assert behind[:, 2].min() < -50.0
     assert np.all(forming[:, 2] >= -1e-9)

@@ -22,7 +22,7 @@ from coupling.identification.next.repeating import RepeatablePart, as_before
 from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.joint_path import JointPath
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models
 
@@ -49,7 +49,7 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     best_run = found.history.runs[found.judgement.best]
     measured = found.left(best_run.size)
     commanded = _commands(found, models)
-    best: tuple[RepeatablePart | None, PassForecast] | None = None
+    best: tuple[RepeatablePart | None, RunForecast] | None = None
     for number, beyond in enumerate(_tried(found)):
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
         wrench = found.history.runs[-1].source.stored.wrench
@@ -61,7 +61,7 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     return _again(found) if best is None else replace(found, repeating=best[0])
 
 
-def _safe(told: PassForecast, doubt: float, measured: float) -> bool:
+def _safe(told: RunForecast, doubt: float, measured: float) -> bool:
     """Return whether a command is forecast to leave less, and in three of four cases not to be worse.
 
     Args:

@@ -24,7 +24,7 @@ _LEAST = {"motor": 1e-7, "motor_torque": 1e-3}
 
 
 @dataclass(frozen=True)
-class MotorsSeen:
+class MeasuredMotors:
     """Angles and torques of motors, at the times of a measurement, in c columns.
 
     Attributes:
@@ -38,7 +38,7 @@ class MotorsSeen:
     deviation: np.ndarray
 
     @classmethod
-    def read(cls, table: MeasuredTable) -> MotorsSeen | None:
+    def read(cls, table: MeasuredTable) -> MeasuredMotors | None:
         """Return the columns `motor[i]` and `motor_torque[i]` of a table; None where it has none."""
         named = [own for name in table.header if (own := _NAMED.fullmatch(name))]
         if not named:
@@ -61,11 +61,11 @@ class MotorsSeen:
         """Names of the columns."""
         return tuple(f"{kind}[{joint + 1}]" for kind, joint in self.columns)
 
-    def at_rows(self, rows: np.ndarray) -> MotorsSeen:
+    def at_rows(self, rows: np.ndarray) -> MeasuredMotors:
         """Return its rows of given numbers, (k,)."""
         return replace(self, values=self.values[rows])
 
-    def of(self, robot: Robot, name: str) -> MotorsSeen | None:
+    def of(self, robot: Robot, name: str) -> MeasuredMotors | None:
         """Return the columns of joints that have a motor in a robot's file; None where none has.
 
         Raises:
@@ -85,7 +85,7 @@ class MotorsSeen:
         columns = tuple(self.columns[k] for k in kept)
         if not columns:
             return None
-        return MotorsSeen(columns, self.values[:, kept], self.deviation[kept])
+        return MeasuredMotors(columns, self.values[:, kept], self.deviation[kept])
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""

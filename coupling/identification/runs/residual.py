@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
-from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.slow_part import SlowPart
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
@@ -184,8 +184,8 @@ class UnexplainedPart:
 
 
 def weighed(
-    motors: MotorsSeen, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
-) -> MotorsSeen:
+    motors: MeasuredMotors, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
+) -> MeasuredMotors:
     """Return columns of motors with deviations by what no parameter explains, at least by their noise.
 
     What is left of a slow part, gear errors and ripple of torque among it, counts as noise that leaves

@@ -80,8 +80,8 @@ def spread_of(
     robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
     errors = []
     for number, x in enumerate(robots):
-        passes = []
-        for one in problem.passes:
+        runs = []
+        for one in problem.runs:
             path = one.simulated(problem.fmu, changed(problem.parameters, x))
             position = path.position(one.seen.time)
             position = position + noise * rng.standard_normal(position.shape)
@@ -95,8 +95,8 @@ def spread_of(
                 values = values + motors.deviation * rng.standard_normal(values.shape)
                 motors = replace(motors, values=values)
             seen = replace(one.seen, position=position, rotation=rotation, motors=motors)
-            passes.append(replace(one, seen=seen))
-        again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
+            runs.append(replace(one, seen=seen))
+        again = Fitter(replace(problem, runs=tuple(runs))).fit(start)
         errors.append(again.z[:count] - x)
         told(number + 1, draws)
     # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
