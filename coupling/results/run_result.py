@@ -161,14 +161,14 @@ class DriveMotion(ResultPart):
 
     @property
     def beyond(self) -> list[str]:
-        """Names of what passes its limit."""
+        """Names of what exceeds its limit."""
         rate, most = self.rate_limit, self.acceleration_limit
-        asked = {
+        exceeded = {
             "angle": self.margin < 0.0,
             "rate": rate is not None and self.rate > rate,
             "acceleration": most is not None and self.acceleration > most,
         }
-        return [name for name, runs in asked.items() if runs]
+        return [name for name, own in exceeded.items() if own]
 
 
 class DriveResult(ResultPart):

@@ -67,8 +67,8 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case StoredAnswer(key, origin, seconds):
-                    told = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
+                case StoredAnswer(seconds=seconds):
+                    told = AnswerResult.of(event, seconds=round(seconds, 3))
                     self._write(answers=(*content.answers, told), waiting=None)
                 case Evaluated(evaluation):
                     own = EvaluationResult.of(evaluation)

@@ -10,17 +10,16 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.causes import Cause, causes, largest, no_parameters
-from coupling.identification.next.contraction import Contraction
 from coupling.identification.next.history import History
-from coupling.identification.next.moves import NextStep, RunComparison, moves, next_repeating
+from coupling.identification.next.moves import NextStep, compared_runs, moves, next_repeating
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
-from coupling.identification.next.size import DeviationSize
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
+from coupling.results.next_result import Contraction, DeviationSize, RunComparison
 from coupling.run.models import Models
 
 # Runs from which parameters are learned without being told to; the second one where the first told
@@ -107,7 +106,7 @@ def plan(
     ranked = moves(history, known, options.absolute, before)
     history = history.beside(ranked[0].model.x)
     told = compared(history, ranked[0].model, every, before).hypotheses
-    judgement = RunComparison.of(history, options.absolute, told.rms)
+    judgement = compared_runs(history, options.absolute, told.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.

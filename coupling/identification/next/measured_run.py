@@ -10,12 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.identification.next.options import FrameAccuracy
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.alignment import aligned, clock_offset
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import noise_of
 from coupling.identification.runs.source import MeasuredFile
 from coupling.path.histories import ToolPath
+from coupling.results.next_result import DeviationSize
 
 # What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
 _IDENTIFIABLE = 1e-4
@@ -70,7 +71,7 @@ class MeasuredRun:
     @property
     def size(self) -> DeviationSize:
         """Size of that."""
-        return DeviationSize.of(self.seen.time, self.deviation, self.noise)
+        return deviation_size(self.seen.time, self.deviation, self.noise)
 
     @classmethod
     def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameAccuracy) -> MeasuredRun:

@@ -11,7 +11,8 @@ from coupling.identification.next.history import History
 from coupling.identification.next.possible import PossibleRobot
 from coupling.identification.next.repeatability import VALUES, Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, repeating
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
+from coupling.results.next_result import DeviationSize, RunComparison
 
 # A move by a robot that was fitted to the run that judges it is to be better by this part.
 _FITTED = 0.9
@@ -75,7 +76,7 @@ def moves(
         )
         if number:
             run = seen.runs[last]
-            alone = DeviationSize.of(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
+            alone = deviation_size(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
             found.append(NextStep("parameters", model, alone, predicted))
 
     def judged(move: NextStep) -> float:
@@ -91,44 +92,27 @@ def _left_by_path(history: History, model: PossibleRobot, before: Hypotheses) ->
     run, beyond = history.runs[last], history.beyond(last, model.x)
     known = repeating(history, model, range(max(last, 1)), before)
     rest = beyond - known.at(run.seen.time)
-    left = DeviationSize.of(run.seen.time, rest[:, :3], run.noise)
+    left = deviation_size(run.seen.time, rest[:, :3], run.noise)
     if last > 0:
         return left
     return replace(left, rms=known.left, rms_less_constant=known.left)
 
 
-@dataclass(frozen=True)
-class RunComparison:
-    """The last run beside the best one.
+def compared_runs(history: History, absolute: bool, new: float = 0.0) -> RunComparison:
+    """Return the last run of a history beside its best one.
 
-    Attributes:
-        best: Number of the run that left least, from 0.
-        last: Number of the last one.
-        worse: Whether the last one left more than the best one, beyond what is chance.
-        again: Whether the best one's command is given again, as nothing is expected to leave less.
+    Args:
+        history: The runs.
+        absolute: Whether the constant counts: the frame is known.
+        new: Rms of what is new in every run [m].
     """
-
-    best: int
-    last: int
-    worse: bool
-    again: bool = False
-
-    @classmethod
-    def of(cls, history: History, absolute: bool, new: float = 0.0) -> RunComparison:
-        """Return the judgement on a history.
-
-        Args:
-            history: The runs.
-            absolute: Whether the constant counts: the frame is known.
-            new: Rms of what is new in every run [m].
-        """
-        sizes = [run.size for run in history.runs]
-        left = [own.rms if absolute else own.rms_less_constant for own in sizes]
-        best, last = int(np.argmin(left)), len(left) - 1
-        # A vector r with a new one n of few components in it has the square r^2 + n^2 + 2 r n.
-        own = (2.0 * left[best] + new) * new / np.sqrt(VALUES)
-        doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), own))
-        return cls(best, last, worse(left[last], left[best], doubt))
+    sizes = [run.size for run in history.runs]
+    left = [own.rms if absolute else own.rms_less_constant for own in sizes]
+    best, last = int(np.argmin(left)), len(left) - 1
+    # A vector r with a new one n of few components in it has the square r^2 + n^2 + 2 r n.
+    own = (2.0 * left[best] + new) * new / np.sqrt(VALUES)
+    doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), own))
+    return RunComparison(best, last, worse(left[last], left[best], doubt))
 
 
 def worse(rms: float, best: float, doubt: float) -> bool:

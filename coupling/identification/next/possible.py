@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.identification.next.contraction import GAIN, Contraction, Responses, chosen
+from coupling.identification.next.contraction import GAIN, Responses, chosen
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.parameters import factors_between, prior_of, robot_with
 from coupling.identification.runs.residual import UnexplainedPart
+from coupling.results.next_result import Contraction
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.identification.next.forecast import forecast
 from coupling.identification.next.repeatability import VALUES, Hypotheses
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.measurement import SimulatedPath
 
 TIME = np.linspace(0.0, 20.0, 2001)  # [s]
@@ -46,7 +46,7 @@ def told(
         ),
         simulated=lambda number, x: SimulatedPath(moved(0.0 * x, wave)),
     )
-    size = DeviationSize.of(TIME, DEVIATION, noise)
+    size = deviation_size(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
     run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)

@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling.identification.next.moves import RunComparison
+from coupling.identification.next.moves import compared_runs
 from coupling.identification.next.repeatability import VALUES, ComparedRuns, Hypotheses
 from coupling.identification.next.repeating import compared, repeating
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
+from coupling.results.next_result import DeviationSize
 
 TIME = np.linspace(0.0, 20.0, 4001)  # [s]
 NOISE = 2e-5  # [m]
@@ -165,14 +166,14 @@ def test_what_is_new_and_how_wrong_the_model_is_are_told_apart(new, factor):
 )
 def test_a_last_pass_that_is_worse_than_the_best_is_seen(left, best, worse, doubt):
     runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0, doubt)) for own in left]
-    found = RunComparison.of(SimpleNamespace(runs=runs), absolute=True)
+    found = compared_runs(SimpleNamespace(runs=runs), absolute=True)
     assert (found.best, found.worse) == (best, worse)
 
 
 def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
     """6 um after 4 um is worse, but not where 3 um rms are new in every run."""
     runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0)) for own in (9e-6, 4e-6, 6e-6)]
-    judged = [RunComparison.of(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
+    judged = [compared_runs(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
     assert judged == [True, False]
 
 
@@ -180,7 +181,7 @@ def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
 def test_what_is_faster_than_noise_would_be_is_part_of_a_size(amplitude, seen):
     """Gears that strike at 25 Hz count; noise that is estimated 2 % too low does not, 50 times of 50."""
     shaken = amplitude * np.sin(2.0 * np.pi * 25.0 * TIME)[:, None] * np.array([1.0, 0.0, 0.0])
-    sizes = [DeviationSize.of(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
+    sizes = [deviation_size(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
     assert all((own.fast > 0.0) == seen for own in sizes)
     if seen:  # the two low-passes share a thirtieth of it
         rms = np.median([own.rms for own in sizes])
@@ -194,7 +195,7 @@ def test_the_size_of_what_is_fast_is_told_without_the_noise_in_its_band():
     50 Hz, and above 15 Hz.
     """
     shaken = 2e-5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 30.0 * TIME)[:, None]
-    sizes = [DeviationSize.of(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
+    sizes = [deviation_size(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
     passed = (1.0 - 1.0 / (1.0 + 2.0**8)) / (1.0 + 0.6**8)
     square = np.mean([own.fast**2 for own in sizes])
     assert square == pytest.approx((2e-5 * passed) ** 2, rel=0.03)
