@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.standstill import equilibrium_angles
+from coupling.inverse.links import equilibrium_angles
 
 
 def test_a_symmetric_robot_stands_symmetric_with_its_tool_on_the_pose():
