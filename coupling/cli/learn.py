@@ -8,7 +8,16 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.arguments import (
+    STORE,
+    MeasuredRuns,
+    NoStore,
+    Overwrite,
+    OwnFrame,
+    StoreFolder,
+    pairs_of,
+    store_folder,
+)
 from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import CaseError, LearnError
@@ -18,21 +27,12 @@ _REFUSED = 1
 
 
 def learn(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUN MEASURED [RUN MEASURED]...",
-            help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV"
-            " file. Later measured runs behind it.",
-        ),
-    ],
+    runs: MeasuredRuns,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Robot file; report and figures are beside it."),
     ] = None,
-    own_frame: Annotated[
-        bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")
-    ] = False,
+    own_frame: OwnFrame = False,
     next_run: Annotated[
         Path | None,
         typer.Option("--next", help="Run folder of the next command; beside the robot file."),
@@ -62,11 +62,7 @@ def learn(
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
-    if len(runs) % 2:
-        raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(runs)} names"
-        )
-    pairs = list(zip(runs[::2], runs[1::2], strict=True))
+    pairs = pairs_of(runs)
     target = output or Path("results", f"{pairs[0][1].stem}_learned.toml")
     if target.suffix != ".toml":
         raise LearnError(f"--output: expected a name that ends in .toml, got {target.name!r}")

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.arguments import (
+    STORE,
+    MeasuredRuns,
+    NoStore,
+    Overwrite,
+    OwnFrame,
+    StoreFolder,
+    pairs_of,
+    store_folder,
+)
 from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import LearnError
@@ -31,14 +40,6 @@ _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
 _ARM = 1.0
 REPORT = "next.html"
 
-MeasuredRuns = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="RUN MEASURED [RUN MEASURED]...",
-        help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
-        " Later measured runs behind it.",
-    ),
-]
 NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]
 Cutoff = Annotated[
     float | None,
@@ -47,7 +48,6 @@ Cutoff = Annotated[
         help="What is faster is not corrected along the path; else the highest that converges.",
     ),
 ]
-OwnFrame = Annotated[bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")]
 Known = Annotated[
     str | None,
     typer.Option(
@@ -224,11 +224,7 @@ def _advance(
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
-    if len(runs) % 2:
-        raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(runs)} names"
-        )
-    pairs = list(zip(runs[::2], runs[1::2], strict=True))
+    pairs = pairs_of(runs)
     require_free(output, overwrite)  # before the work that would be lost
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those that were measured")

@@ -37,8 +37,7 @@ def couple(
     """Iterate robot and process until the path they agree on no longer changes."""
     from coupling.run.execute import run_coupling
 
-    folder = output or Path("results", case.stem)
-    _run(case, folder, overwrite, store_folder(folder, store, no_store), "couple", run_coupling)
+    _run(case, output, overwrite, store, no_store, "couple", run_coupling)
 
 
 def compensate(
@@ -51,15 +50,7 @@ def compensate(
     """Correct the command until the tool follows the desired path."""
     from coupling.run.execute import run_compensation
 
-    folder = output or Path("results", case.stem)
-    _run(
-        case,
-        folder,
-        overwrite,
-        store_folder(folder, store, no_store),
-        "compensate",
-        run_compensation,
-    )
+    _run(case, output, overwrite, store, no_store, "compensate", run_compensation)
 
 
 def report(
@@ -84,20 +75,23 @@ def report(
 
 def _run(
     file: Path,
-    folder: Path,
+    output: Path | None,
     overwrite: bool,
     store: Path | None,
+    no_store: bool,
     kind: str,
     work: Callable[[Case, Watch], Run],
 ) -> None:
     from coupling.conduct import conduct
     from coupling.run.console import RunView
 
+    folder = output or Path("results", file.stem)
+    kept = store_folder(folder, store, no_store)
     with RunView(console) as view:
-        done = conduct(file, folder, overwrite, store, kind, work, view.watch)
+        done = conduct(file, folder, overwrite, kept, kind, work, view.watch)
     print_run(done, folder)
     if done.not_stored:
-        text = f"Warning: {done.not_stored} answers of the process could not be kept in {store}"
+        text = f"Warning: {done.not_stored} answers of the process could not be kept in {kept}"
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
