@@ -39,7 +39,7 @@ def conduct(
     store: Path | None,
     kind: str,
     work: Callable[[Case, Watch], Run],
-    tell: Watch,
+    report: Watch,
 ) -> FinishedRun:
     """Run a case into its run folder.
 
@@ -50,12 +50,12 @@ def conduct(
         store: Store of evaluations, if any.
         kind: "couple" or "compensate".
         work: What is to be done.
-        tell: Function that is told what happens.
+        report: Function that is told what happens.
 
     Raises:
         CouplingError: If the case, the run, the folder or the store fails.
     """
-    with logged_folder(kind, file, folder, overwrite, store, tell) as (place, log, watch):
+    with logged_folder(kind, file, folder, overwrite, store, report) as (place, log, watch):
         case = load_case(file, place, watch)
         process = kept_process(case, store, watch)
         run = work(replace(case, process=process), watch)

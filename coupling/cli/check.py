@@ -69,10 +69,10 @@ def check(
         robots = checked(loaded, wrench, view.watch)
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, *_time(loaded, each)]
-    told = [*check_summary(robots, loads), *warned((), said), Section("", others)]
+    sections = [*check_summary(robots, loads), *warned((), said), Section("", others)]
     file = output or Path("results", f"{case.stem}_check.html")
-    write_check_page(file, f"{loaded.name}: check", robots, told)
-    print_sections(console, told)
+    write_check_page(file, f"{loaded.name}: check", robots, sections)
+    print_sections(console, sections)
     console.print(f"Page: {file}")
 
 

@@ -134,13 +134,13 @@ def identify(
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     own = identified if measured.loop is None else identify_loops
     found = own(described, measured, options)
-    told = figures(found)
+    result = figures(found)
     make_folder_of(target, IdentifyError)
-    print_sections(console, identify_summary(told))
+    print_sections(console, identify_summary(result))
     title = f"{table.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
-    _write(data, told.text() + "\n")
-    _write(report, identify_page(title, told))
+    _write(data, result.text() + "\n")
+    _write(report, identify_page(title, result))
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)

@@ -54,16 +54,16 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     recordings = [read_recording(file, count) for file in asked.files]
     held_out = [read_recording(file, count) for file in asked.hold_out]
     found = identify_motion(described, recordings, held_out, asked.bandwidth, asked.leave_out)
-    told = motion_figures(found)
-    print_sections(console, motion_summary(told))
+    result = motion_figures(found)
+    print_sections(console, motion_summary(result))
     names = ", ".join(recording.name for recording in recordings)
     make_folder_of(target, IdentifyError)
     report = target.with_suffix(".html")
-    write_atomically(target.with_suffix(".json"), told.text() + "\n", IdentifyError)
-    write_atomically(report, motion_page(f"{names}: {described.name}", told), IdentifyError)
+    write_atomically(target.with_suffix(".json"), result.text() + "\n", IdentifyError)
+    write_atomically(report, motion_page(f"{names}: {described.name}", result), IdentifyError)
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)
-    text = moved_text(found, told, start, target, f"motion of {names}")
+    text = moved_text(found, result, start, target, f"motion of {names}")
     write_atomically(target, text, IdentifyError)
     console.print(f"Robot file: {target}")

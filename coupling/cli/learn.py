@@ -79,13 +79,13 @@ def learn(
         raise LearnError(f"{target}: expected another file than the robot that is learned from")
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
-    told = figures(found)
+    result = figures(found)
     make_folder_of(target, LearnError)
-    print_sections(console, learn_summary(told))
+    print_sections(console, learn_summary(result))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
-    _write(target.with_suffix(".json"), told.text() + "\n")
-    _write(report, learn_page(title, told))
+    _write(target.with_suffix(".json"), result.text() + "\n")
+    _write(report, learn_page(title, result))
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)

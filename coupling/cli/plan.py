@@ -43,14 +43,14 @@ def print_plan(plan: MeasurementPlan, file: Path) -> None:
         for own in plan.expected
     ]
     away = np.linalg.norm(plan.measurements.deflection, axis=1)
-    told = (
+    parts = (
         "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:",
         Table(("parameter", "start", "so far", "then"), rows),
         f"Deflections to expect: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Look whether every"
         " pose is free of collisions before you drive there.",
         f"{file}: {plan.measurements.count} poses and loads",
     )
-    print_sections(console, [Section("", told)])
+    print_sections(console, [Section("", parts)])
 
 
 def _percent(half: float) -> str:

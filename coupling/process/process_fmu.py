@@ -86,13 +86,13 @@ class ProcessFmu(WithIdentity):
                 worker = WorkerProcess(folder)
                 try:
                     worker.send(job)
-                    return worker.receive(self._tell)
+                    return worker.receive(self._report)
                 finally:
                     worker.close()
             except FmuError as cause:
                 raise ProcessError(f"{self.file}: {cause}") from cause
 
-    def _tell(self, done: int, total: int) -> None:
+    def _report(self, done: int, total: int) -> None:
         self.watch(Progress("evaluating the process", done, total))
 
 

@@ -49,8 +49,8 @@ def drives(run: StoredRobot) -> go.Figure:
             _add_curve(figure, joint, motors[0], own, count)
         figure.update_yaxes(title="motor torque [N m]", row=count, col=1)
         asked = max(float(np.abs(own).max()) for own in motors[1].values())
-        told = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
-        known = {joint: limit for joint, limit in told if limit is not None}
+        limits = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
+        known = {joint: limit for joint, limit in limits if limit is not None}
         _add_limits(figure, known, count, ends, asked)
     figure.update_xaxes(title="time [s]", row=count, col=1)
     return style(figure, 640 if motors is None else 840)

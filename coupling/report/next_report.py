@@ -107,8 +107,8 @@ def _moves(found: NextResult) -> Table:
 
 def _causes(found: NextResult) -> list[Section]:
     rows = [(_um(own.rms_m), own.text.partition(" follow ")[2]) for own in found.causes]
-    told = Table(("rms [um]", "follows"), rows, "words")
-    return [Section("Beyond the model", [told])] if rows else []
+    table = Table(("rms [um]", "follows"), rows, "words")
+    return [Section("Beyond the model", [table])] if rows else []
 
 
 def _distances(found: NextResult) -> go.Figure:

@@ -212,13 +212,13 @@ def _quantiles(figures: StudyResult) -> Section:
 
 
 def _parameters(figures: StudyResult) -> Section:
-    told = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
+    shares_of = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
     rows = [
         (
             entry.name,
             entry.distribution,
-            f"{100 * told[entry.name].share:.0f} %" if told else "",
-            f"{told[entry.name].rank_correlation:+.2f}" if told else "",
+            f"{100 * shares_of[entry.name].share:.0f} %" if shares_of else "",
+            f"{shares_of[entry.name].rank_correlation:+.2f}" if shares_of else "",
         )
         for entry in [entry for entry, _ in figures.ordered] or figures.parameters
     ]
@@ -226,7 +226,7 @@ def _parameters(figures: StudyResult) -> Section:
     left = (
         [f"Without effect here, left out: {', '.join(figures.silent)}."] if figures.silent else []
     )
-    few = [] if told else ["Too few samples for the sensitivity to each parameter."]
+    few = [] if shares_of else ["Too few samples for the sensitivity to each parameter."]
     return Section("What is uncertain", (Table(header, rows), *left, *few))
 
 

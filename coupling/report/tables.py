@@ -57,10 +57,10 @@ def deviations(
         *((f"{name} robot", found) for name, found in robots),
     ]
     columns = ("max", "rms", "at t = [s]")
-    told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
+    filled = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
     found = Table(
         ("deviation [um]", *columns * stages),
-        [(name, *sum(cells, ())) for name, cells in told if any(map(any, cells))],
+        [(name, *sum(cells, ())) for name, cells in filled if any(map(any, cells))],
         "dense",
         [("", 1), *((stage, len(columns)) for stage in figures.stages)],
     )

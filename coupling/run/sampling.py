@@ -143,8 +143,10 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     within = np.concatenate([np.arange(count) / count for count in parts])
     since = (within * step[row])[:, None]
     bent = -0.5 * own[:, row] * since * (step[row][:, None] - since)
-    told = np.concatenate([values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1)
-    return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), told)
+    refined = np.concatenate(
+        [values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1
+    )
+    return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), refined)
 
 
 def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process, np.ndarray, float]:

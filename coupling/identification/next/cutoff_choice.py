@@ -53,23 +53,24 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     for number, beyond in enumerate(_tried(found)):
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
         wrench = found.history.runs[-1].source.stored.wrench
-        told = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
-        if _safe(told, best_run.size.doubt, measured) and (best is None or told.rms < best[1].rms):
-            best = beyond, told
+        expected = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
+        safe = _safe(expected, best_run.size.doubt, measured)
+        if safe and (best is None or expected.rms < best[1].rms):
+            best = beyond, expected
         if best is not None and best[1].rms < _GAINS * measured:
             break
     return _again(found) if best is None else replace(found, repeating=best[0])
 
 
-def _safe(told: RunForecast, doubt: float, measured: float) -> bool:
+def _safe(expected: RunForecast, doubt: float, measured: float) -> bool:
     """Return whether a command is forecast to leave less, and in three of four cases not to be worse.
 
     Args:
-        told: The forecast.
+        expected: The forecast.
         doubt: Standard deviation of the square of what is measured [m^2].
         measured: Rms that the best command left [m].
     """
-    return told.rms < measured and not worse(told.upper_quartile, measured, doubt)
+    return expected.rms < measured and not worse(expected.upper_quartile, measured, doubt)
 
 
 def _tried(found: CommandPlan) -> Iterator[RepeatablePart | None]:

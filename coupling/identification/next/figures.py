@@ -33,13 +33,13 @@ def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResu
 
 
 def _run(run: MeasuredRun) -> NextRunResult:
-    told, time = run.source.forecast, run.seen.time
+    forecast, time = run.source.forecast, run.seen.time
     thin = slice(None, None, max(1, len(time) // 2000))
     return NextRunResult.of(
         run,
         from_s=time[0],
         to_s=time[-1],
-        forecast=told and told.model_copy(update={"robots": ()}),
+        forecast=forecast and forecast.model_copy(update={"robots": ()}),
         time=time[thin],
         distance_m=np.linalg.norm(run.deviation[thin], axis=1),
     )
@@ -71,14 +71,15 @@ def _verdict(found: CommandPlan) -> str:
             f" only {_rms(found, best)}: back to the command of {best.source.folder.name}, with half of"
             " what was measured under it taken off"
         )
-    told = last.source.forecast
-    if told is None:
+    forecast = last.source.forecast
+    if forecast is None:
         return f"The last command left {_rms(found, last)} rms."
-    left = last.size.rms if told.absolute else last.size.rms_less_constant
-    state = "as forecast" if told.low <= left <= told.high else "not as forecast"
-    better = "better" if left < told.low else "worse"
+    left = last.size.rms if forecast.absolute else last.size.rms_less_constant
+    state = "as forecast" if forecast.low <= left <= forecast.high else "not as forecast"
+    better = "better" if left < forecast.low else "worse"
     word = state if state == "as forecast" else f"{better} than forecast"
-    return f"The last command left {_um(left)} rms, {word} ({_um(told.low)} to {_um(told.high)})."
+    ends = f"{_um(forecast.low)} to {_um(forecast.high)}"
+    return f"The last command left {_um(left)} rms, {word} ({ends})."
 
 
 def _move(found: CommandPlan) -> str:

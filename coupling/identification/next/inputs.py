@@ -31,13 +31,13 @@ def inputs_folder(run: Path) -> Path:
     return run.with_name(f"{run.name}_inputs")
 
 
-def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
+def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
         folder: Folder of the inputs, which is made.
         found: Plan of the next command.
-        told: The plan's figures.
+        result: The plan's figures.
 
     Raises:
         LearnError: If something cannot be written.
@@ -57,7 +57,7 @@ def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
         )
     last = found.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_atomically(folder / PLAN, told.text() + "\n", LearnError)
+    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
     write_atomically(folder / CASE, text, LearnError)
     return folder / CASE
 

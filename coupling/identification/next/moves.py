@@ -139,9 +139,9 @@ def next_repeating(
     if not judgement.worse:
         return repeating(history, move.model, range(len(history.runs)), before)
     gain = 0.5 * move.model.contraction.gain
-    told = repeating(history, move.model, (judgement.best,), before, gain)
+    found = repeating(history, move.model, (judgement.best,), before, gain)
     corrected = history.runs[judgement.best].source.discrepancy
     if corrected is None:
-        return told
-    kept = (1.0 - told.weights[0]) * corrected.at(told.time)
-    return replace(told, deviation=told.deviation + kept)
+        return found
+    kept = (1.0 - found.weights[0]) * corrected.at(found.time)
+    return replace(found, deviation=found.deviation + kept)

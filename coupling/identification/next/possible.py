@@ -74,15 +74,15 @@ def earlier_models(history: History, options: NextOptions) -> list[PossibleRobot
         if any(np.allclose(x, own, rtol=0.0, atol=1e-9) for own in known):
             continue
         names = [own.name for own in history.parameters]
-        told, scales = run.source.forecast, tuple[float, ...]()
-        if told is not None and all(set(own) == set(names) for own in told.robots):
-            robots = np.log([[own[name] for name in names] for own in told.robots])
-            scales = told.scales
+        forecast, scales = run.source.forecast, tuple[float, ...]()
+        if forecast is not None and all(set(own) == set(names) for own in forecast.robots):
+            robots = np.log([[own[name] for name in names] for own in forecast.robots])
+            scales = forecast.scales
         else:
             robots = _possible(x, np.diag(prior_of(history.parameters) ** 2), options.seed)
         name = f"of {run.source.folder.name}"
         own = _model(history, name, number, x, robots, scales, options)
-        found.append(own if told is None else replace(own, left_over=told.left_over))
+        found.append(own if forecast is None else replace(own, left_over=forecast.left_over))
     return found
 
 

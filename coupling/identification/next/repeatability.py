@@ -80,7 +80,7 @@ class ComparedRuns:
     @classmethod
     def of(
         cls,
-        told: Sequence[np.ndarray],
+        repeating: Sequence[np.ndarray],
         noise: Sequence[float],
         changes: Sequence[float],
         before: Hypotheses,
@@ -89,8 +89,8 @@ class ComparedRuns:
         """Return how much each run counts.
 
         Args:
-            told: Part that repeats, as each run tells it: displacement [m] and rotation vector [rad],
-                (k, 6).
+            repeating: Part that repeats, as each run tells it: displacement [m] and rotation vector
+                [rad], (k, 6).
             noise: Mean square of the noise in it [m^2], (runs,).
             changes: Mean square of what possible robots differ by in the change from the run before
                 [m^2], (runs,); the first does not count.
@@ -101,9 +101,9 @@ class ComparedRuns:
         variance = noise[0] + new
         weights = np.full((len(new), 1), gain)
         score = np.log(np.maximum(before.likely, 1e-300))
-        places = np.array(told)[:, :, :3]
+        places = np.array(repeating)[:, :, :3]
         products = np.einsum("pkc,qkc->pq", places, places) / places.shape[1]
-        for number in range(1, len(told)):
+        for number in range(1, len(repeating)):
             known = variance + factor * changes[number]
             expected = np.maximum(known + noise[number] + new, _LEAST)
             # The surprise is the difference of this run and the weighted ones before.

@@ -89,7 +89,7 @@ class MeasuredMotors:
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""
-        told = {"motor": moved.angle, "motor_torque": moved.torque}
+        by_kind = {"motor": moved.angle, "motor_torque": moved.torque}
         return np.column_stack(
-            [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
+            [by_kind[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
         )
