@@ -60,22 +60,22 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
-def drive_of(robot: Robot, asked: OneOfDrives | None) -> OneOfDrives:
+def drive_of(robot: Robot, requested: OneOfDrives | None) -> OneOfDrives:
     """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
 
     Args:
         robot: The robot.
-        asked: Value in the case; None: none.
+        requested: Value in the case; None: none.
 
     Raises:
         CaseError: If it has no motors for servos.
     """
     motors = any(joint.drive is not None for joint in robot.joints)
-    if asked == IDEAL or (asked is None and not motors):
+    if requested == IDEAL or (requested is None and not motors):
         return IDEAL
     if not motors:
         raise CaseError(
-            f'drive: expected a [joint.drive] in the file of {robot.name} beside "{asked}", got none'
+            f'drive: expected a [joint.drive] in the file of {robot.name} beside "{requested}", got none'
         )
     return "servo"
 

@@ -55,15 +55,15 @@ def check(
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
             process = checked_process(loaded, view.watch)
-            asked = RememberedProcess(process)
-            quiet = smoothed_process(loaded, asked)
-            wrench = (quiet or asked).evaluate(desired).wrench
-            assert asked.last is not None
-            each, said = asked.last.seconds, remarks(loaded, wrench)
+            remembered = RememberedProcess(process)
+            quiet = smoothed_process(loaded, remembered)
+            wrench = (quiet or remembered).evaluate(desired).wrench
+            assert remembered.last is not None
+            each, said = remembered.last.seconds, remarks(loaded, wrench)
             if quiet is not None and quiet.noise is not None and quiet.noise.significant:
                 said = (*said, quiet.noise.sentence)
             if isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, asked.last.response, each)]
+                alike = [repeated(process, desired, remembered.last.response, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)

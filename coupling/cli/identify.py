@@ -109,8 +109,8 @@ def identify(
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_recording(files[0]):
-        asked = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
-        identify_from_motion(asked, robot)
+        request = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
+        identify_from_motion(request, robot)
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")

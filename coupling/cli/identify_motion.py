@@ -34,7 +34,7 @@ class MotionRequest:
     output: Path | None
 
 
-def identify_from_motion(asked: MotionRequest, robot: str) -> None:
+def identify_from_motion(request: MotionRequest, robot: str) -> None:
     """Identify a robot, a file or a shipped robot's name, from recordings of its motion."""
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.motion.identification import identify_motion
@@ -43,17 +43,17 @@ def identify_from_motion(asked: MotionRequest, robot: str) -> None:
     from coupling.report.motion_report import motion_page, motion_summary
     from coupling.report.terminal import print_sections
 
-    if asked.leave_out and not asked.hold_out:
+    if request.leave_out and not request.hold_out:
         raise IdentifyError("--leave-out: expected --hold-out, which judges the terms, got none")
     start = find_robot(robot)
     described = load_robot(start)
-    target = asked.output or Path("results", f"{asked.files[0].stem}_identified.toml")
+    target = request.output or Path("results", f"{request.files[0].stem}_identified.toml")
     if target.suffix != ".toml":
         raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     count = len(described.joints)
-    recordings = [read_recording(file, count) for file in asked.files]
-    held_out = [read_recording(file, count) for file in asked.hold_out]
-    found = identify_motion(described, recordings, held_out, asked.bandwidth, asked.leave_out)
+    recordings = [read_recording(file, count) for file in request.files]
+    held_out = [read_recording(file, count) for file in request.hold_out]
+    found = identify_motion(described, recordings, held_out, request.bandwidth, request.leave_out)
     result = motion_figures(found)
     print_sections(console, motion_summary(result))
     names = ", ".join(recording.name for recording in recordings)

@@ -72,8 +72,8 @@ def _section(section: Section) -> str:
     first, *rest = (html.escape(part) for part in section.parts if isinstance(part, str))
     text = "<br>".join((f"<b>{first}</b>", *rest))
     others = (part for part in section.parts if not isinstance(part, str))
-    state, rest = "yes" if section.good else "no", "".join(map(_part, others))
-    return f'<p class="verdict {state}">{text}</p>{rest}'
+    state, below = "yes" if section.good else "no", "".join(map(_part, others))
+    return f'<p class="verdict {state}">{text}</p>{below}'
 
 
 def _part(part: Part) -> str:

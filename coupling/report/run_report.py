@@ -136,14 +136,14 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     own, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     along_text = [_deviation_note(robot)] + ([_FLANKS] if own.reversals else [])
-    asked = (DRIVES_NOTE, drives_table(own))
+    demands = (DRIVES_NOTE, drives_table(own))
     sections = [
         *robot_head(run, robot),
         Section("The part from above", [_ABOVE], "above", from_above(views)),
         Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
         Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
         *_replayed(own),
-        Section("What the command asks of the drives", asked, "drives", [drives(robot)]),
+        Section("What the command asks of the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
         Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),

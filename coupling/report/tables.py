@@ -202,8 +202,8 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
 
 def motors(figures: RunResult) -> list[Section]:
     """Return what the command asks of the motors, beside their limits."""
-    asked = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
-    if not asked:
+    driven = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
+    if not driven:
         return []
     several = len(figures.robots) > 1
     rows = [
@@ -215,7 +215,7 @@ def motors(figures: RunResult) -> list[Section]:
             str(drive.motor_reversals),
             f"{100.0 * (drive.motor_presliding_share or 0.0):.1f}",
         )
-        for drive in asked
+        for drive in driven
     ]
     columns = (
         *("motor", "torque [N m]", "limit", "used", "at t = [s]", "reversals"),
@@ -224,9 +224,9 @@ def motors(figures: RunResult) -> list[Section]:
     return [Section("What the command asks of the motors", (_MOTORS, Table(columns, rows)))]
 
 
-def motor_limit(asked: float, limit: float | None) -> tuple[str, str]:
+def motor_limit(demand: float, limit: float | None) -> tuple[str, str]:
     """Return a motor's limit of torque and what is used of it, in words; torques in N m."""
-    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * asked / limit:.0f} %")
+    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * demand / limit:.0f} %")
 
 
 _MOTORS = Note(

@@ -88,8 +88,8 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
         _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
     motors = run.motors[tool]
     if motors is not None:
-        asked = motors.history
-        _write(folder, MOTORS, motor_columns(asked.joints), asked.time, asked.torque)
+        history = motors.history
+        _write(folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
     if run.plant is not None and run.plant.coupling is not None:
         wrench = run.plant.wrench
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])

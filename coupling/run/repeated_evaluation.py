@@ -63,7 +63,7 @@ class RememberedProcess(ProcessWrapper):
 
 
 def repeated_evaluation(
-    case: Case, asked: ProcessRequest | None, found: Correction, watch: Watch
+    case: Case, last: ProcessRequest | None, found: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
 
@@ -72,20 +72,20 @@ def repeated_evaluation(
 
     Args:
         case: The case.
-        asked: Last request to its process.
+        last: Last request to its process.
         found: Result of the method.
         watch: Function called with what happens.
     """
     if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
         return None
-    if asked is None or asked.seconds > _LONGEST:
+    if last is None or last.seconds > _LONGEST:
         return None
     process = _anew(case, watch)
     if process is None:
         return None
     watch(ProcessMessage("the last path is evaluated again: does the process answer alike?"))
     try:
-        return Repeatability.of(asked.response, process.evaluate(asked.path))
+        return Repeatability.of(last.response, process.evaluate(last.path))
     except ProcessError as error:
         watch(WarningEvent(f"asked for the last path again, the process failed: {error}"))
         return None

@@ -68,8 +68,8 @@ class RunLog:
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
                 case StoredAnswer(seconds=seconds):
-                    told = AnswerResult.of(event, seconds=round(seconds, 3))
-                    self._write(answers=(*content.answers, told), waiting=None)
+                    answer = AnswerResult.of(event, seconds=round(seconds, 3))
+                    self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
                     own = EvaluationResult.of(evaluation)
                     self._write(evaluations=(*content.evaluations, own))
@@ -104,8 +104,8 @@ class RunLog:
         with suppress(OSError):
             self._write(state=state, waiting=None, reason=reason)
 
-    def _write(self, **told: object) -> None:
-        self._content = self._content.model_copy(update={**told, "changed": _now()})
+    def _write(self, **changes: object) -> None:
+        self._content = self._content.model_copy(update={**changes, "changed": _now()})
         AtomicFile(self._file).write([self._content.text().encode()])
 
 

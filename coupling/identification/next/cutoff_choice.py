@@ -112,7 +112,7 @@ def _commands(found: CommandPlan, models: Models) -> Callable[[RepeatablePart | 
 
     def command(beyond: RepeatablePart | None) -> JointPath:
         path = wanted.path if beyond is None else beyond.discrepancy(history).model(wanted.path)
-        asked = replace(wanted, path=path)
-        return inverter.invert(asked, source.controller, _GOAL, unwatched).joints
+        corrected = replace(wanted, path=path)
+        return inverter.invert(corrected, source.controller, _GOAL, unwatched).joints
 
     return command

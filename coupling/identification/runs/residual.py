@@ -124,8 +124,8 @@ class Residual:
         """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
         assert self.one.held is not None
         assert self.one.seen.rotation is not None
-        asked: Rotation = self.one.held(self._inside(time))
-        return (self.one.seen.rotation * asked.inv()).as_rotvec()
+        held: Rotation = self.one.held(self._inside(time))
+        return (self.one.seen.rotation * held.inv()).as_rotvec()
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
         known = self.one.desired.time
