@@ -6,7 +6,6 @@ way: stiffness, damping, backlash and tilts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -79,70 +78,33 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     return file.name, numbers(data)
 
 
-def hysteresis_in_words(path: Path) -> list[str]:
-    """Return a line for each gear of a robot file that has hysteresis; a URDF is not opened.
+def parts_in_words(path: Path) -> list[str]:
+    """Return what gears, drives and balancers of a robot file come to, in lines; a URDF is not opened.
 
     Raises:
-        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
+        RobotFileError: If the file cannot be read, or a gear or drive cannot be as it says.
     """
     lines = []
-    for number, (backlash, elements) in _of_joints(path, JointElasticity.hysteresis):
-        if elements:
-            each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
-            lines.append(
-                f"joint[{number}].gear: hysteresis"
-                f" {sum(element.slip_torque for element in elements):.4g} N m ({each}), backlash"
-                f" {backlash:.4g} rad"
-            )
-    return lines
-
-
-def kinematic_errors_in_words(path: Path) -> list[str]:
-    """Return a line for each gear of a robot file that has a kinematic error; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
-    """
-    return [
-        f"joint[{number}].gear: kinematic error {errors_in_words(errors)}"
-        for number, errors in _of_joints(path, JointElasticity.kinematic_errors)
-        if errors
-    ]
-
-
-def balancers_in_words(path: Path) -> list[str]:
-    """Return a line for each balancer of a robot file; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read.
-    """
-    return [
-        f"joint[{number}].balancer: {table.in_words()}"
-        for number, table in _of_joints(path, lambda joint: joint.balancer)
-        if table is not None
-    ]
-
-
-def drives_in_words(path: Path) -> list[str]:
-    """Return a line for each drive of a robot file; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read, or a drive cannot be as it says.
-    """
-    return [
-        f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}"
-        for number, drive in _of_joints(path, JointElasticity.motor)
-        if drive is not None
-    ]
-
-
-def _of_joints(path: Path, read: Callable[[JointElasticity], T]) -> Iterator[tuple[int, T]]:
-    """Yield the joints' numbers, from 1 on, and what their tables come to."""
     for number, joint in enumerate(_validated(path)[1].joint, start=1):
+        place = f"joint[{number}]"
         try:
-            yield number, read(joint)
+            (backlash, elements), drive = joint.hysteresis(), joint.motor()
+            errors = joint.kinematic_errors()
         except ValueError as cause:
             raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+        if elements:
+            each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
+            whole = sum(element.slip_torque for element in elements)
+            lines.append(
+                f"{place}.gear: hysteresis {whole:.4g} N m ({each}), backlash {backlash:.4g} rad"
+            )
+        if errors:
+            lines.append(f"{place}.gear: kinematic error {errors_in_words(errors)}")
+        if drive is not None:
+            lines.append(f"{place}.drive, at the gear's output: {drive_in_words(drive)}")
+        if joint.balancer is not None:
+            lines.append(f"{place}.balancer: {joint.balancer.in_words()}")
+    return lines
 
 
 def _validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:

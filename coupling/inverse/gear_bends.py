@@ -3,7 +3,7 @@
 The source g of `gear_steps` is interpolated at five Lobatto points (Hochbruck and Ostermann,
 "Exponential integrators", Acta Numerica 19, 2010), exact where S is a line, whatever the time constant.
 Steps are halved until an embedded rule of four points agrees.  The equations of all steps are solved
-together by Newton's method, each pass one bidiagonal system.
+together by Newton's method, each iteration one bidiagonal system.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _MONOMIALS = np.linalg.inv(_NODES[:, None] ** _POWERS).T  # values at the nodes 
 _WITHOUT_MIDDLE = np.poly(np.delete(_NODES, 2))[::-1]
 # Values at the nodes of both halves of a step, from those at the nodes of the whole.
 _HALVES = [_MONOMIALS @ (((part + _NODES) / 2.0)[:, None] ** _POWERS).T for part in (0.0, 1.0)]
-# Newton's passes over the steps of one call; what has not converged then is halved.
-_PASSES = 25
+# Newton's iterations over the steps of one call; what has not converged then is halved.
+_ITERATIONS = 25
 _CONVERGED = 1e-14  # [rad]
 # Largest estimate of the error of the angle [rad]; the error is far smaller.
 _TOLERANCE = 1e-10
@@ -152,7 +152,7 @@ def collocate(
     x = values
     band = np.ones((2, len(x) + 1))
     failed = np.zeros(len(x), dtype=bool)
-    for _ in range(_PASSES):
+    for _ in range(_ITERATIONS):
         slope = piece.slope(x[:, 2:3])
         z = slope * at[:, 1:] / damping
         source = (torque - piece.torque(x) + slope * (x - x[:, :1])) / damping

@@ -90,7 +90,7 @@ def motor_demands(
         angle, rate, acceleration = motors[:, :, joint]
         held, felt = float(carried[0]), slope[:, joint]
         own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
-        needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
+        needed = {f: np.abs(motor_torque(with_friction(drive, f), own)) for f in (1.0, WARM, COLD)}
         found.append(
             MotorDemand(
                 joint + 1,
@@ -102,12 +102,12 @@ def motor_demands(
     return tuple(found)
 
 
-def rubbed(drive: Drive, factor: float) -> Drive:
+def with_friction(drive: Drive, factor: float) -> Drive:
     """Return a drive with its friction without load, at rest and viscous, times a factor.
 
     Example:
         >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)
-        >>> rubbed(drive, 1.5).friction, rubbed(drive, 1.5).viscous
+        >>> with_friction(drive, 1.5).friction, with_friction(drive, 1.5).viscous
         (15.0, 6.0)
     """
     return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)

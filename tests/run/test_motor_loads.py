@@ -27,7 +27,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.report.drives import drives
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
@@ -178,7 +178,7 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
     """Coupled, motors that saturate move as they can; the demand is that without their limit."""
     case = load_case(line(tmp_path, 9000.0))
     run = run_coupling(case)
-    wrench = run.correction.answer.wrench
+    wrench = run.correction.response.wrench
     found = told(case, run.correction.joints, wrench, tmp_path, "servo")
     beyond = {i: most for i, (most, *_) in found.items() if most > 9000.0}
     assert beyond

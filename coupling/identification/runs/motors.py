@@ -25,7 +25,7 @@ _LEAST = {"motor": 1e-7, "motor_torque": 1e-3}
 
 
 @dataclass(frozen=True)
-class MotorsSeen:
+class MeasuredMotors:
     """Angles and torques of motors, at the times of a measurement, in c columns.
 
     Attributes:
@@ -40,7 +40,7 @@ class MotorsSeen:
     deviation: np.ndarray
 
     @classmethod
-    def read(cls, table: MeasuredTable) -> MotorsSeen | None:
+    def read(cls, table: MeasuredTable) -> MeasuredMotors | None:
         """Return its columns of a table; None where it has none.
 
         These are `motor[i]`, `motor_torque[i]` and, where there is no torque, `motor_current[i]`.
@@ -71,11 +71,11 @@ class MotorsSeen:
         """Names of the columns."""
         return tuple(f"{kind}[{joint + 1}]" for kind, joint in self.columns)
 
-    def at_rows(self, rows: np.ndarray) -> MotorsSeen:
+    def at_rows(self, rows: np.ndarray) -> MeasuredMotors:
         """Return its rows of given numbers, (k,)."""
         return replace(self, values=self.values[rows])
 
-    def of(self, robot: Robot, name: str) -> MotorsSeen | None:
+    def of(self, robot: Robot, name: str) -> MeasuredMotors | None:
         """Return the columns of joints that have a motor in a robot's file; None where none has.
 
         Currents become torques.
@@ -103,11 +103,11 @@ class MotorsSeen:
                 except ValueError as cause:
                     raise LearnError(f"{name}: {cause}") from cause
                 columns[k] = ("motor_torque", joint)
-        return MotorsSeen(tuple(columns), values, self.deviation[kept]) if columns else None
+        return MeasuredMotors(tuple(columns), values, self.deviation[kept]) if columns else None
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""
-        told = {"motor": moved.angle, "motor_torque": moved.torque}
+        by_kind = {"motor": moved.angle, "motor_torque": moved.torque}
         return np.column_stack(
-            [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
+            [by_kind[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
         )
