@@ -234,7 +234,9 @@ class Motors:
 
     def _by(self, now: MotorInstant, mode: int) -> np.ndarray:
         """Return the rate of the torque that is asked for if all z were in one mode [N m/s], (d,)."""
-        return self._each.rate_gain * now.turning + self.growth(now, np.full(len(self.drives), mode))
+        return self._each.rate_gain * now.turning + self.growth(
+            now, np.full(len(self.drives), mode)
+        )
 
 
 def require_drives(robot: Robot, kind: str, quasistatic: bool, trajectory: bool = False) -> None:

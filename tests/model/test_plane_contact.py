@@ -164,7 +164,10 @@ def test_a_falling_arm_bounces_as_in_an_independent_integrator(
 ):
     """10 mm down on a wall of 1e5 to 1e9 N/m, seen every millisecond: as DOP853 has it, to 1e-6 m."""
     plane = PlaneContact(stiffness, dissipation, radius, friction)
-    load, independent = onto(plane, (0.0, 0.0, -0.01 - radius)), Independent(pendulum(), np.zeros(1))
+    load, independent = (
+        onto(plane, (0.0, 0.0, -0.01 - radius)),
+        Independent(pendulum(), np.zeros(1)),
+    )
     expected = independent.run(load, np.zeros(1), np.arange(1, 81) * 1e-3)
     assert len(independent.events) == (1 if stiffness == 1e5 else 2)
     for kind in KINDS:
@@ -192,9 +195,7 @@ def test_random_robots_touch_and_leave_as_in_an_independent_engine(seed):
     assert independent.events
     for kind, robot in zip(KINDS, robots, strict=True):
         robot.step(0.02, load)
-        np.testing.assert_allclose(
-            robot.x(), expected[: robot.m], rtol=0, atol=1e-9, err_msg=kind
-        )
+        np.testing.assert_allclose(robot.x(), expected[: robot.m], rtol=0, atol=1e-9, err_msg=kind)
 
 
 def test_both_kinds_agree_with_backlash():
