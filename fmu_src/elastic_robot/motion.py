@@ -33,8 +33,8 @@ from elastic_robot.torque_curves import TorqueCurve
 # Part of the local error allowed that DOP853 has to keep, for it is to judge other integrators; the
 # least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
 _ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
-# First step [s], as long as an oscillation of 200 Hz allows: it costs less to fail than to be found; and the most steps that are taken before a
-# motion is given up: these, and those for each second in it.
+# First step [s], as long as an oscillation of 200 Hz allows: it costs less to fail than to be found.
+# And the most steps that are taken before a motion is given up: these, and those for each second in it.
 _FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 1.2e-3, 500, 1500
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9

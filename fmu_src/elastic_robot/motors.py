@@ -73,7 +73,7 @@ NO_INSTANT = MotorInstant(*np.zeros((5, 0)))
 
 
 class DriveColumns(Drive):
-    """All drives side by side: each number is an array, (d,), and the torque limit nan where there is none."""
+    """All drives side by side: each number is an array, (d,), nan where there is no torque limit."""
 
     @classmethod
     def of(cls, drives: Sequence[Drive]) -> DriveColumns:

@@ -73,7 +73,8 @@ def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
 def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve):
     """Jumps of the command beyond what 100 N m can do: torques stay at, leave and slide along it.
 
-    To 1e-6 and 5e-8 rad at tolerances of 1e-6 and 1e-10 m.  The FMU shortens steps over such bends, the model ends one there.
+    To 1e-6 and 5e-8 rad at tolerances of 1e-6 and 1e-10 m.  The FMU shortens steps over such bends, the
+    model ends one there.
     """
     robot = limited(driven(make_robot(seed, 3), np.random.default_rng(seed)), 100.0)
     robot = replace(robot, gravity=(0.0, 0.0, 0.0))
