@@ -226,7 +226,7 @@ class Motors:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Stiffness Kp Kv of the servos [N m/rad], (d,)."""
-        return self._each.rate_gain * self._each.position_gain
+        return np.multiply(self._each.rate_gain, self._each.position_gain)
 
     @cached_property
     def _each(self) -> DriveColumns:

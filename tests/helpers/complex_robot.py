@@ -1,7 +1,8 @@
 """The robot by Newton's and Euler's laws in base axes, in complex arithmetic: an independent model.
 
-States may be many at once, as in `OperatingPoint`.  Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) without cancellation
+Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) without cancellation
 (docs/references.md, Martins2003).  It reads the description itself and shares no code with the project.
+States may be many at once, as in `OperatingPoint`.
 """
 
 from __future__ import annotations
