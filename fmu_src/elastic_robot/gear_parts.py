@@ -156,7 +156,7 @@ class Drive:
                 require_number(key, value, minimum=0.0, open_end=True, unit=unit)
 
     def friction_torque(
-        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+        self, friction: float | np.ndarray, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
     ) -> np.ndarray:
         """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))
