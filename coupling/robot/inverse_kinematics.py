@@ -58,14 +58,26 @@ class InverseKinematics:
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
             + np.linalg.norm(robot.tcp_position)
         )
+        self._planned: tuple[ToolPath, JointPath] | None = None
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return continuous joint angles along a path, damped least squares from pose to pose.
+
+        The path planned last is not planned again.
 
         Raises:
             PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
                 a joint limit, singular or only reached by a jump.
         """
+        if self._planned is not None:
+            last, joints = self._planned
+            if np.array_equal(last.time, path.time) and np.array_equal(last.pose, path.pose):
+                return joints
+        joints = self._along(path)
+        self._planned = path, joints
+        return joints
+
+    def _along(self, path: ToolPath) -> JointPath:
         angles = np.empty((len(path.time), self._chain.joint_count))
         rotations = path.rotations[0].as_matrix()
         guess = self._home
@@ -147,8 +159,9 @@ class InverseKinematics:
     def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
         scaled = jacobian.copy()
         scaled[:3] /= self._reach
-        _, values, rows = np.linalg.svd(scaled)
+        values = np.linalg.svd(scaled, compute_uv=False)
         if values[-1] < _SINGULAR:
+            rows = np.linalg.svd(scaled)[2]
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
             raise PlanningError(
                 f"{where}: the robot is in a singular posture (smallest singular value"

@@ -125,17 +125,19 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
 def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, example):
     """Six seconds of four circles under steps of force; tilts are damped by half more than in the file.
 
-    Noise is left; of a fit that does not have these dampers more than twice its variance.
+    Noise is left; where these dampers are those of the file, the best robot beside the one found leaves
+    a fifth more than noise.
     """
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     dampers = np.array([own.vibrates for own in fast.parameters])
     assert dampers.sum() == 6
-    measured = fast.measured(fast.moved(np.log(1.5) * dampers))
-
-    def left_over() -> float:
-        found = fast.fitter(measured).fit(np.zeros(len(fast.parameters)))
-        return found.left_over.over
-
-    assert left_over() < 1.3
+    measured = fast.measured(fast.moved(fast.drawn(110, 1.0) + np.log(1.5) * dampers))
+    found = fast.fitter(measured).fit(np.zeros(len(dampers)))
+    assert found.left_over.over < 1.3
     fast.parameters = tuple(own for own in fast.parameters if not own.vibrates)
-    assert left_over() > 2.5
+    problem = fast.fitter(measured).problem
+    without = Descent(problem, [SlowPart.of(measured.seen.time)])
+    start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
+    best, _ = without.descended(start, problem.secants(0.01))
+    assert without.over_noise(found) ** 2 < 1.05
+    assert without.over_noise(best) ** 2 > 1.2
