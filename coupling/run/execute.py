@@ -208,7 +208,9 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
             loads = at_samples(found.response.wrench, found.achieved, case.desired)
-            gears = diagnose_robots(case.robots, case.desired, loads)
+            gears = diagnose_robots(
+                case.robots, case.desired, loads, cell.undeflected(case.desired)
+            )
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),

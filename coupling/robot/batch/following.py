@@ -43,7 +43,11 @@ class Targets:
 
 
 def reached(
-    robot: SerialRobot, targets: Targets, start: np.ndarray, iterations: int = _ITERATIONS
+    robot: SerialRobot,
+    targets: Targets,
+    start: np.ndarray,
+    iterations: int = _ITERATIONS,
+    tolerance: float = _REACHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
@@ -52,6 +56,7 @@ def reached(
         targets: The poses.
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
+        tolerance: Error of a pose that is reached, lengths in units of the reach [1].
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
@@ -60,7 +65,7 @@ def reached(
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
-        done = size < _REACHED**2
+        done = size < tolerance**2
         found[live[done]] = True
         if done.all():
             break
