@@ -15,7 +15,7 @@ from places import DOCS
 from two_joint_file import two_joints
 
 from coupling.files.robot_edit import RobotEdit
-from coupling.files.robot_file import drives_in_words, load_robot, shipped_robots
+from coupling.files.robot_file import load_robot, parts_in_words, shipped_robots
 from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
@@ -245,7 +245,7 @@ MISTAKES = {
 def test_what_no_drive_can_be_is_refused_in_one_sentence(tmp_path, mistake):
     drive, said = MISTAKES[mistake]
     file = written(tmp_path, drive)
-    for reader in (load_robot, drives_in_words):
+    for reader in (load_robot, parts_in_words):
         with pytest.raises(RobotFileError) as caught:
             reader(file)
         assert str(caught.value) == f"{file}: {said}"
@@ -317,7 +317,7 @@ def test_any_file_is_read_or_refused_in_sentences_that_name_it(own):
         assert [line for line in refusals.splitlines() if not line.startswith(f"{file}: ")] == []
         if robot is None:
             return
-        assert len(drives_in_words(file)) == 1
+        assert len(parts_in_words(file)) == 1
     assert Robot.from_json(robot.to_json()) == robot
     found = robot.joints[1].drive
     assert found is not None

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.robot_edit import RobotEdit
-from coupling.files.robot_file import hysteresis_in_words, load_robot, shipped_robots
+from coupling.files.robot_file import load_robot, parts_in_words, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.index_html import index_html
 from coupling.path.histories import WrenchHistory
@@ -377,7 +377,7 @@ def test_any_file_is_read_or_refused_in_sentences_that_name_it(own):
     with tempfile.TemporaryDirectory() as folder:
         file = written(Path(folder), "\n".join(lines.values()), "\n".join(of_gear))
         found, refusals = [], []
-        for reader in (load_robot, hysteresis_in_words):
+        for reader in (load_robot, parts_in_words):
             try:
                 found.append(reader(file))
             except RobotFileError as error:
