@@ -13,11 +13,16 @@ def full_of(matrix: Bordered) -> np.ndarray:
 
 
 def _band(matrix: SymmetricBanded | GeneralBanded) -> np.ndarray:
-    symmetric = isinstance(matrix, SymmetricBanded)
-    stored = matrix.lower if symmetric else matrix.columns
-    above = 0 if symmetric else 2 * (stored.shape[1] - 1) // 3  # where a column's diagonal stands
-    dense = np.zeros((len(stored), len(stored)))
-    for column, entries in enumerate(stored):
+    if isinstance(matrix, SymmetricBanded):
+        lower = _filled(matrix.lower, 0)
+        return lower + np.tril(lower, -1).T
+    return _filled(matrix.columns, 2 * (matrix.columns.shape[1] - 1) // 3)
+
+
+def _filled(columns: np.ndarray, diagonal: int) -> np.ndarray:
+    """Return the matrix of columns, (n, entries), whose diagonal stands at a number of them."""
+    dense = np.zeros((len(columns), len(columns)))
+    for column, entries in enumerate(columns):
         for place in np.flatnonzero(entries).tolist():
-            dense[column + place - above, column] = entries[place]
-    return dense + np.tril(dense, -1).T if symmetric else dense
+            dense[column + place - diagonal, column] = entries[place]
+    return dense
