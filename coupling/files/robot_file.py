@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -32,8 +32,6 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
-
-T = TypeVar("T")
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -70,7 +68,7 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    data, file = _validated(path)
+    data, file = validated(path)
     try:
         require_places(data)
     except ValueError as cause:
@@ -79,19 +77,19 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
 
 
 def parts_in_words(path: Path) -> list[str]:
-    """Return what gears, drives and balancers of a robot file come to, in lines; a URDF is not opened.
+    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened.
 
     Raises:
-        RobotFileError: If the file cannot be read, or a gear or drive cannot be as it says.
+        RobotFileError: If the file cannot be read, or a joint cannot be as it says.
     """
     lines = []
-    for number, joint in enumerate(_validated(path)[1].joint, start=1):
-        place = f"joint[{number}]"
+    for number, joint in enumerate(validated(path)[1].joint, start=1):
         try:
             (backlash, elements), drive = joint.hysteresis(), joint.motor()
             errors = joint.kinematic_errors()
         except ValueError as cause:
             raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+        place = f"joint[{number}]"
         if elements:
             each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
             whole = sum(element.slip_torque for element in elements)
@@ -107,7 +105,12 @@ def parts_in_words(path: Path) -> list[str]:
     return lines
 
 
-def _validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
+def validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
+    """Return the content of a robot file, as it is parsed and as its keys.
+
+    Raises:
+        RobotFileError: If the file cannot be read or does not have a robot file's keys.
+    """
     data = load_toml(path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     return data, validate(data, schema, RobotFileError, str(path))
@@ -144,10 +147,9 @@ def load_robot(path: str | Path) -> Robot:
 
 def axes_of_file(path: Path) -> list[np.ndarray]:
     """Return the rotation base_from_file of the tilts' axes of each joint, (3, 3) each."""
-    data = load_toml(path, RobotFileError)
-    if "urdf" not in data:
-        return [np.eye(3)] * len(data["joint"])
-    file = validate(data, UrdfRobotFile, RobotFileError, str(path))
+    _, file = validated(path)
+    if isinstance(file, RobotFile):
+        return [np.eye(3)] * len(file.joint)
     chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
     return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
 

@@ -10,8 +10,8 @@ import numpy as np
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
-from coupling.inverse.gear_elements import GearElements, GearLaw
-from coupling.inverse.gear_pieces import pieces_of
+from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import (
     Crossing,
     WindUp,
@@ -19,7 +19,6 @@ from coupling.inverse.gears import (
     gears_of,
     rows_of,
     solve_wind_up,
-    static_wind_up,
 )
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
@@ -123,7 +122,7 @@ class MovingRobot:
     @property
     def damping_in_backlash(self) -> np.ndarray:
         """Damping that turns the gears in their backlash [N m s/rad], (gears,)."""
-        return damping_in_backlash(self._gear_curve, self._gears.damping, self.elements)
+        return damping_in_backlash(self._gear_curve, self._gears.damping)
 
     def invert(
         self, wanted: DesiredMotion, controller: Controller, limits: JointLimits, progress: Progress
@@ -224,8 +223,9 @@ class MovingRobot:
         wind_up = self._gear_curve.deflection(carried)
         for gear, elements in enumerate(self.elements):
             if elements.count:
-                law = GearLaw(pieces_of(self._gear_curve, gear), elements)
-                wind_up[gear] = static_wind_up(law, float(carried[gear]))
+                spring, unloaded = GearLaw.of(self._gear_curve, gear), np.zeros(elements.count)
+                law = spring.with_elements(elements, 0.0, unloaded)
+                wind_up[gear] = law.angle_at(float(carried[gear]))
         return wind_up
 
     def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
 from coupling.inverse.loads import SmoothWrench
-from coupling.inverse.spline import UniformSpline, stencil
+from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, spline_through
 from coupling.path.joint_path import JointPath
@@ -150,24 +149,5 @@ def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
 
     At rest at an end that is at rest, with a linear outermost piece of its second derivative at others.
     """
-    count = task.intervals + 1
-    rows = [stencil(np.array(0.0), DEGREE, order)[:DEGREE] for order in range(DEGREE)]
-    orders = [(1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends)]
-    size = count + DEGREE - 1
-    right = np.zeros((size, values.shape[1]))
-    right[2:-2] = values
-    # Rows: two of the start, all nodes, two of the end; entry (i, j) stands at [4 + i - j, j].
-    band = np.zeros((9, size))
-
-    def put(row: int, column: int, entries: np.ndarray) -> None:
-        for k, entry in enumerate(entries):
-            band[4 + row - column - k, column + k] = entry
-
-    for k, order in enumerate(orders[0]):
-        put(k, 0, rows[order])
-    for j in range(DEGREE):
-        band[4 + 2 - j, j : j + count] = rows[0][j]
-    for k, order in enumerate(orders[1]):
-        put(size - 2 + k, count - 1, rows[order])
-    coefficients = solve_banded((4, 4), band, right)
-    return UniformSpline(task.start, task.spacing, coefficients, DEGREE)
+    begins, ends = ((1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends))
+    return UniformSpline.through(task.start, task.spacing, values, DEGREE, (begins, ends))

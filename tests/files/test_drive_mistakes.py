@@ -170,7 +170,14 @@ hostile = st.one_of(
     st.sampled_from(["1" * 400, "1" * 5000, "[1.0]", "{ x = 1.0 }"]),
 )
 KEYS = {
-    "": ["rotor_inertia_kg_m2", "gear_ratio", "max_torque_Nm", "torque_constant_Nm_A", "friction", "servo"],
+    "": [
+        "rotor_inertia_kg_m2",
+        "gear_ratio",
+        "max_torque_Nm",
+        "torque_constant_Nm_A",
+        "friction",
+        "servo",
+    ],
     "friction": ["coulomb_Nm", "stiction_Nm", "stribeck_rate", "viscous_Nm_s", "presliding_rad"],
     "servo": ["position_gain", "rate_bandwidth_Hz", "integral_time_s", "rate_feed_forward"],
 }

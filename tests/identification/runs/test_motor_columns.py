@@ -185,7 +185,7 @@ def test_currents_count_as_torques_by_the_robots_constant(tmp_path, robots):
     file.write_text(
         "\n".join(["time,x,y,z,motor_current[2],motor_current[3],motor_torque[3]", *rows])
     )
-    seen = read_seen(file).motors
+    seen = read_measurement(file).motors
     first, *others = robots.robot.joints
     motor = replace(others[0].drive, torque_per_current=2.0)
     robot = replace(robots.robot, joints=(first, replace(others[0], drive=motor), *others[1:]))
