@@ -164,10 +164,10 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
-    with explained_by_motors(case), Models(case.fmu, watch) as fmus:
+    asked = RememberedProcess(case.process)
+    with explained_by_motors(case, asked), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        asked = RememberedProcess(case.process)
         quiet = quiet_process(case, asked)
         significant = replace(case, process=asked if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
