@@ -164,10 +164,10 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
-    with explained_by_motors(case), Models(case.fmu, watch) as fmus:
+    remembered = RememberedProcess(case.process)
+    with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        remembered = RememberedProcess(case.process)
         quiet = smoothed_process(case, remembered)
         significant = replace(case, process=remembered if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
