@@ -84,7 +84,7 @@ def beyond_the_limits(seed: int, joints: int, limit: float, folder, **options) -
     ],
 )
 def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, limit, jump, force):
-    """Torques stay at their limits, leave them and are kept there: to a hundredth of any tolerance."""
+    """Torques stay at their limits, leave them and are kept there: to a fiftieth of any tolerance."""
     joints, at_limit, tolerances = 4 if force else 3, [], (1e-6, 1e-8, 1e-10)
     both = beyond_the_limits(
         seed, joints, limit, tmp_path, curve=curve, tolerances=tolerances, exact=1e-11
@@ -92,7 +92,7 @@ def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, limit, 
     for k in range(40):
         wrench = force * np.array([np.sin(0.7 * k), 0.0, np.cos(0.3 * k), 0.0, 0.0, 0.0])
         both.step(4e-3, np.full(joints, jump * (k < 20)), np.zeros(joints), wrench)
-        both.require_same(1e-2 * np.array(tolerances), "deflection", "motor_angle")
+        both.require_same(2e-2 * np.array(tolerances), "deflection", "motor_angle")
         at_limit.append(np.abs(both.model.motor_torque()) > limit * (1.0 - 1e-9))
     assert 0.05 < np.mean(at_limit) < 0.95
 
@@ -239,9 +239,9 @@ def test_free_motors_keep_their_energy(tmp_path):
 
 
 def test_a_saved_state_continues_identically(tmp_path):
-    """In the middle of slipping and sticking, from bytes, in another instance."""
+    """In the middle of slipping, sticking and a torque at its limit, from bytes, in another instance."""
     rng = np.random.default_rng(5)
-    fmu = built(driven(make_robot(5, 3), rng), tmp_path)
+    fmu = built(limited(driven(make_robot(5, 3), rng), 100.0), tmp_path)
     one, other = (fmu.start(fmu.slave(), np.zeros(3), drive="servo") for _ in range(2))
     names = [v.name for v in fmu.description.modelVariables if v.causality == "output"]
 
@@ -251,7 +251,8 @@ def test_a_saved_state_continues_identically(tmp_path):
             slave.doStep(k * 4e-3, 4e-3)
         return fmu.get(slave, *names)
 
-    go(one, 0, 25)
+    ended = dict(zip(names, go(one, 0, 25), strict=True))
+    assert 100.0 in {abs(value) for name, value in ended.items() if name.startswith("motor_torque")}
     state = one.getFMUstate()
     saved = one.serializeFMUstate(state)
     other.setFMUstate(other.deSerializeFMUstate(saved))
