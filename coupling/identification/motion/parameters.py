@@ -18,6 +18,8 @@ _LEAST: dict[str, Callable[[float], float]] = {
     "backlash": lambda value: value if value > 1e-8 else 0.0,
     "hysteresis": lambda value: max(value, 1e-9),
 }
+# Stiffness and rotor come from data sheets: standard deviation around the file's, in parts of it.
+_DATA_SHEET = 0.5
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class MotionParameter:
         moves: Whether the links' motion follows it, not the motors' torque alone.
         vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
+        prior: Standard deviation around the start, as the fit counts [1]; infinite if nothing is known.
     """
 
     name: str
@@ -53,6 +56,7 @@ class MotionParameter:
     moves: bool = True
     vanishes: bool = False
     most: float = 30.0
+    prior: float = np.inf
 
     @property
     def of_gear(self) -> bool:
@@ -116,7 +120,8 @@ def _of_gear(i: int, joint: Joint) -> list[MotionParameter]:
         term = f"{kind} {i + 1}"
         return MotionParameter(name, term, i, value, unit, value, put, **further)
 
-    found = [own("stiffness", joint.stiffness, "N m/rad", none=joint.stiffness, inverse=True)]
+    k = joint.stiffness
+    found = [own("stiffness", k, "N m/rad", none=k, inverse=True, prior=_DATA_SHEET)]
     if joint.backlash > 0.0:
         found.append(own("backlash", joint.backlash, "rad", vanishes=True, most=3.0))
     if joint.hysteresis:
@@ -182,6 +187,7 @@ def _of_friction(i: int, start: Drive) -> list[MotionParameter]:
             _put_drive(i, put),
             start.inertia if key == "inertia" else 0.0,
             moves=False,
+            prior=_DATA_SHEET if key == "inertia" else np.inf,
         )
         for key, term, value, size, unit, put in kinds
     ]
