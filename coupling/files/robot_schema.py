@@ -161,7 +161,9 @@ class ControllerAxesTable(Schema):
     flange_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
 
-class _AnyRobotFile(Schema):
+class _RobotKeys(Schema):
+    """What every robot file has."""
+
     name: str
     gravity: Vector3 = [0.0, 0.0, -9.81]
     payload_N: Positive | None = None
@@ -170,7 +172,7 @@ class _AnyRobotFile(Schema):
     sources: dict[str, str] = {}
 
 
-class RobotFile(_AnyRobotFile):
+class RobotFile(_RobotKeys):
     """A robot file that describes the whole robot."""
 
     tcp: Tcp
@@ -199,7 +201,7 @@ class UrdfTcp(Schema):
     rpy: Vector3 = [0.0, 0.0, 0.0]
 
 
-class UrdfRobotFile(_AnyRobotFile):
+class UrdfRobotFile(_RobotKeys):
     """A robot file that adds elasticities to a URDF."""
 
     urdf: Urdf

@@ -18,8 +18,8 @@ pytest.importorskip("numba")
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
 from coupling.process import PROCESSES
+from coupling.sheet_fem.contact import elastic_slip
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
-from coupling.sheet_fem.friction import elastic_slip
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.state import SheetState
