@@ -11,7 +11,7 @@ from io import BytesIO
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.whole_file import WholeFile, writing
+from coupling.files.atomic_file import AtomicFile, writing
 
 # Masters unpack with these permissions; a library must be readable and may be executable.
 _FILE_MODE = 0o100644
@@ -70,7 +70,7 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
             archive.writestr(entry, entries[name])
     with writing(file, BuildError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        WholeFile(file).write([content.getbuffer()])
+        AtomicFile(file).write([content.getbuffer()])
 
 
 def content_guid(entries: Mapping[str, bytes]) -> str:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -98,6 +99,16 @@ class _Instant:
 def _turn(place: int) -> _Event:
     """Return the event function of the zeros of one rate, at a place of what is integrated."""
     return lambda _, y: float(y[place])
+
+
+def _fall(ways: Callable[[float, bytes], np.ndarray], k: int) -> _Event:
+    """Return the event function of one of some ways that falls through zero, which ends a piece."""
+
+    def way(time: float, y: np.ndarray) -> float:
+        return float(ways(float(time), y.tobytes())[k])
+
+    way.terminal, way.direction = True, -1.0  # type: ignore[attr-defined]
+    return way
 
 
 def _overshot(
@@ -214,14 +225,15 @@ class DrivenMotion:
                 rtol=accuracy / _USUAL_DEFLECTION,
                 atol=accuracy * self._sizes(),
                 first_step=min(piece[1] - piece[0], _FIRST_STEP),
-                max_step=np.inf if edge is None else _LONGEST_STEP,
+                max_step=_LONGEST_STEP if edges else np.inf,
                 events=events,
             )
 
         bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
         slips.direction = -1.0  # type: ignore[attr-defined]
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
-        jump, time, watched = SETTINGS.jump(self._local_error), start, True
+        jump, time = SETTINGS.jump(self._local_error), start
+        resting: set[int] = set()
         y = self._joined(state)
         coordinates, rates, _ = self._split(y)
         turns = [_turn(len(coordinates) + k) for k in self._law.elements.gears]
@@ -231,8 +243,9 @@ class DrivenMotion:
         while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
             piece = (time, min(end, drives.next_kink(time, jump)))
             modes = self._motors.modes(instant(time, y).motors)
-            edge = self._edge(time, y, instant, modes) if watched else None
-            events = [bends, *of_elements, *([] if edge is None else [edge])]
+            edges = dict(enumerate(self._edges(time, y, instant, modes)))
+            watched = [k for k in edges if k not in resting]
+            events = [bends, *of_elements, *(edges[k] for k in watched)]
             solved = solve(piece, y, events)
             overshot = _overshot(solved, range(2, 1 + len(of_elements)), ways)
             if overshot is not None:
@@ -247,7 +260,9 @@ class DrivenMotion:
             if changes:
                 slipping = slipping.after(*self._split(y)[:2])
             # Who grazes an edge, or rests on it, is not asked again where it stands.
-            watched = changes or time - piece[0] > _LATER
+            fell = zip(watched, solved.t_events[1 + len(of_elements) :], strict=True)
+            at_once = not changes and time - piece[0] <= _LATER
+            resting = resting | {k for k, times in fell if len(times)} if at_once else set()
         return self._state(end, y, state, slipping)
 
     def _split(self, y: np.ndarray) -> list[np.ndarray]:
@@ -296,20 +311,23 @@ class DrivenMotion:
         moved = self._motors.joined(commands, np.array([angle, rate, now.acceleration]))
         return _Instant(errors.at_output(moved), acting, carried, now)
 
-    def _edge(
+    def _edges(
         self,
         now: float,
         y: np.ndarray,
         instant: Callable[[float, np.ndarray], _Instant],
         modes: np.ndarray,
-    ) -> _Event | None:
-        """Return the event function of edges of backlash, a contact's plane and torque limits."""
+    ) -> list[_Event]:
+        """Return event functions, one for each edge of backlash, a contact's plane and a torque limit.
+
+        One for all, their least, would miss what falls through zero while another stands there.
+        """
         width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
         holds = begin.acting.contact.holds
         limits = len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
         if not (len(gears) or holds or limits):
-            return None
+            return []
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
             """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
@@ -326,12 +344,13 @@ class DrivenMotion:
         later[: self._m] += _LATER * self._split(y)[1][: self._m]
         side = np.sign(beyond(now + _LATER, later))
 
-        def edge(time: float, y: np.ndarray) -> float:
+        @lru_cache(maxsize=1)  # which every event asks
+        def ways(time: float, bytes_of_y: bytes) -> np.ndarray:
+            y = np.frombuffer(bytes_of_y)
             ways = side * beyond(time, y)
-            if limits:
-                at = self._motors.ways(instant(time, y).motors, modes, begin.motors)
-                ways = np.append(ways, at)
-            return float(np.min(ways))
+            if not limits:
+                return ways
+            at = self._motors.ways(instant(time, y).motors, modes, begin.motors)
+            return np.append(ways, at)
 
-        edge.terminal, edge.direction = True, -1.0  # type: ignore[attr-defined]
-        return edge
+        return [_fall(ways, k) for k in range(len(ways(now, y.tobytes())))]

@@ -29,7 +29,9 @@ DriveKind = Literal["ideal", "servo", "torque"]
 DRIVES: tuple[DriveKind, ...] = get_args(DriveKind)
 # What z does: it grows as w has it, waits at the torque limit, or keeps the torque there.
 _GROWS, _WAITS, _KEEPS = 0, 1, 2
-_AT_LIMIT = 1e-9  # part of the torque limit within which a torque is at it
+# Part of the torque limit within which a torque is at it, and which a rate there must be in a second.
+_AT_LIMIT = 1e-9
+_STILL = 1e-9  # w that is as good as none, found to the spacing of times only [rad/s]
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class MotorInstant:
     asked: np.ndarray
     torque: np.ndarray
     acceleration: np.ndarray
+
+    @property
+    def heading(self) -> np.ndarray:
+        """What has the sign of w a little later, where w itself turns at least, (d,)."""
+        return np.where(np.abs(self.wanted) <= _STILL, self.turning, self.wanted)
 
 
 # What there is to say of a robot without moving motors, asked for in every evaluation.
@@ -174,12 +181,13 @@ class Motors:
         if not self.servo:
             return np.full(len(self.drives), _WAITS)
         side, room = np.sign(now.asked), self.room(now)
-        onwards = side * now.wanted > 0.0
+        onwards = side * now.heading > 0.0
         beyond = room < -_AT_LIMIT * self.limit
         at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
         waiting, growing = side * self._by(now, _WAITS), side * self._by(now, _GROWS)
-        waits = onwards & (beyond | (at_limit & (waiting >= 0.0)))
-        keeps = onwards & at_limit & (waiting < 0.0) & (growing > 0.0)
+        falls = waiting < -_AT_LIMIT * self.limit
+        waits = onwards & (beyond | (at_limit & ~falls))
+        keeps = onwards & at_limit & falls & (growing > _AT_LIMIT * self.limit)
         return np.where(waits, _WAITS, np.where(keeps, _KEEPS, _GROWS))
 
     def growth(self, now: MotorInstant, modes: np.ndarray) -> np.ndarray:
@@ -202,7 +210,7 @@ class Motors:
         beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
         stays = np.minimum(-side * self._by(now, _WAITS), side * self._by(now, _GROWS))
         to_limit = np.where(keeps, stays, np.where(beyond, -room, room))
-        onwards = np.sign(before.wanted) * now.wanted
+        onwards = np.sign(before.heading) * now.wanted
         return np.concatenate([to_limit[limited], onwards[limited & beyond & ~keeps]])
 
     def room(self, now: MotorInstant) -> np.ndarray:
