@@ -20,8 +20,8 @@ from coupling.inverse.gear_steps import Steps, follow_line, line_weights, shifte
 # a bend, whose angles are less exact, the slope is continuous and the law beyond is the neighbour's.
 _SLACK = 1e-15
 _SLACK_BENT = 1e-13
-# Samples looked at in one go: few behind a change of piece, then more and more.
-_FIRST = 16
+# Samples looked at in one go: few behind a change of piece, then more and more; a hundred take as long as one.
+_FIRST = 128
 _MOST_STRAIGHT = 65536
 _MOST_BENT = 2048
 # Steps behind a change of piece, by the shortest time constant of a piece that bends.
