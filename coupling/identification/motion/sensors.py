@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.identification.motion.parameters import MotionParameter, dry_friction
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
+from coupling.robot.parameters import dry_friction
 from elastic_robot.description import Robot
 
 # Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
@@ -42,7 +43,6 @@ class SensorParameter(MotionParameter):
     """
 
     start: float = 0.0
-    put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
     signed: bool = True
     kind: str = ""
 

@@ -16,7 +16,7 @@ _REACHED = 1e-8
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
 _LEAST = 1e-12
-# Joint step limit of one pass [rad]: the linearisation holds no further.
+# Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
 _LED, _ITERATIONS_LED, _ITERATIONS = 8, 2, 30
@@ -80,7 +80,9 @@ def reached(
     return q, found
 
 
-def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def angles_from_home(
+    robot: SerialRobot, targets: Targets, home: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
     The way is straight in position and in rotation, so that the robot keeps its configuration.

@@ -45,7 +45,7 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
         assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
-def test_a_fit_looks_along_the_pass(robots, example):
+def test_a_fit_looks_along_the_run(robots, example):
     """Six seconds of four circles: what a crossing does wrong is past before the next one."""
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     truth = fast.drawn(405, 1.5)
@@ -60,7 +60,7 @@ def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robo
     truth = short.drawn(604, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = fitter.fit(0.0 * truth)
-    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.passes]
+    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.runs]
     variance = fitter.noise(found.residuals) ** 2 / 3.0
     likely = Descent(fitter.problem, slow, variance)
     here = likely.at(found.z)

@@ -14,8 +14,8 @@ from coupling.errors import LearnError
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
 from coupling.identification.runs.fit import Fitter
 from coupling.identification.runs.learning import _weighed, _with_motors
-from coupling.identification.runs.measurement import MeasuredPath, read_seen
-from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.measurement import MeasuredPath, read_measurement
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import changed, prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual
@@ -35,14 +35,14 @@ def robots(example) -> Iterator[Robots]:
 
 
 def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -> MeasuredPath:
-    """A pass with motors, recorded late by some time [s], with noise."""
+    """A run with motors, recorded late by some time [s], with noise."""
     values = changed(robots.parameters, x)
     path, moved = robots.fmu.with_motors(robots.command, robots.wrench, range(5), values)
     told = np.hstack([moved.angle, moved.torque])
     noise = NOISES * np.random.default_rng(8).standard_normal(told.shape)
     told = np.column_stack([np.interp(path.time - late, path.time, own) for own in told.T]) + noise
     one = robots.measured(path.position[0], every)
-    seen = MotorsSeen(COLUMNS, told[::every], np.ones(10))
+    seen = MeasuredMotors(COLUMNS, told[::every], np.ones(10))
     return replace(one, seen=replace(one.seen, motors=seen))
 
 
@@ -158,7 +158,7 @@ def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_pa
     rows = [f"{0.1 * k},0,0,{0.01 * k},{k},{2 * k},9,{3 * k}" for k in range(30)]
     file = tmp_path / "measured.csv"
     file.write_text("\n".join([header, *rows]))
-    seen = read_seen(file)
+    seen = read_measurement(file)
     assert seen.motors.columns == (("motor_torque", 5), ("motor", 1), ("motor", 5))
     np.testing.assert_array_equal(seen.motors.values[4], [4.0, 8.0, 12.0])
     np.testing.assert_array_equal(
@@ -175,7 +175,27 @@ def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_pa
             "motor_torque[6],motor[2]", "a,b"
         )
     )
-    assert read_seen(file).motors is None
+    assert read_measurement(file).motors is None
+
+
+def test_currents_count_as_torques_by_the_robots_constant(tmp_path, robots):
+    """2 N m/A; beside a torque a current does not count, without a constant it is refused."""
+    file = tmp_path / "measured.csv"
+    rows = [f"{0.1 * k},0,0,{0.01 * k},{k},{k},{k}" for k in range(30)]
+    file.write_text(
+        "\n".join(["time,x,y,z,motor_current[2],motor_current[3],motor_torque[3]", *rows])
+    )
+    seen = read_measurement(file).motors
+    first, *others = robots.robot.joints
+    motor = replace(others[0].drive, torque_per_current=2.0)
+    robot = replace(robots.robot, joints=(first, replace(others[0], drive=motor), *others[1:]))
+    own = seen.of(robot, "measured.csv")
+    assert own.names == ("motor_torque[2]", "motor_torque[3]")
+    np.testing.assert_array_equal(own.values[4], [8.0, 4.0])
+    with pytest.raises(
+        LearnError, match=r"measured.csv: motor_current\[2\]: .*torque_constant_Nm_A"
+    ):
+        seen.of(robots.robot, "measured.csv")
 
 
 def test_ideal_drives_know_no_motors(robots):
