@@ -96,7 +96,7 @@ def held(fmu: MovedRobot, rng: np.random.Generator) -> dict[str, bool]:
     truth = {p.name: p.start for p in motion_parameters(known.robot, (0, 1))}
     truth |= {f"encoder[{i}].lag": LAG for i in (1, 2)}
     fitted_ = [p for p in motion_parameters(known.start, (0, 1)) if truth[p.name] != 0.0]
-    lags = [p for p in sensor_parameters([0, 1], np.zeros(2)) if p.kind == "lag"]
+    lags = [p for p in sensor_parameters([0, 1]) if p.kind == "lag"]
     unit = np.ones(2)
     fit = fitted(MotionProblem(fmu, known.start, (*fitted_, *lags), (moved,), unit, unit))
     half = fit.blocks.half * fit.blocks.deviation

@@ -13,6 +13,8 @@ from elastic_robot.description import Joint, Robot
 
 # A backlash below this is none, as crossing it takes no time that counts [rad].
 _NO_BACKLASH = 1e-8
+# Stiffness and rotor come from data sheets: standard deviation around the file's, in parts of it.
+_DATA_SHEET = 0.5
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class MotionParameter:
         moves: Whether the links' motion follows it, not the motors' torque alone.
         vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
+        prior: Standard deviation around the start, as the fit counts [1]; infinite if nothing is known.
     """
 
     name: str
@@ -46,6 +49,7 @@ class MotionParameter:
     moves: bool = True
     vanishes: bool = False
     most: float = 30.0
+    prior: float = np.inf
 
     @classmethod
     def of(
@@ -105,7 +109,7 @@ _Row = tuple[str, str, dict[str, Any]]
 
 
 def _of_gear(joint: Joint) -> Iterator[_Row]:
-    yield "stiffness", "stiffness", {"none": joint.stiffness, "inverse": True}
+    yield "stiffness", "stiffness", {"none": joint.stiffness, "inverse": True, "prior": _DATA_SHEET}
     if joint.backlash > 0.0:
         yield "backlash", "backlash", {"vanishes": True, "most": 3.0}
     if joint.hysteresis:
@@ -127,7 +131,7 @@ def _of_motor(joint: Joint) -> Iterator[_Row]:
     yield "drive.friction.more_at_rest", "Stribeck", dry
     viscous = alone | {"size": max(drive.viscous, 1.0)}
     yield "drive.friction.viscous_Nm_s", "viscous friction", viscous
-    yield "drive.inertia", "rotor", alone | {"none": drive.inertia}
+    yield "drive.inertia", "rotor", alone | {"none": drive.inertia, "prior": _DATA_SHEET}
     if drive.load_friction > 0.0:
         yield "drive.load_friction", "load friction", alone
 

@@ -43,6 +43,7 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         lines=tuple(
             LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
         ),
+        slow_error_rad=_all(found.slow_error),
         terms=tuple(
             TermResult.of(own, joint=own.joint + 1, wind_up_rad=_all(own.wind_up))
             for own in found.terms
@@ -52,11 +53,18 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
 
 def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
     fit, rows = found.fit, []
+    identified = {
+        p.name for p, own in zip(found.first.problem.parameters, found.chosen, strict=True) if own
+    }
     half = (fit.blocks.half * fit.blocks.deviation).tolist()
     fitted = {
-        p.name: (x, h) for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
+        p.name: (x, h)
+        for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
+        if p.name in identified
     }
     for p in found.first.problem.parameters:
+        if isinstance(p, SensorParameter) and p.of_slow_error:
+            continue
         value = low = high = None
         if p.name in fitted:
             x, h = fitted[p.name]
@@ -79,6 +87,7 @@ def _recording(one: Judged) -> RecordingResult:
         rows=len(recording.time),
         wind_up_rad=_all(one.wind_up),
         wind_up_without_lines_rad=_all(one.without_lines),
+        wind_up_lag_alone_rad=_all(one.lag_alone),
         torque_relative=_all(one.torque),
         slow_torque_relative=_all(one.slow_torque),
         measured_wind_up=_columns((recording.wind_up - recording.wind_up.mean(axis=0))[:, linked]),
