@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
@@ -38,6 +38,7 @@ class RecordingResult(ResultPart):
     rows: int
     wind_up_rad: Annotated[Figures, From("wind_up")]
     wind_up_without_lines_rad: Annotated[Figures, From("without_lines")]
+    wind_up_lag_alone_rad: Annotated[Figures, From("lag_alone")]
     torque_relative: Annotated[Figures, From("torque")]
     slow_torque_relative: Annotated[Figures, From("slow_torque")]
     time: tuple[float, ...]
@@ -79,4 +80,5 @@ class MotionResult(ResultFile):
     parameters: tuple[MotionParameterResult, ...]
     recordings: tuple[RecordingResult, ...]
     lines: tuple[LinesResult, ...]
+    slow_error_rad: Figures
     terms: tuple[TermResult, ...]

@@ -16,7 +16,7 @@ import numpy as np
 
 from coupling.case.case import Case
 from coupling.errors import PlanningError, SimulationError
-from coupling.inverse.diagnosis import GearLoads, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along, stiff_links
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
@@ -91,7 +91,7 @@ def motor_demands(
         angle, rate, acceleration = motors[:, :, joint]
         held, felt = float(carried[0]), slope[:, joint]
         own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
-        needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
+        needed = {f: np.abs(motor_torque(with_friction(drive, f), own)) for f in (1.0, WARM, COLD)}
         found.append(
             MotorDemand(
                 joint + 1,
@@ -103,19 +103,47 @@ def motor_demands(
     return tuple(found)
 
 
-def rubbed(drive: Drive, factor: float) -> Drive:
+def with_friction(drive: Drive, factor: float) -> Drive:
     """Return a drive with its friction without load, at rest and viscous, times a factor.
 
     Example:
         >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)
-        >>> rubbed(drive, 1.5).friction, rubbed(drive, 1.5).viscous
+        >>> with_friction(drive, 1.5).friction, with_friction(drive, 1.5).viscous
         (15.0, 6.0)
     """
     return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)
 
 
+def require_motors_that_hold(case: Case) -> None:
+    """Refuse servos whose motors do not hold their robot at rest, friction's help included.
+
+    Args:
+        case: Its robots, and the path that they shall hold them along.
+
+    Raises:
+        PlanningError: With joint, time, torque and limit.
+    """
+    none = WrenchHistory.none(case.desired.time, len(case.robots))
+    for placed, wanted in zip(case.robots, wanted_of(case.robots, case.desired, none), strict=True):
+        if placed.drive == IDEAL:
+            continue
+        moving = MovingRobot(placed.description, placed.torque_curve)
+        loads = gear_loads(moving, wanted)
+        for gear, joint in enumerate(moving.model.gear_joint.tolist()):
+            drive, held = placed.description.joints[joint].drive, np.abs(loads.static[:, gear])
+            if drive is None or drive.torque_limit is None:
+                continue
+            most, at = float(held.max()), float(loads.time[held.argmax()])
+            if most > drive.torque_limit + drive.friction:
+                name = placed.name if len(case.robots) > 1 else ""
+                beyond = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1, name)
+                raise PlanningError(
+                    f"{beyond}, at rest and without any process: the robot would fall"
+                )
+
+
 @contextmanager
-def explained_by_motors(case: Case, asked: RememberedProcess) -> Iterator[None]:
+def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[None]:
     """Let robots that cannot be simulated as their motors do not hold them be an error that says so.
 
     A robot whose motor has less torque than its weight or the process needs falls, and nothing can be
@@ -123,7 +151,7 @@ def explained_by_motors(case: Case, asked: RememberedProcess) -> Iterator[None]:
 
     Args:
         case: Its robots, simulated.
-        asked: Its process, with what it was asked last.
+        remembered: Its process, with what it was asked last.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
@@ -133,8 +161,8 @@ def explained_by_motors(case: Case, asked: RememberedProcess) -> Iterator[None]:
     except SimulationError as error:
         none = WrenchHistory.none(case.desired.time, len(case.robots))
         loads = [("without any process", none)]
-        if asked.last is not None:
-            wrench = at_samples(asked.last.answer.wrench, asked.last.path, case.desired)
+        if remembered.last is not None:
+            wrench = at_samples(remembered.last.response.wrench, remembered.last.path, case.desired)
             loads.append(("under the process", wrench))
         for what, wrench in loads:
             for warning in _beyond(case, wrench):

@@ -35,7 +35,7 @@ _UM = 1e6
 def recording(name: str) -> Recording:
     """Return a recording of the KR 300."""
     with tempfile.TemporaryDirectory() as folder:
-        return read_recording(converted(name, Path(folder)), 6)
+        return read_recording(converted(name, Path(folder)), load_robot(find_robot("kuka_kr300")))
 
 
 @cache
@@ -57,12 +57,16 @@ def left() -> str:
                     " and ".join(fit),
                     f"{one.name[5]}, {words}",
                     *_row(one.wind_up_rad[:3], _UM),
+                    " ".join(_row(one.wind_up_lag_alone_rad[:3], _UM)),
                     *_row(one.torque_relative, 100.0),
                     " ".join(_row(one.slow_torque_relative, 100.0)),
                 )
             )
-    joints = [f"{what} {i}" for what, n in (("link", 3), ("torque", 6)) for i in range(1, n + 1)]
-    return table(("fitted to", "recording", *joints, f"torques below {BANDWIDTH:g} Hz"), rows)
+    links, torques = (
+        [f"{what} {i + 1}" for i in range(n)] for what, n in (("link", 3), ("torque", 6))
+    )
+    head = ("fitted to", "recording", *links, "lag and offset alone", *torques)
+    return table((*head, f"torques below {BANDWIDTH:g} Hz"), rows)
 
 
 def values() -> str:
@@ -76,6 +80,12 @@ def values() -> str:
         each = [one.get(name) for one in results]
         if any(p is not None and p.identified for p in each):
             rows.append((f"`{name}`", own.unit, f"{own.start:.4g}", *map(_interval, each)))
+    fits = (found(*names) for names in (("A", "B"), ("B", "A"), ("AB", "")))
+    sizes = zip(*(_row(one.slow_error_rad[:3], _UM) for one in fits), strict=True)
+    rows += [
+        (f"slow error of encoder {i}, likely size", "urad", "", *own)
+        for i, own in enumerate(sizes, start=1)
+    ]
     return table(("number", "unit", "start", "A", "B", "A and B"), rows)
 
 

@@ -7,7 +7,7 @@ residuals are correlated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +17,8 @@ from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.verdict import quantile
 
-# Passes, each with the channels weighed by what is left of them: most steps, and what settles them.
-_PASSES = ((5, 1e-2), (8, 1e-4))
+# Iterations, each with the channels weighed by what is left of them: most steps, and what settles them.
+_ITERATIONS = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
@@ -30,6 +30,9 @@ _LEAST_PART = 1e-3
 _EXACT = 1e-9
 # Length of a block over the correlation time, and how many there are at least and at most.
 _TIMES, _FEWEST, _MOST = 8.0, 12, 60
+# Size of slow errors, over the usual one, at least and at most: what a good ring encoder and what one
+# that is 0.1 mm off its axis may have.  Steps to the likeliest.
+_LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 5.0, 60
 # Eigenvalues of scaled normal matrices below this part of the largest are not seen.
 _UNSEEN = 1e-11
 
@@ -56,15 +59,16 @@ def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
     if x is None:
         x = _with_beside(problem, problem.start)
     converged = True
-    for most, settled in _PASSES:
+    for most, settled in _ITERATIONS:
         problem = reweighed(problem, x)
         if not len(x):
             break
         lowest, highest = problem.bounds
+        residual, jacobian = _with_prior(problem)
         found = least_squares(
-            problem.residual,
+            residual,
             np.clip(x, lowest + _INSIDE, highest - _INSIDE),
-            problem.jacobian,
+            jacobian,
             bounds=(lowest, highest),
             x_scale=1.0,
             max_nfev=most,
@@ -81,10 +85,44 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     if not own.any():
         return x
     beside = reweighed(problem, x).only(own)
-    step = np.linalg.lstsq(beside.jacobian(x[own]), -beside.residual(x[own]), rcond=1e-9)[0]
+    residual, jacobian = _with_prior(beside)
+    step = np.linalg.lstsq(jacobian(x[own]), -residual(x[own]), rcond=1e-9)[0]
     found = x.copy()
     found[own] += step
     return np.clip(found, *problem.bounds)
+
+
+def sized(fit: MotionFit) -> MotionProblem:
+    """Return a fit's problem with the size of slow errors that its recordings make likeliest.
+
+    Expectation maximisation of the marginal likelihood (evidence, [MacKay1992]),
+    joint by joint, all parameters to first order.
+    """
+    problem, blocks = fit.problem, fit.blocks
+    prior = np.array([p.prior for p in problem.parameters])
+    slow = np.array(
+        [isinstance(p, SensorParameter) and p.of_slow_error for p in problem.parameters]
+    )
+    joints = np.array([p.joint for p in problem.parameters])
+    for _ in range(_SIZINGS):
+        blocks = replace(blocks, prior=problem.correlated / prior**2)
+        square = (fit.x + blocks.step) ** 2 + problem.correlated * blocks.spread
+        for i in set(joints[slow].tolist()):
+            own = slow & (joints == i)
+            prior[own] = np.clip(np.sqrt(np.mean(square[own])), _LEAST_SLOW, _MOST_SLOW)
+    parameters = zip(problem.parameters, prior.tolist(), strict=True)
+    return replace(problem, parameters=tuple(replace(p, prior=own) for p, own in parameters))
+
+
+def _with_prior(
+    problem: MotionProblem,
+) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
+    """Return residual and derivatives by x, with rows of what is known before beneath."""
+    root, start = np.sqrt(problem.prior), problem.start
+    return (
+        lambda x: np.concatenate([problem.residual(x), root * (x - start)]),
+        lambda x: np.vstack([problem.jacobian(x), np.diag(root)]),
+    )
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
@@ -112,30 +150,37 @@ def rms(values: np.ndarray) -> np.ndarray:
 def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
     residual, jacobian = problem.residual(x), problem.jacobian(x)
     rows = [len(moved.recording.time) for moved in problem.moved]
-    return NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+    blocks = NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+    return replace(blocks, prior=problem.prior, away=problem.start - x)
 
 
 def identifiable(fit: MotionFit) -> np.ndarray:
     """Return the mask of parameters of a fit that the recordings identify, (P,).
 
     What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
-    as in the start, the widest first; the others answer, to first order.
+    as in the start, the widest first; the others answer, to first order.  What is known before is not
+    left out: it is between start and recordings.
     """
+    known = fit.problem.prior > 0.0
     chosen = np.ones(len(fit.x), dtype=bool)
     away = fit.problem.start - fit.x
     while chosen.any():
         blocks = fit.blocks.only(chosen, away)
         x = fit.x[chosen] + blocks.step
         width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
+        width[known[chosen]] = 0.0
         worst = int(np.argmax(width))
         if width[worst] <= 1.0:
             break
-        lost = fit.problem.parameters[np.flatnonzero(chosen)[worst]]
-        for k, p in enumerate(fit.problem.parameters):
-            # A sine without its cosine is no eccentricity.
-            with_it = isinstance(lost, SensorParameter) and p.term == lost.term
-            chosen[k] &= p is not lost and not with_it
+        chosen[np.flatnonzero(chosen)[worst]] = False
     return chosen
+
+
+def narrow(fit: MotionFit) -> np.ndarray:
+    """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
+    width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
+    own = [isinstance(p, SensorParameter) and p.of_slow_error for p in fit.problem.parameters]
+    return np.asarray(width <= 1.0) & ~np.array(own, dtype=bool)
 
 
 def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
@@ -144,9 +189,8 @@ def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     for k, p in enumerate(problem.parameters):
         if p.vanishes:
             allowed[k] = _NARROW
-    for term in {p.term for p in problem.parameters if isinstance(p, SensorParameter)}:
-        own = np.array([p.term == term for p in problem.parameters])
-        allowed[own] = np.maximum(_OF_ITSELF * np.linalg.norm(x[own]), _NARROW)
+        if isinstance(p, SensorParameter):
+            allowed[k] = max(_OF_ITSELF * abs(x[k]), _NARROW)
     return allowed
 
 
@@ -178,10 +222,14 @@ class NormalBlocks:
     Attributes:
         matrices: J^T J of each block [1], (g, P, P).
         vectors: -J^T r of each block [1], (g, P).
+        prior: Weights of squares of departures from what is known before [1], (P,).
+        away: From the values to what is known before [1], (P,).
     """
 
     matrices: np.ndarray
     vectors: np.ndarray
+    prior: np.ndarray
+    away: np.ndarray
 
     @classmethod
     def of(
@@ -209,7 +257,8 @@ class NormalBlocks:
                 flat = a.reshape(-1, a.shape[2])
                 matrices.append(flat.T @ flat)
                 vectors.append(-flat.T @ r.ravel())
-        return cls(np.array(matrices), np.array(vectors))
+        none = np.zeros(jacobian.shape[1])
+        return cls(np.array(matrices), np.array(vectors), none, none)
 
     def only(self, chosen: np.ndarray, others: np.ndarray) -> NormalBlocks:
         """Return the problem of some parameters with the others moved.
@@ -220,18 +269,32 @@ class NormalBlocks:
         """
         moved = self.matrices[:, :, ~chosen] @ others[~chosen]
         return NormalBlocks(
-            self.matrices[:, chosen][:, :, chosen], (self.vectors - moved)[:, chosen]
+            self.matrices[:, chosen][:, :, chosen],
+            (self.vectors - moved)[:, chosen],
+            self.prior[chosen],
+            self.away[chosen],
         )
+
+    @property
+    def _whole(self) -> tuple[np.ndarray, np.ndarray]:
+        matrix = self.matrices.sum(axis=0) + np.diag(self.prior)
+        return matrix, self.vectors.sum(axis=0) + self.prior * self.away
 
     @property
     def step(self) -> np.ndarray:
         """Solution of the whole problem [1], (P,)."""
-        return _solved(self.matrices.sum(axis=0), self.vectors.sum(axis=0))
+        return _solved(*self._whole)
+
+    @property
+    def spread(self) -> np.ndarray:
+        """Variances of the solution, were rows of the residual independent and of size 1 [1], (P,)."""
+        spread: np.ndarray = np.diag(_inverse(self._whole[0]))
+        return spread
 
     @property
     def deviation(self) -> np.ndarray:
-        """Standard deviations of the solution by the jackknife over blocks [1], (P,)."""
-        matrix, vector = self.matrices.sum(axis=0), self.vectors.sum(axis=0)
+        """Standard deviations of the solution by jackknife over blocks and by the prior [1], (P,)."""
+        matrix, vector = self._whole
         each = np.array(
             [
                 _solved(matrix - own, vector - part)
@@ -240,7 +303,8 @@ class NormalBlocks:
         )
         count = len(each)
         away = each - each.mean(axis=0)
-        deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0))
+        by_prior = _inverse(matrix) ** 2 @ self.prior
+        deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0) + by_prior)
         return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
 
     @property
@@ -249,7 +313,7 @@ class NormalBlocks:
 
         Student's, with the number of blocks that carry the information on a parameter, which may be few.
         """
-        inverse = _inverse(self.matrices.sum(axis=0))
+        inverse = _inverse(self._whole[0])
         carried = np.einsum("ij,gjk,ki->gi", inverse, self.matrices, inverse)
         whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
         count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import MotionFit, fitted, identifiable, rms
+from coupling.identification.motion.fit import MotionFit, fitted, identifiable, narrow, rms, sized
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import (
@@ -18,7 +18,7 @@ from coupling.identification.motion.problem import (
 )
 from coupling.identification.motion.recording import Recording, smooth
 from coupling.identification.motion.sensors import (
-    SHORT_TRAVEL,
+    SensorParameter,
     encoder_lines,
     sensor_parameters,
     torque_parameters,
@@ -26,7 +26,7 @@ from coupling.identification.motion.sensors import (
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
-_MOST_PASSES = 4
+_MOST_ITERATIONS = 4
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Judged:
             [rad], (n, j); nan without encoder.
         wind_up: Rms of that [rad], (j,); nan without encoder.
         without_lines: The same with an offset alone for each encoder [rad], (j,).
+        lag_alone: Rms of what a lag, fitted to the recordings that are fitted, leaves with a recording's
+            own offset and lines, without a model [rad], (j,); nan without encoder.
         torque: Rms of what is left of the motors' torques over that of the torques [1], (j,).
         slow_torque: The same below the bandwidth of the motors' motion [1], (j,).
     """
@@ -51,6 +53,7 @@ class Judged:
     left_wind_up: np.ndarray
     wind_up: np.ndarray
     without_lines: np.ndarray
+    lag_alone: np.ndarray
     torque: np.ndarray
     slow_torque: np.ndarray
 
@@ -80,11 +83,11 @@ class MotionIdentification:
         robot: The start.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         first: The fit of all parameters.
-        fit: The fit of those that are identifiable.
-        chosen: Mask of these among the first, (P,).
+        fit: The fit of those that are identifiable, and of what is known before.
+        chosen: Mask of those identified among the first, (P,).
         judged: Recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
-        remarks: Sentences on numbers that could not be fitted.
+        remarks: Sentences on joints that lag and offset alone predict better.
     """
 
     robot: Robot
@@ -110,9 +113,22 @@ class MotionIdentification:
         return ""
 
     @property
+    def slow_error(self) -> np.ndarray:
+        """Likely size of slow errors, of one period a turn [rad], (j,); nan without encoder."""
+        found = np.full(len(self.robot.joints), np.nan)
+        for p in self.fit.problem.parameters:
+            if isinstance(p, SensorParameter) and p.harmonic == 1:
+                found[p.joint] = p.prior * p.size
+        return found
+
+    @property
     def identified_robot(self) -> Robot:
         """The robot as written."""
-        return self.fit.problem.robot_of(self.fit.x)
+        identified = {
+            p.name for p, own in zip(self.first.problem.parameters, self.chosen, strict=True) if own
+        }
+        told = np.array([p.name in identified for p in self.fit.problem.parameters])
+        return self.fit.problem.robot_of(np.where(told, self.fit.x, self.fit.problem.start))
 
 
 def identify_motion(
@@ -144,11 +160,9 @@ def identify_motion(
             )
     moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
-    turned = np.vstack([recording.link for recording in recordings])
-    travel = np.ptp(turned, axis=0)
     parameters: tuple[MotionParameter, ...] = (
         *motion_parameters(robot, with_link),
-        *sensor_parameters(with_link, travel),
+        *sensor_parameters(with_link),
         *torque_parameters(robot),
     )
     if not parameters:
@@ -161,27 +175,35 @@ def identify_motion(
         problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
         first = fitted(problem)
         lines = _lines(first)
-        if any(lines):
-            moved = tuple(replace(one, lines=lines) for one in moved)
-            others = tuple(replace(one, lines=lines) for one in others)
-            first = fitted(replace(first.problem, moved=moved), first.x)
-        fit, chosen = first, np.ones(len(parameters), dtype=bool)
-        for _ in range(_MOST_PASSES):
-            own = identifiable(fit) & ~_drowned(fit)
+        moved = tuple(replace(one, lines=lines) for one in moved)
+        others = tuple(replace(one, lines=lines) for one in others)
+        first = fitted(replace(sized(first), moved=moved), first.x)
+        fit, stays = first, np.ones(len(parameters), dtype=bool)
+        for _ in range(_MOST_ITERATIONS):
+            own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
             if own.all():
                 break
-            chosen[np.flatnonzero(chosen)[~own]] = False
-            fit = fitted(fit.problem.only(own), fit.x[own])
+            stays[np.flatnonzero(stays)[~own]] = False
+            fit = fitted(sized(fit).only(own), fit.x[own])
+        chosen = stays.copy()
+        chosen[stays] = narrow(fit) & ~_drowned(fit)
         judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = _terms(fit, judged[-1]) if leave_out and others else ()
-    remarks = tuple(
-        f"Eccentricity of encoder {i + 1} is not fitted: its link turns by {travel[i]:.2g} rad, less"
-        f" than {SHORT_TRAVEL:.3g} rad."
-        for i in with_link
-        if travel[i] < SHORT_TRAVEL
-    )
+    remarks = tuple(words for one in judged for words in _worse(one))
     return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+
+
+def _worse(one: Judged) -> list[str]:
+    """Return a sentence on each joint of a recording that lag and offset alone predict better."""
+    words = "predicted" if one.held_out else "fitted"
+    return [
+        f"{one.moved.recording.name}, {words}: {_urad(one.wind_up[i])} of motor less link {i + 1} are"
+        f" left, more than {_urad(one.lag_alone[i])} of lag and offset without a robot: something"
+        " of this joint is missing in the model."
+        for i in one.moved.recording.with_link
+        if one.wind_up[i] > one.lag_alone[i]
+    ]
 
 
 def _require_elastic(robot: Robot) -> None:
@@ -243,9 +265,30 @@ def judge(
         wind_up,
         rms(wind_up),
         np.std(apart, axis=0),
+        _lag_alone(problem, moved),
         rms(torque) / size,
         rms(slow) / size,
     )
+
+
+def _urad(angle: float) -> str:
+    return f"{1e6 * angle:.3g} urad"
+
+
+def _lag_alone(problem: MotionProblem, moved: MovedRecording) -> np.ndarray:
+    """Return the rms [rad], (j,), that a lag fitted to a problem's recordings leaves of a wind-up."""
+    left = np.full(moved.motion.q.shape[1], np.nan)
+    for i in moved.recording.with_link:
+
+        def parts(one: MovedRecording, i: int = i) -> tuple[np.ndarray, np.ndarray]:
+            rate, wind_up = one.motion.qd[:, i], one.recording.wind_up[:, i]
+            return one.without_own(rate, i), one.without_own(wind_up, i)
+
+        rates, wind_ups = map(np.concatenate, zip(*map(parts, problem.moved), strict=True))
+        lag = rates @ wind_ups / max(rates @ rates, 1e-300)
+        rate, wind_up = parts(moved)
+        left[i] = rms(wind_up - lag * rate)
+    return left
 
 
 def _terms(fit: MotionFit, judged: Judged) -> tuple[TermLeftOut, ...]:

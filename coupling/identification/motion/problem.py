@@ -1,10 +1,11 @@
 """Measured less predicted wind-up and motor torque of recordings, and their derivatives.
 
-    wind-up   d = q(t) - phi(t - lag) + eccentricity(q) + loop s/a + a recording's offset and lines
+    wind-up   d = q(t) - phi(t - lag) + slow error(q) + loop + a recording's offset and lines
     torque    tau = T(t) + J q'' + f(s/a, q') + friction after a rest + J_f r'' - K r'
 
-phi = q + eps(q) + e, and r is what of the angles is faster than q, their smoothed motion; e and T
-are the FMU's along q, f and s/a those of `elastic_robot.gear_parts.Drive`.
+phi = q + eps(q) + e, the loop follows dry friction, and r is what of the angles is faster than q,
+their smoothed motion; e and T are the FMU's along q, f and s/a those of
+`elastic_robot.gear_parts.Drive`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
-from coupling.identification.motion.parameters import MotionParameter, with_numbers
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import (
     SensorParameter,
@@ -24,8 +25,10 @@ from coupling.identification.motion.sensors import (
     delayed,
     own_columns,
     torque_column,
+    worn,
 )
 from coupling.inverse.servo import presliding
+from coupling.robot.parameters import dry_friction, with_values
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
@@ -36,6 +39,8 @@ _FIRST = 25
 _CHANGE = 1e-2
 # A stiffness may be so many times the start's: least of what the fit counts by.
 _LEAST_INVERSE = 0.02
+# Rows closer than this [s] count as one beside what is known before: what is left is so long correlated.
+_CORRELATED = 0.2
 # Weighed residual of a robot that cannot be simulated.
 _IMPOSSIBLE = 1e3
 
@@ -80,13 +85,14 @@ class Predicted:
     """What is predicted of a recording, without what is fitted in it by itself.
 
     Attributes:
-        wind_up: Motor less link [rad], (n, j); the sensors' lag, eccentricity and loop are in it.
+        wind_up: Motor less link [rad], (n, j); the sensors' lag, slow error and loop are in it.
         torque: Torques of the motors [N m], (n, j).
         beside: Their part that the model has not [N m], (n, j).
         gears: Motion of the gears by the FMU.
         part: Friction over its largest [1], (n, j).
-        shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the eccentricity's, the
-            loop's.
+        dry: Dry friction over that while the motor slips [1], (n, j): more after a rest.
+        shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the loop's, the slow
+            error's.
     """
 
     wind_up: np.ndarray
@@ -94,6 +100,7 @@ class Predicted:
     beside: np.ndarray
     gears: GearMotion
     part: np.ndarray
+    dry: np.ndarray
     shares: dict[str, np.ndarray]
 
 
@@ -130,6 +137,17 @@ class MotionProblem:
         ]
         return np.array(least), np.array([p.most for p in self.parameters])
 
+    @property
+    def correlated(self) -> float:
+        """Number of rows that count as one beside what is known before."""
+        return max(_CORRELATED / self.moved[0].recording.step, 1.0)
+
+    @property
+    def prior(self) -> np.ndarray:
+        """Weights of squares of departures from the start [1], (P,); 0 if nothing is known."""
+        weights: np.ndarray = self.correlated / np.array([p.prior for p in self.parameters]) ** 2
+        return weights
+
     def only(self, chosen: np.ndarray) -> MotionProblem:
         """Return the problem of some of the parameters, by a mask, (P,)."""
         own = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
@@ -137,8 +155,9 @@ class MotionProblem:
 
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
-        values = map(MotionParameter.outward, self.parameters, x.tolist())
-        return with_numbers(self.robot, zip(self.parameters, values, strict=True))
+        own = zip(self.parameters, x.tolist(), strict=True)
+        values = {p.name: p.in_robot(x) for p, x in own if not isinstance(p, SensorParameter)}
+        return with_values(self.robot, values)
 
     def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
         """Return the prediction of a recording by values as the fit counts [1], (P,)."""
@@ -151,7 +170,7 @@ class MotionProblem:
             if joint.drive is not None:
                 part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
-        beside = np.zeros_like(torque)
+        beside, dry = np.zeros_like(torque), self._dry(moved, robot, x, part)
         links = errors.output_angle(moved.motion.q) + gears.wind_up
         shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
@@ -162,13 +181,24 @@ class MotionProblem:
                 by_one = torque_column(p, moved.motion, part[:, i], moved.recording.step)
                 beside[:, i] += p.size * value * by_one
                 continue
-            own = p.size * value * column(p, moved.motion, part[:, i])
+            own = p.size * value * column(p, moved.motion, dry[:, i])
             if p.kind == "lag":
                 own = links[:, i] - delayed(links[:, i], moved.recording.step, p.size * value)
             share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
             share[:, i] += own
         wind_up = np.sum(list(shares.values()), axis=0)
-        return Predicted(wind_up, torque + beside, beside, gears, part, shares)
+        return Predicted(wind_up, torque + beside, beside, gears, part, dry, shares)
+
+    def _dry(
+        self, moved: MovedRecording, robot: Robot, x: np.ndarray, part: np.ndarray
+    ) -> np.ndarray:
+        dry = part.copy()
+        for p, value in zip(self.parameters, x.tolist(), strict=True):
+            drive = robot.joints[p.joint].drive
+            if isinstance(p, SensorParameter) and p.kind == "rest" and drive is not None:
+                slipping = max(dry_friction(drive)[0], 1.0)
+                dry[:, p.joint] *= 1.0 + p.size * value / slipping * worn(moved.motion, p.joint)
+        return dry
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
@@ -223,8 +253,11 @@ class MotionProblem:
                 step = moved.recording.step
                 by_one = torque_column(parameter, moved.motion, base.part[:, i], step)
                 torque[:, i] = -parameter.size * by_one
+                if parameter.kind == "rest" and not missing[i]:
+                    loop = self._loops_change(moved, self.robot_of(x), x, base, k)
+                    wind_up[:, i] = -moved.without_own(loop[:, i], i)
                 return self.rows(wind_up, torque).ravel()
-            own = column(parameter, moved.motion, base.part[:, i])
+            own = column(parameter, moved.motion, base.dry[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
             return self.rows(wind_up, torque).ravel()
         further = x.copy()
@@ -233,6 +266,7 @@ class MotionProblem:
         if parameter.moves:
             gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
             wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE
+        wind_up -= self._loops_change(moved, robot, x, base, k)
         # How friction was loaded at the start stays: its part of the derivative is none of the motion.
         passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
         there = _motor_torque(moved.motion, robot, gears, passed, base.part)
@@ -240,6 +274,19 @@ class MotionProblem:
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()
+
+    def _loops_change(
+        self, moved: MovedRecording, robot: Robot, x: np.ndarray, base: Predicted, k: int
+    ) -> np.ndarray:
+        """Return how the loops follow parameter k by way of dry friction [rad], (n, j)."""
+        further, loops = x.copy(), np.zeros(base.dry.shape[1])
+        further[k] += _CHANGE
+        for p, value in zip(self.parameters, x.tolist(), strict=True):
+            if isinstance(p, SensorParameter) and p.kind == "loop":
+                loops[p.joint] = p.size * value
+        dry = self._dry(moved, robot, further, base.part)
+        change: np.ndarray = loops * (dry - base.dry) / _CHANGE
+        return change
 
 
 def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray) -> np.ndarray:

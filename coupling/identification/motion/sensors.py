@@ -1,27 +1,25 @@
-"""Beside the model: lag, offset, eccentricity, lines of encoders; torque after a rest, and fast one."""
+"""Beside the model: lag, offset, slow error, lines of encoders; torque after a rest, and fast one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.identification.motion.parameters import MotionParameter, dry_friction
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
+from coupling.robot.parameters import dry_friction
 from elastic_robot.description import Robot
 
-# Over less of a turn [rad] a sine of one a turn looks like much else, and is wrong elsewhere.
-SHORT_TRAVEL = np.pi / 3.0
+# Slow error of an encoder [rad]: standard deviation of its first harmonic, and how many there are.  That
+# of the k-th is a k-th, as of a scale whose error is a random walk along it.
+_SLOW, _HARMONICS = 1e-4, 8
+# Standard deviation of friction after a rest over dry friction.
+_AFTER_REST = 3.0
 # Travel [rad] over which friction after a rest wears off by 63 %: 2 to 20 mrad on a KUKA KR 300.
 _WEARS_OFF = 5e-3
-_KINDS = (
-    ("lag", "lag", "lag", 1e-3, "s"),
-    ("eccentricity.cosine", "eccentricity", "cosine", 3e-4, "rad"),
-    ("eccentricity.sine", "eccentricity", "sine", 3e-4, "rad"),
-    ("loop", "loop", "loop", 1e-4, "rad"),
-)
 # Fewest lines in a turn: what is slower may be the gear's.
 _FEWEST = 100.0
 # A line is one if it takes this part of what is left, in the sum over all recordings.
@@ -34,17 +32,24 @@ _POINTS = 8
 
 @dataclass(frozen=True)
 class SensorParameter(MotionParameter):
-    """A number of a joint that the model has not, the same in all recordings.
+    """A number of a joint that the model has not, the same in all recordings, about none.
 
     Attributes:
         kind: "lag", "cosine", "sine" or "loop" of the wind-up; of the torque "rest", or "rate" and
             "inertia" of what is faster than the bandwidth.
+        harmonic: Periods in a turn of a cosine or sine.
     """
 
     start: float = 0.0
-    put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
     signed: bool = True
+    prior: float = 1.0
     kind: str = ""
+    harmonic: int = 0
+
+    @property
+    def of_slow_error(self) -> bool:
+        """Whether it is a harmonic of an encoder's slow error, whose function alone has a meaning."""
+        return self.harmonic > 0
 
     @property
     def of_torque(self) -> bool:
@@ -52,19 +57,29 @@ class SensorParameter(MotionParameter):
         return self.kind in ("rest", "rate", "inertia")
 
 
-def sensor_parameters(with_link: list[int], travel: np.ndarray) -> tuple[SensorParameter, ...]:
-    """Return those of joints whose link's angle is measured.
-
-    Args:
-        with_link: Indices of these joints.
-        travel: Range of angles of each link in all recordings together [rad], (j,).
-    """
-    return tuple(
-        SensorParameter(f"encoder[{i + 1}].{name}", f"{term} {i + 1}", i, size, unit, kind=kind)
-        for i in with_link
-        for name, term, kind, size, unit in _KINDS
-        if term != "eccentricity" or travel[i] >= SHORT_TRAVEL
-    )
+def sensor_parameters(with_link: list[int]) -> tuple[SensorParameter, ...]:
+    """Return those of joints whose link's angle is measured, by their indices."""
+    found = []
+    for i in with_link:
+        place, joint = f"encoder[{i + 1}]", i + 1
+        found += [
+            SensorParameter(f"{place}.lag", f"lag {joint}", i, 1e-3, "s", prior=10.0, kind="lag"),
+            SensorParameter(f"{place}.loop", f"loop {joint}", i, 1e-4, "rad", kind="loop"),
+        ]
+        found += [
+            SensorParameter(
+                f"{place}.slow_error.{kind}[{k}]",
+                f"slow error {joint}",
+                i,
+                _SLOW / k,
+                "rad",
+                kind=kind,
+                harmonic=k,
+            )
+            for k in range(1, _HARMONICS + 1)
+            for kind in ("cosine", "sine")
+        ]
+    return tuple(found)
 
 
 def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
@@ -79,10 +94,12 @@ def torque_parameters(robot: Robot) -> tuple[SensorParameter, ...]:
             ("fast.rate_gain", "rate loop", "rate", drive.rate_gain, "N m s/rad"),
             ("fast.inertia", "fast rotor", "inertia", drive.inertia, "kg m^2"),
         ):
-            place = f"motor[{i + 1}].{name}"
-            found.append(
-                SensorParameter(place, f"{term} {i + 1}", i, max(size, 1.0), unit, kind=kind)
+            known = _AFTER_REST if kind == "rest" else 1.0
+            own = SensorParameter(
+                f"motor[{i + 1}].{name}", f"{term} {i + 1}", i, max(size, 1.0), unit, kind=kind
             )
+            # Where the file has no friction or no rate loop, their size is not known.
+            found.append(replace(own, prior=known if size > 0.0 else np.inf))
     return tuple(found)
 
 
@@ -94,22 +111,30 @@ def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     return later
 
 
-def column(parameter: SensorParameter, motion: SmoothedMotion, part: np.ndarray) -> np.ndarray:
+def column(parameter: SensorParameter, motion: SmoothedMotion, dry: np.ndarray) -> np.ndarray:
     """Return the wind-up by a sensor's number of 1 [rad], (n,): of a lag, to first order.
 
     Args:
         parameter: The number.
         motion: Motion of the motors.
-        part: Friction of the joint's motor over its largest [1], (n,).
+        dry: Dry friction of the joint's motor over that while it slips [1], (n,); more after a rest.
     """
     q = motion.q[:, parameter.joint]
     if parameter.kind == "lag":
         return motion.qd[:, parameter.joint]
     if parameter.kind == "cosine":
-        return np.cos(q)
+        return np.cos(parameter.harmonic * q)
     if parameter.kind == "sine":
-        return np.sin(q)
-    return part
+        return np.sin(parameter.harmonic * q)
+    return dry
+
+
+def worn(motion: SmoothedMotion, joint: int) -> np.ndarray:
+    """Return what friction after a rest is over that at the start [1], (n,): it wears off."""
+    q = motion.q[:, joint]
+    travel = np.cumsum(np.abs(np.diff(q, prepend=q[0])))
+    left: np.ndarray = np.exp(-travel / _WEARS_OFF)
+    return left
 
 
 def torque_column(
@@ -127,11 +152,7 @@ def torque_column(
         step: Step of time [s].
     """
     if parameter.kind == "rest":
-        travel = np.cumsum(
-            np.abs(np.diff(motion.q[:, parameter.joint], prepend=motion.q[0, parameter.joint]))
-        )
-        worn: np.ndarray = part * np.exp(-travel / _WEARS_OFF)
-        return worn
+        return part * worn(motion, parameter.joint)
     fast = np.pad(motion.fast[:, parameter.joint], 1, mode="edge")
     if parameter.kind == "rate":  # as a loop of this step sees it
         return np.asarray((fast[:-2] - fast[1:-1]) / step)

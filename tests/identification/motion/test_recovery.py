@@ -14,7 +14,7 @@ from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import motion_parameters
 from coupling.identification.motion.problem import MotionProblem, MovedRecording
 from coupling.identification.motion.recording import Recording
-from coupling.identification.motion.sensors import sensor_parameters, torque_parameters
+from coupling.identification.motion.sensors import delayed, sensor_parameters, torque_parameters
 from coupling.inverse.servo import presliding
 from docs.scripts.motion_recovery import BANDWIDTH, Known, arm, coverage, recorded
 from elastic_robot.gear_parts import KinematicError
@@ -59,12 +59,37 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     assert worth["lag 1"].wind_up[1] > 20.0 * worth["lag 1"].wind_up[0]
 
 
+def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
+    """0.3 mrad once a turn is a hundred times the noise; an encoder without it is told apart."""
+    first = recordings[0]
+    link = first.link.copy()
+    link[:, 0] += 3e-4 * np.cos(first.link[:, 0] - 0.7)
+    start = Known.drawn(np.random.default_rng(6)).start
+    found = identify_motion(start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False)
+    assert found.slow_error[0] > 10.0 * found.slow_error[1]
+    assert found.judged[0].wind_up[0] < 3e-6
+    for own, known in zip(found.identified_robot.joints, arm().joints, strict=True):
+        assert own.stiffness == pytest.approx(known.stiffness, rel=0.03)
+
+
+def test_what_lag_and_offset_alone_predict_better_is_said(recordings):
+    """The link of a joint whose gear has become rigid is late, and no more."""
+    first, other = recordings
+    link = other.link.copy()
+    link[:, 1] = delayed(other.motor[:, 1], other.step, 3e-3)
+    held_out = replace(other, name="rigid.csv", link=link)
+    found = identify_motion(arm(), [first], [held_out], BANDWIDTH, leave_out=False)
+    (words,) = found.remarks
+    assert words.startswith("rigid.csv, predicted: ")
+    assert "motor less link 2 are left" in words
+
+
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
     robot = arm()
     moved = MovedRecording.of(recordings[0], BANDWIDTH)
     parameters = (
         *motion_parameters(robot, (0, 1)),
-        *sensor_parameters([0, 1], np.zeros(2)),
+        *sensor_parameters([0, 1]),
         *torque_parameters(robot),
     )
     unit = np.ones(2)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.identification.runs.alignment import aligned
-from coupling.identification.runs.measurement import Measurement, read_seen
+from coupling.identification.runs.measurement import Measurement, read_measurement
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.histories import ToolPath
 
@@ -19,7 +19,7 @@ ROWS = [f"{0.01 * k:.2f},{0.1 * k},2,3" for k in range(40)]
 def read(tmp_path, text: str | bytes) -> Measurement:
     file = tmp_path / "measured.csv"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_seen(file)
+    return read_measurement(file)
 
 
 def test_comments_other_columns_and_orientations_are_read_as_they_are(tmp_path):
@@ -70,7 +70,7 @@ def test_what_cannot_be_a_measurement_is_refused_with_its_place(tmp_path, kind):
 
 def test_a_folder_is_no_measurement(tmp_path):
     with pytest.raises(LearnError, match="cannot be read"):
-        read_seen(tmp_path)
+        read_measurement(tmp_path)
 
 
 def spiral(start: float = 0.0, radius: float = 0.06) -> ToolPath:

@@ -50,9 +50,9 @@ def motion_summary(found: MotionResult) -> list[Section]:
         f" {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks of time."
     )
     sections = [
-        Section("", [words], good=good),
+        Section("", [words, *found.remarks], good=good and not found.remarks),
         Section("", [_sizes(found), remark]),
-        Section("Parameters", [_parameters(found), *found.remarks]),
+        Section("Parameters", [_parameters(found)]),
     ]
     if found.lines:
         lines = [
@@ -60,6 +60,10 @@ def motion_summary(found: MotionResult) -> list[Section]:
             for own in found.lines
         ]
         sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
+    slow = [f"{_UM * own:.0f}" for own in found.slow_error_rad if own is not None]
+    if slow:
+        words = f"Likely size of one period a turn: {', '.join(slow)} urad."
+        sections.append(Section("Slow errors of encoders", [words, _SLOW]))
     if found.terms:
         sections.append(Section("Without each term", [_terms(found), _TERMS]))
     return sections
@@ -71,7 +75,8 @@ def _sizes(found: MotionResult) -> Table:
         words = "predicted" if one.held_out else "fitted"
         for text, factor, values in (
             ("motor less link [urad]", _UM, one.wind_up_rad),
-            ("- an offset alone", _UM, one.wind_up_without_lines_rad),
+            ("- without lines of the encoder", _UM, one.wind_up_without_lines_rad),
+            ("- by lag, offset and lines alone", _UM, one.wind_up_lag_alone_rad),
             ("motor torque [% of its rms]", 100.0, one.torque_relative),
             (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
         ):
@@ -159,10 +164,13 @@ def _over_time(time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: 
 
 
 _WIND_UP = Note(
-    "Predicted with lag, eccentricity and loop of the encoders, and the recording's own offset and"
+    "Predicted with lag, slow error and loop of the encoders, and the recording's own offset and"
     " phases."
 )
 _LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
+_SLOW = Note(
+    "Up to eight periods a turn, of k a k-th; where the link was not, they tell little of it."
+)
 _TERMS = Note(
     "What is left of the recording held out last at the term's joint, if the others answer to first"
     " order; stiffness and payload as in the start, all else none."
