@@ -26,7 +26,7 @@ class RunForecast(ResultPart):
             parameters that were not fitted.
 
     Example:
-        >>> told = PassForecast(
+        >>> told = RunForecast(
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
         >>> print(told.sentence.partition(";")[0])
