@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import CubicSpline
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
@@ -233,8 +232,7 @@ class GearDrive:
 
     def _motion(self, coefficients: np.ndarray, misses: np.ndarray) -> _Motion:
         shape = self.layout.count, self.layout.parts, len(_PLACES)
-        # A copy, as products of overlapping rows are not BLAS's.
-        local = np.array(sliding_window_view(coefficients, self.layout.degree + 1))
+        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
         q, rate = (
             (local @ weights.reshape(-1, weights.shape[-1]).T).reshape(shape)
             for weights in self._basis
