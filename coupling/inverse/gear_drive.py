@@ -260,6 +260,7 @@ class GearDrive:
     def _drive(self, coefficients: np.ndarray) -> np.ndarray:
         """Return q at the quarters of the steps, (n, parts, 5)."""
         local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
+        local = np.ascontiguousarray(local)  # products of rows that overlap are not BLAS's
         drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
         return drive.reshape(self.layout.count, self.layout.parts, 5)
 
