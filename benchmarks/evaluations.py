@@ -197,7 +197,7 @@ def coupled(
     times = sampled_at(SampledPath.of(task.desired), task.mode)
     start = start or unloaded_path(loop, task.command, times.path.time)
     try:
-        found = couple(loop, task.command, start, times.asked)
+        found = couple(loop, task.command, start, times.sample_rows)
     except SimulationError:
         return Coupled(start, [start], [np.inf], False, "robot failed")
     return Coupled(found.path, paths, changes, found.converged, found.outcome.value)

@@ -9,7 +9,7 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.events import Progress, Watch
-from coupling.report.page import write_pages
+from coupling.report.run_report import write_pages
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.kept_process import kept_process
@@ -24,12 +24,12 @@ class FinishedRun:
     Attributes:
         run: Its result.
         stored: What its folder says of it.
-        unkept: Number of the process's answers that could not be kept in the store.
+        not_stored: Number of the process's answers that could not be kept in the store.
     """
 
     run: Run
     stored: StoredRun
-    unkept: int
+    not_stored: int
 
 
 def conduct(
@@ -39,7 +39,7 @@ def conduct(
     store: Path | None,
     kind: str,
     work: Callable[[Case, Watch], Run],
-    tell: Watch,
+    report: Watch,
 ) -> FinishedRun:
     """Run a case into its run folder.
 
@@ -50,12 +50,12 @@ def conduct(
         store: Store of evaluations, if any.
         kind: "couple" or "compensate".
         work: What is to be done.
-        tell: Function that is told what happens.
+        report: Function that is told what happens.
 
     Raises:
         CouplingError: If the case, the run, the folder or the store fails.
     """
-    with logged_folder(kind, file, folder, overwrite, store, tell) as (place, log, watch):
+    with logged_folder(kind, file, folder, overwrite, store, report) as (place, log, watch):
         case = load_case(file, place, watch)
         process = kept_process(case, store, watch)
         run = work(replace(case, process=process), watch)
@@ -66,4 +66,4 @@ def conduct(
         stored = read_run(place)
         write_pages(stored, place / "report.html")
         log.finish(run.durations)
-    return FinishedRun(run, stored, process.unkept)
+    return FinishedRun(run, stored, process.not_stored)

@@ -51,7 +51,7 @@ class IdentifyError(CouplingError):
 
 
 class LearnError(CouplingError):
-    """A measured pass cannot be read, does not belong to its run, or tells nothing."""
+    """A measured run cannot be read, does not belong to its run, or tells nothing."""
 
 
 class ProgramError(CouplingError):

@@ -4,12 +4,17 @@ A short blow excites all modes; the spectrum of the tool's motion over that of t
 compliance, which decides where milling chatters.  The linearised robot gives it without a simulation.
 """
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.fmu_export.build import build_fmu
+from coupling.path.histories import WrenchHistory
+from coupling.path.joint_path import JointPath
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
@@ -17,7 +22,7 @@ from elastic_robot.trajectory import HeldCommand
 FIGURE = Path(__file__).parent.parent / "results" / "hammer_test.html"
 
 posture = np.array([0.0, 0.3, 0.2, 0.0, 1.0, 0.0])  # [rad]
-rest = HeldCommand(0.0, posture, np.zeros(6), np.zeros(6))
+model = load_robot(shipped_robots()["icme2008"])
 frequency = np.geomspace(3.0, 120.0, 400)  # [Hz]
 
 BLOW = 1000.0  # [N], held for one sample
@@ -27,22 +32,23 @@ RECORD = 8.0  # [s]; the slowest mode has decayed to less than a thousandth
 
 def robot_at_rest() -> ElasticRobot:
     """Return the robot under its own weight, without backlash: a gear that rattles is not linear."""
-    robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear", tolerance=1e-8)
-    robot.reset(0.0, rest, Load())
+    robot = ElasticRobot(model, "linear")
+    robot.reset(0.0, HeldCommand(0.0, posture, np.zeros(6), np.zeros(6)), Load())
     return robot
 
 
 def tap(direction: int) -> np.ndarray:
     """Return the compliance in one direction [m/N] from a simulated blow, complex, one per frequency."""
-    robot, force = robot_at_rest(), np.zeros(6)
-    force[direction] = BLOW
-    start = robot.tcp()[direction]
-    motion = []
-    for k in range(round(RECORD / SAMPLE)):
-        robot.step((k + 1) * SAMPLE, rest, Load(force if k == 0 else np.zeros(6)))
-        motion.append(robot.tcp()[direction] - start)
+    time = SAMPLE * np.arange(round(RECORD / SAMPLE) + 1)
+    blow = np.zeros((len(time), 6))
+    blow[1, direction] = BLOW
+    rest = JointPath(time, (np.tile(posture, (len(time), 1)),))
+    with tempfile.TemporaryDirectory() as folder:
+        file = build_fmu(model, Path(folder, "Robot.fmu"))
+        with RobotFmu(file, "linear") as robot:
+            path = robot.simulate(rest, WrenchHistory.of_means(time, blow), "dynamic")
+    motion = path.position[0, :, direction] - path.position[0, 0, direction]
     s = 2j * np.pi * frequency
-    time = SAMPLE * np.arange(1, len(motion) + 1)
     of_motion = SAMPLE * np.exp(-np.outer(s, time)) @ motion
     of_force = BLOW * (1.0 - np.exp(-s * SAMPLE)) / s
     return of_motion / of_force

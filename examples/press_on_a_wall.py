@@ -35,7 +35,7 @@ def press() -> tuple[float, float, int]:
             wall = ElasticWall(point, np.array([0.0, 0.0, 1.0]), WALL_STIFFNESS)
             result = couple(Loop(robot_fmu, wall, "quasistatic"), command)
     depth = float(point[2] - result.path.position[0, -1, 2])
-    return depth, float(result.answer.wrench.force[0, -1, 2]), len(result.evaluations)
+    return depth, float(result.response.wrench.force[0, -1, 2]), len(result.evaluations)
 
 
 if __name__ == "__main__":

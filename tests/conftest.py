@@ -14,8 +14,10 @@ import functools
 import json
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from subprocess import PIPE
 
 import command_line
 import numpy as np
@@ -61,20 +63,31 @@ def command():
     return command_line.command
 
 
+@pytest.fixture(scope="session")
+def fresh() -> Iterator[subprocess.Popen]:
+    """The process of tests/fmu/hosts/fresh.py, from which others are forked."""
+    command = [sys.executable, str(HOSTS / "fresh.py")]
+    with subprocess.Popen(command, stdin=PIPE, stdout=PIPE, text=True, bufsize=1) as process:
+        yield process
+
+
 @pytest.fixture
-def run_host(tmp_path: Path):
+def run_host(tmp_path: Path, fresh: subprocess.Popen):
     """Run a script of tests/fmu/hosts in a process that has not imported the project; return stderr."""
 
     def run(script: str, *arguments: object, succeeds: bool = True) -> str:
-        done = subprocess.run(
-            [sys.executable, str(HOSTS / f"{script}.py"), *map(str, arguments)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-        )
-        assert (done.returncode == 0) == succeeds, done.stderr
-        assert done.returncode >= 0, f"killed by signal {-done.returncode}"
-        return done.stderr
+        with tempfile.NamedTemporaryFile() as said:
+            order = {
+                "command": [str(HOSTS / f"{script}.py"), *map(str, arguments)],
+                "folder": str(tmp_path),
+                "environment": dict(os.environ),
+                "stderr": said.name,
+            }
+            fresh.stdin.write(json.dumps(order) + "\n")
+            code, text = int(fresh.stdout.readline()), said.read().decode()
+        assert (code == 0) == succeeds, text
+        assert code >= 0, f"killed by signal {-code}"
+        return text
 
     return run
 

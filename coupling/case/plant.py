@@ -85,7 +85,7 @@ class _PlantRobotTable(Schema):
                 not as many as the model's.
         """
         robot = model
-        asked = self.drive or (drive if self.description is None else None)
+        own_drive = self.drive or (drive if self.description is None else None)
         if self.description is not None:
             robot = mounting.of(described(self.description, folder))
         if len(robot.joints) != len(model.joints):
@@ -93,7 +93,7 @@ class _PlantRobotTable(Schema):
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
                 f" commanded, got {len(robot.joints)}"
             )
-        moved = drive_of(robot, asked)
+        moved = drive_of(robot, own_drive)
         place = self.payload_position_m
         difference = ModelMismatch(
             tuple(self.stiffness_factor),

@@ -60,22 +60,22 @@ def described(description: str, folder: Path) -> Robot:
         raise CaseError(f"description: {cause}") from cause
 
 
-def drive_of(robot: Robot, asked: OneOfDrives | None) -> OneOfDrives:
+def drive_of(robot: Robot, requested: OneOfDrives | None) -> OneOfDrives:
     """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
 
     Args:
         robot: The robot.
-        asked: Value in the case; None: none.
+        requested: Value in the case; None: none.
 
     Raises:
         CaseError: If it has no motors for servos.
     """
     motors = any(joint.drive is not None for joint in robot.joints)
-    if asked == IDEAL or (asked is None and not motors):
+    if requested == IDEAL or (requested is None and not motors):
         return IDEAL
     if not motors:
         raise CaseError(
-            f'drive: expected a [joint.drive] in the file of {robot.name} beside "{asked}", got none'
+            f'drive: expected a [joint.drive] in the file of {robot.name} beside "{requested}", got none'
         )
     return "servo"
 
@@ -178,7 +178,7 @@ class PartTable(Schema):
 
     @field_validator("touch_off")
     @classmethod
-    def _tells_a_frame(cls, value: bool | list[Vector3]) -> bool | list[Vector3]:
+    def _determines_a_frame(cls, value: bool | list[Vector3]) -> bool | list[Vector3]:
         if isinstance(value, bool) or len(value) == 1:
             return value
         points = np.array(value).reshape(-1, 3)

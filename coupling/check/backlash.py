@@ -105,7 +105,7 @@ def exact_command(
     wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), wanted.wrench)
     chain = moving.model.chain
     outputs = np.stack([links.at(time, order)[:, chain.drive] for order in range(3)])
-    own = np.stack([wind_up.angle, wind_up.rate, wind_up.acceleration])
+    own = np.stack([wind_up.angle, wind_up.rate, np.gradient(wind_up.rate, time, axis=0)])
     outputs[:, :, moving.model.gear_joint] -= own
     motors = chain.kinematic_errors.at_motor(outputs)
     return JointPath(time, *((values,) for values in motors))

@@ -21,7 +21,7 @@ from coupling.results.run_result import DriveMotion
 from coupling.robot.robot import LimitWarning
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import wanted_of
-from coupling.run.load_limits import passed
+from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
 from coupling.run.motor_demands import MotorDemand, motor_demands
 
@@ -109,7 +109,7 @@ def checked(
                     hysteresis if slips else None,
                     unknown,
                     (
-                        *passed(placed.ratings, wanted.wrench, gears),
+                        *exceeded(placed.ratings, wanted.wrench, gears),
                         *(warning for own in motors for warning in own.warnings),
                     ),
                 )

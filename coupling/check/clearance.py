@@ -18,8 +18,8 @@ from elastic_robot.description import Robot
 _PLACES, _RAYS = 30, 72
 # Steps outwards [m] and how many at most: wide ones, then narrow ones from the last that was reached.
 _STEPS = ((0.1, 30), (0.01, 9))
-# Passes of inverse kinematics in each.
-_PASSES = 15
+# Iterations of inverse kinematics in each.
+_ITERATIONS = 15
 # What is nearer to the base's axis has no direction outward [m].
 _ON_AXIS = 0.02
 # Joints of a robot whose Jacobian has a determinant.
@@ -110,7 +110,7 @@ class _Walk:
             for _ in range(most):
                 target = position[:, live] + (way[live] + step) * direction[:, live]
                 wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-                there, came = reached(self.serial, wanted, q[:, live], _PASSES)
+                there, came = reached(self.serial, wanted, q[:, live], _ITERATIONS)
                 held = came & (self._conditioning(there) > _SINGULAR) & self._within(there)
                 held &= self._side(there) == side[live]  # no step leads across a singular posture
                 live = live[held]

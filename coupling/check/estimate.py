@@ -70,8 +70,8 @@ def estimated(desired: ToolPath, rounds: int, each: float | None) -> TimeEstimat
 def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
     """Return what a process answers to the desired path, and how long it took [s]."""
     begin = time.perf_counter()
-    answer = process.evaluate(desired)
-    return answer, time.perf_counter() - begin
+    response = process.evaluate(desired)
+    return response, time.perf_counter() - begin
 
 
 def repeated(process: Process, desired: ToolPath, first: ProcessResponse, seconds: float) -> str:

@@ -14,9 +14,9 @@ from tomlkit import TOMLDocument
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, one_of
+from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
-from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.batch.part_placement import PartPlacement, part_placements
@@ -233,5 +233,5 @@ def write_case(case: NewCase, folder: Path) -> Path:
             raise CaseError(f"{folder / name}: expected a new file, got one that is there already")
     make_folder_of(folder / CASE, CaseError)
     for name, text in case.texts.items():
-        write_whole(folder / name, text, CaseError)
+        write_atomically(folder / name, text, CaseError)
     return folder / CASE

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from coupling.errors import StoreError
+from coupling.errors import LearnError, StoreError
 
 # Name of the store beside the run folders.
 STORE = "store"
@@ -26,6 +27,28 @@ StoreFolder = Annotated[
 NoStore = Annotated[
     bool, typer.Option("--no-store", help="Evaluate the process every time and keep nothing.")
 ]
+MeasuredRuns = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="RUN MEASURED [RUN MEASURED]...",
+        help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
+        " Later measured runs behind it.",
+    ),
+]
+OwnFrame = Annotated[bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")]
+
+
+def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:
+    """Return each run folder with the file of what was measured.
+
+    Raises:
+        LearnError: If there is one of them without the other.
+    """
+    if len(runs) % 2:
+        raise LearnError(
+            f"expected pairs of a run folder and what was measured, got {len(runs)} names"
+        )
+    return list(zip(runs[::2], runs[1::2], strict=True))
 
 
 def store_folder(run_folder: Path, store: Path | None, no_store: bool) -> Path | None:

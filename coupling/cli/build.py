@@ -44,7 +44,7 @@ def build(
 
     described = load_robot(find_robot(robot))
     options = BuildOptions(
-        kind, _asked_for(platforms, kind), sources, fmi, arrays, name, dependencies
+        kind, _requested(platforms, kind), sources, fmi, arrays, name, dependencies
     )
     for line in remarks(build_fmu(described, output, options), name):
         console.print(line)
@@ -71,12 +71,12 @@ def ssp(
 
     loaded = load_case(case)
     system = SspSystem.of(loaded, "force" if force_only else "spring", step)
-    file = system.write(output, _asked_for(platforms, loaded.fmu))
+    file = system.write(output, _requested(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
 
 
-def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
+def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
     from coupling.fmu_export.core_library import is_ready, platforms_named

@@ -37,11 +37,11 @@ def check(
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
-    from coupling.report.check_page import check_summary, write_check_page
+    from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.section import Section, warned
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
-    from coupling.run.execute import quiet_process
+    from coupling.run.execute import smoothed_process
     from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
     from coupling.run.repeated_evaluation import RememberedProcess
@@ -55,24 +55,24 @@ def check(
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
             process = checked_process(loaded, view.watch)
-            asked = RememberedProcess(process)
-            quiet = quiet_process(loaded, asked)
-            wrench = (quiet or asked).evaluate(desired).wrench
-            assert asked.last is not None
-            each, said = asked.last.seconds, remarks(loaded, wrench)
+            remembered = RememberedProcess(process)
+            quiet = smoothed_process(loaded, remembered)
+            wrench = (quiet or remembered).evaluate(desired).wrench
+            assert remembered.last is not None
+            each, said = remembered.last.seconds, remarks(loaded, wrench)
             if quiet is not None and quiet.noise is not None and quiet.noise.significant:
                 said = (*said, quiet.noise.sentence)
             if isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, asked.last.answer, each)]
+                alike = [repeated(process, desired, remembered.last.response, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, *_time(loaded, each)]
-    told = [*check_summary(robots, loads), *warned((), said), Section("", others)]
+    sections = [*check_summary(robots, loads), *warned((), said), Section("", others)]
     file = output or Path("results", f"{case.stem}_check.html")
-    write_check_page(file, f"{loaded.name}: check", robots, told)
-    tell(console, told)
+    write_check_page(file, f"{loaded.name}: check", robots, sections)
+    print_sections(console, sections)
     console.print(f"Page: {file}")
 
 

@@ -18,11 +18,11 @@ def compare(
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
 ) -> None:
     """Put two run folders side by side: what they come to, their commands, inputs that differ."""
-    from coupling.report.compare_page import comparison_summary, write_comparison
+    from coupling.report.compare_report import comparison_summary, write_comparison
     from coupling.report.comparison import Comparison
-    from coupling.report.terminal import tell
+    from coupling.report.terminal import print_sections
 
     found = Comparison.of(first, second)
     page = write_comparison(found, output)
-    tell(console, comparison_summary(found))
+    print_sections(console, comparison_summary(found))
     console.print(f"Page: {page}")

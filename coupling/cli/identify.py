@@ -12,7 +12,7 @@ import typer
 from coupling.cli.console import console
 from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 
 if TYPE_CHECKING:
     from coupling.identification.static.measurements import MeasurementNoise, Measurements
@@ -101,16 +101,16 @@ def identify(
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
-    from coupling.report.identify_page import identify_page, identify_summary
-    from coupling.report.terminal import tell
+    from coupling.report.identify_report import identify_page, identify_summary
+    from coupling.report.terminal import print_sections
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_recording(files[0]):
-        asked = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
-        identify_from_motion(asked, robot)
+        request = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
+        identify_from_motion(request, robot)
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
@@ -134,13 +134,13 @@ def identify(
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     own = identified if measured.loop is None else identify_loops
     found = own(described, measured, options)
-    told = figures(found)
+    result = figures(found)
     make_folder_of(target, IdentifyError)
-    tell(console, identify_summary(told))
+    print_sections(console, identify_summary(result))
     title = f"{table.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
-    _write(data, told.text() + "\n")
-    _write(report, identify_page(title, told))
+    _write(data, result.text() + "\n")
+    _write(report, identify_page(title, result))
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)
@@ -187,7 +187,7 @@ def _with_noise(wish: PlanRequest, position: float | None, force: float | None) 
 
 
 def _write(file: Path, text: str) -> None:
-    write_whole(file, text, IdentifyError)
+    write_atomically(file, text, IdentifyError)
 
 
 def _require(word: str, known: Iterable[str], option: str) -> None:

@@ -8,31 +8,31 @@ from typing import Annotated
 
 import typer
 
-from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.arguments import (
+    STORE,
+    MeasuredRuns,
+    NoStore,
+    Overwrite,
+    OwnFrame,
+    StoreFolder,
+    pairs_of,
+    store_folder,
+)
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, tell_run
+from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import CaseError, LearnError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 
 _REFUSED = 1
 
 
 def learn(
-    passes: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUN MEASURED [RUN MEASURED]...",
-            help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV"
-            " file. Later measured runs behind it.",
-        ),
-    ],
+    runs: MeasuredRuns,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Robot file; report and figures are beside it."),
     ] = None,
-    own_frame: Annotated[
-        bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")
-    ] = False,
+    own_frame: OwnFrame = False,
     next_run: Annotated[
         Path | None,
         typer.Option("--next", help="Run folder of the next command; beside the robot file."),
@@ -52,21 +52,17 @@ def learn(
     from coupling.identification.next.inputs import next_case_text
     from coupling.identification.runs.learning import LearnOptions
     from coupling.identification.runs.learning import learn as learned
-    from coupling.identification.runs.measurement import read_seen
+    from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.results import figures, learned_text
     from coupling.identification.runs.source import read_source
-    from coupling.report.learn_page import learn_page, learn_summary
-    from coupling.report.terminal import tell
+    from coupling.report.learn_report import learn_page, learn_summary
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
-    if len(passes) % 2:
-        raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(passes)} names"
-        )
-    pairs = list(zip(passes[::2], passes[1::2], strict=True))
+    pairs = pairs_of(runs)
     target = output or Path("results", f"{pairs[0][1].stem}_learned.toml")
     if target.suffix != ".toml":
         raise LearnError(f"--output: expected a name that ends in .toml, got {target.name!r}")
@@ -77,19 +73,19 @@ def learn(
     folder = next_run or target.with_name(target.stem)
     if not no_next:  # before the work that would be lost
         require_free(folder, overwrite)
-    sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
+    sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     start = sources[0].file
     if start.resolve() == target.resolve():
         raise LearnError(f"{target}: expected another file than the robot that is learned from")
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
-    told = figures(found)
+    result = figures(found)
     make_folder_of(target, LearnError)
-    tell(console, learn_summary(told))
+    print_sections(console, learn_summary(result))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
-    _write(target.with_suffix(".json"), told.text() + "\n")
-    _write(report, learn_page(title, told))
+    _write(target.with_suffix(".json"), result.text() + "\n")
+    _write(report, learn_page(title, result))
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)
@@ -104,10 +100,10 @@ def learn(
     kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
     with RunView(console) as view:
         done = conduct(case, folder, overwrite, kept, "compensate", run_compensation, view.watch)
-    tell_run(done, folder)
+    print_run(done, folder)
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def _write(file: Path, text: str) -> None:
-    write_whole(file, text, LearnError)
+    write_atomically(file, text, LearnError)

@@ -11,17 +11,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.arguments import (
+    STORE,
+    MeasuredRuns,
+    NoStore,
+    Overwrite,
+    OwnFrame,
+    StoreFolder,
+    pairs_of,
+    store_folder,
+)
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, tell_run
+from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
     from coupling.identification.next.command import CommandPlan
-    from coupling.identification.next.options import FrameKnown, NextOptions
+    from coupling.identification.next.options import FrameAccuracy, NextOptions
     from coupling.run.execute import Run
     from coupling.run.models import Models
 
@@ -31,14 +40,6 @@ _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
 _ARM = 1.0
 REPORT = "next.html"
 
-Passes = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="RUN MEASURED [RUN MEASURED]...",
-        help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
-        " Later measured runs behind it.",
-    ),
-]
 NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]
 Cutoff = Annotated[
     float | None,
@@ -47,7 +48,6 @@ Cutoff = Annotated[
         help="What is faster is not corrected along the path; else the highest that converges.",
     ),
 ]
-OwnFrame = Annotated[bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")]
 Known = Annotated[
     str | None,
     typer.Option(
@@ -76,7 +76,7 @@ Seed = Annotated[int, typer.Option(min=0, help="Seed of the robots that are poss
 
 
 def next_command(
-    passes: Passes,
+    runs: MeasuredRuns,
     output: NextRun,
     move: Annotated[
         str,
@@ -97,11 +97,11 @@ def next_command(
     """Compute the next command from what was measured under the ones before."""
     known = _known(frame_known, own_frame, tip_known)
     options = _options(move, known, cutoff_hz, repeatability, seed)
-    _advance(passes, output, options, overwrite, store, no_store)
+    _advance(runs, output, options, overwrite, store, no_store)
 
 
 def mirror(
-    passes: Passes,
+    runs: MeasuredRuns,
     output: NextRun,
     frame_known: Known = None,
     own_frame: OwnFrame = False,
@@ -115,7 +115,7 @@ def mirror(
 ) -> None:
     """Learn along the path alone: next with --move path, no parameters are fitted."""
     next_command(
-        passes,
+        runs,
         output,
         move="path",
         frame_known=frame_known,
@@ -131,7 +131,7 @@ def mirror(
 
 
 def _options(
-    move: str, known: FrameKnown, cutoff: float | None, repeatability: str | None, seed: int
+    move: str, known: FrameAccuracy, cutoff: float | None, repeatability: str | None, seed: int
 ) -> NextOptions:
     from coupling.identification.next.options import KINDS, REPEATABILITY, NextOptions
 
@@ -145,13 +145,13 @@ def _options(
     return NextOptions(known, move, cutoff, seed, again)
 
 
-def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
+def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameAccuracy:
     """Return what is known of the measuring device, from options."""
-    from coupling.identification.next.options import ANYWHERE, FrameKnown
+    from coupling.identification.next.options import ANYWHERE, FrameAccuracy
 
     if own_frame and frame is not None:
         raise LearnError("expected either --own-frame or --frame-known, got both")
-    known = ANYWHERE if own_frame else FrameKnown()
+    known = ANYWHERE if own_frame else FrameAccuracy()
     if frame is not None:
         known = frame_of(frame)
     if tip is None:
@@ -166,7 +166,7 @@ def _length(option: str, text: str, example: str) -> float:
     return size
 
 
-def frame_of(text: str) -> FrameKnown:
+def frame_of(text: str) -> FrameAccuracy:
     """Return what is known of a measuring frame, from words.
 
     Raises:
@@ -174,9 +174,9 @@ def frame_of(text: str) -> FrameKnown:
 
     Example:
         >>> frame_of("0.05mm,0.02mrad")
-        FrameKnown(shift=5e-05, turn=2e-05, tip=0.0)
+        FrameAccuracy(shift=5e-05, turn=2e-05, tip=0.0)
     """
-    from coupling.identification.next.options import FrameKnown
+    from coupling.identification.next.options import FrameAccuracy
 
     parts = text.replace(" ", "").split(",")
     units = (_LENGTHS, _ANGLES)
@@ -187,7 +187,7 @@ def frame_of(text: str) -> FrameKnown:
         )
     shift, turn = (*values, None)[:2]
     assert shift is not None
-    return FrameKnown(shift, shift / _ARM if turn is None else turn)
+    return FrameAccuracy(shift, shift / _ARM if turn is None else turn)
 
 
 def _value(text: str, units: dict[str, float]) -> float | None:
@@ -202,7 +202,7 @@ def _value(text: str, units: dict[str, float]) -> float | None:
 
 
 def _advance(
-    passes: Sequence[Path],
+    runs: Sequence[Path],
     output: Path,
     options: NextOptions,
     overwrite: bool,
@@ -211,34 +211,34 @@ def _advance(
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
-    from coupling.files.whole_folder import alone
+    from coupling.files.atomic_folder import exclusively
     from coupling.identification.next.command import plan
+    from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import PLAN, inputs_folder, write_inputs
-    from coupling.identification.next.selection import selected
-    from coupling.identification.runs.measurement import read_seen
+    from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
-    from coupling.report.next_page import next_page, next_summary
-    from coupling.report.terminal import tell
+    from coupling.report.next_report import next_page, next_summary
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
-    if len(passes) % 2:
-        raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(passes)} names"
-        )
-    pairs = list(zip(passes[::2], passes[1::2], strict=True))
+    pairs = pairs_of(runs)
     require_free(output, overwrite)  # before the work that would be lost
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those that were measured")
-    sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
+    sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     place = inputs_folder(output)
-    with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
+    with (
+        exclusively(place, LearnError),
+        RunView(console) as view,
+        Models("native", view.watch) as models,
+    ):
         found = plan(sources, options, models, view.watch)
         found = selected(found, models, view.watch)
         begun = figures(found)
-        tell(console, next_summary(begun))
+        print_sections(console, next_summary(begun))
         case = write_inputs(place, found, begun)
         beside = store or (None if no_store else pairs[-1][0].parent / STORE)
         kept = store_folder(output, beside, no_store)
@@ -249,9 +249,9 @@ def _advance(
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
         told = figures(found, done.run.forecast)
-        write_whole(place / PLAN, told.text() + "\n", LearnError)
-        write_whole(place / REPORT, next_page(title, told), LearnError)
-    tell_run(done, output)
+        write_atomically(place / PLAN, told.text() + "\n", LearnError)
+        write_atomically(place / REPORT, next_page(title, told), LearnError)
+    print_run(done, output)
     console.print(f"How it was found: {place / REPORT}")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
@@ -264,6 +264,6 @@ def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Ru
 
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
-    wrench = correction.answer.wrench.transformed(base_from_world)
+    wrench = correction.response.wrench.transformed(base_from_world)
     told = forecast(found, correction.joints, wrench, watch)
     return replace(run, forecast=told)

@@ -36,8 +36,8 @@ def place(
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
     from coupling.place.placing import placing, require_one_robot
-    from coupling.report.place_page import REPORT, place_summary, write_place_report
-    from coupling.report.terminal import tell
+    from coupling.report.place_report import REPORT, place_summary, write_place_report
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.kept_process import kept_process
     from coupling.run.logged_folder import logged_folder
@@ -61,7 +61,7 @@ def place(
         write_place_report(work)
         watch(Progress("writing the folder", 1, 1))
         log.finish(found.durations)
-    tell(console, place_summary(read_placement(folder).figures))
+    print_sections(console, place_summary(read_placement(folder).figures))
     console.print(f"Placement: {folder}  (report: {folder / REPORT})")
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.identification.static.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.section import Section, Table
-from coupling.report.terminal import tell
+from coupling.report.terminal import print_sections
 
 
 def write_plan(plan: MeasurementPlan, file: Path) -> None:
@@ -33,7 +33,7 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
         ends = [*planned.load_point[k], *planned.measured_point[k]] if points else []
         numbers = [*planned.q[k], *planned.wrench[k, :3], *ends]
         rows.writerow([f"pose {k + 1}", *(f"{value:.9g}" for value in numbers), "", "", ""])
-    write_whole(file, stream.getvalue(), IdentifyError)
+    write_atomically(file, stream.getvalue(), IdentifyError)
 
 
 def print_plan(plan: MeasurementPlan, file: Path) -> None:
@@ -43,14 +43,14 @@ def print_plan(plan: MeasurementPlan, file: Path) -> None:
         for own in plan.expected
     ]
     away = np.linalg.norm(plan.measurements.deflection, axis=1)
-    told = (
+    parts = (
         "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:",
         Table(("parameter", "start", "so far", "then"), rows),
         f"Deflections to expect: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Look whether every"
         " pose is free of collisions before you drive there.",
         f"{file}: {plan.measurements.count} poses and loads",
     )
-    tell(console, [Section("", told)])
+    print_sections(console, [Section("", parts)])
 
 
 def _percent(half: float) -> str:

@@ -34,14 +34,7 @@ def _all() -> Iterator[str]:
 
 
 def _every_number(names: list[str]) -> Iterator[str]:
-    from coupling.files.robot_file import (
-        balancers_in_words,
-        drives_in_words,
-        find_robot,
-        hysteresis_in_words,
-        kinematic_errors_in_words,
-        robot_numbers,
-    )
+    from coupling.files.robot_file import find_robot, parts_in_words, robot_numbers
     from coupling.files.sources import UNKNOWN
 
     for name in names:
@@ -50,14 +43,8 @@ def _every_number(names: list[str]) -> Iterator[str]:
         yield f"{file} ({title})"
         for number in numbers:
             yield f"  {number.place} = {_words(number.value)}: {number.source or UNKNOWN}"
-        for in_words in (
-            hysteresis_in_words,
-            kinematic_errors_in_words,
-            drives_in_words,
-            balancers_in_words,
-        ):
-            for line in in_words(file):
-                yield f"  {line}"
+        for line in parts_in_words(file):
+            yield f"  {line}"
 
 
 def _words(value: object) -> str:

@@ -37,8 +37,7 @@ def couple(
     """Iterate robot and process until the path they agree on no longer changes."""
     from coupling.run.execute import run_coupling
 
-    folder = output or Path("results", case.stem)
-    _run(case, folder, overwrite, store_folder(folder, store, no_store), "couple", run_coupling)
+    _run(case, output, overwrite, store, no_store, "couple", run_coupling)
 
 
 def compensate(
@@ -51,15 +50,7 @@ def compensate(
     """Correct the command until the tool follows the desired path."""
     from coupling.run.execute import run_compensation
 
-    folder = output or Path("results", case.stem)
-    _run(
-        case,
-        folder,
-        overwrite,
-        store_folder(folder, store, no_store),
-        "compensate",
-        run_compensation,
-    )
+    _run(case, output, overwrite, store, no_store, "compensate", run_compensation)
 
 
 def report(
@@ -71,8 +62,8 @@ def report(
     """Write the report of a run folder, a study or a placement anew."""
     from coupling.place.folder import FIGURES as PLACED
     from coupling.report import write_report
-    from coupling.report.place_page import write_place_report
-    from coupling.report.study_page import write_study_report
+    from coupling.report.place_report import write_place_report
+    from coupling.report.study_report import write_study_report
     from coupling.study.folder import FIGURES
 
     write = write_report
@@ -84,31 +75,34 @@ def report(
 
 def _run(
     file: Path,
-    folder: Path,
+    output: Path | None,
     overwrite: bool,
     store: Path | None,
+    no_store: bool,
     kind: str,
     work: Callable[[Case, Watch], Run],
 ) -> None:
     from coupling.conduct import conduct
     from coupling.run.console import RunView
 
+    folder = output or Path("results", file.stem)
+    kept = store_folder(folder, store, no_store)
     with RunView(console) as view:
-        done = conduct(file, folder, overwrite, store, kind, work, view.watch)
-    tell_run(done, folder)
-    if done.unkept:
-        text = f"Warning: {done.unkept} answers of the process could not be kept in {store}"
+        done = conduct(file, folder, overwrite, kept, kind, work, view.watch)
+    print_run(done, folder)
+    if done.not_stored:
+        text = f"Warning: {done.not_stored} answers of the process could not be kept in {kept}"
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def tell_run(done: FinishedRun, folder: Path) -> None:
+def print_run(done: FinishedRun, folder: Path) -> None:
     """Say what a run found and where it is."""
-    from coupling.report.page import run_summary
-    from coupling.report.terminal import tell
+    from coupling.report.run_report import run_summary
+    from coupling.report.terminal import print_sections
 
-    tell(console, run_summary(done.stored))
+    print_sections(console, run_summary(done.stored))
     seconds = sum(done.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     outlook = done.stored.figures.outlook

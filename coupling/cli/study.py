@@ -39,8 +39,8 @@ def study(
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
     from coupling.case.file import load_case
-    from coupling.report.study_page import study_summary, write_study_report
-    from coupling.report.terminal import tell
+    from coupling.report.study_report import study_summary, write_study_report
+    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.study.conduct import changed_table, opened, simulated
     from coupling.study.evaluate import write_findings
@@ -61,7 +61,7 @@ def study(
         write_findings(begun, found)
         write_study_report(folder)
     stored = read_study(folder)
-    tell(console, study_summary(stored.figures))
+    print_sections(console, study_summary(stored.figures))
     console.print(f"Study: {folder}  (report: {folder / REPORT})")
     if not stored.figures.command.converged:
         raise typer.Exit(_NOT_CONVERGED)

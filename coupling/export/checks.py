@@ -53,14 +53,14 @@ def _problems(command: JointPath, motions: Sequence[DriveMotion], limits: JointL
                 f"joint {drive.joint}: expected angles of {angles[0]:.2f} to {angles[1]:.2f} deg, got"
                 f" {angles[2]:.2f} to {angles[3]:.2f} deg"
             )
-        for asked, at, most, unit in (
+        for reached, at, most, unit in (
             (drive.rate, drive.rate_time, drive.rate_limit, "rad/s"),
             (drive.acceleration, drive.acceleration_time, drive.acceleration_limit, "rad/s^2"),
         ):
-            if most is not None and asked > most * (1.0 + _ROUNDING):
+            if most is not None and reached > most * (1.0 + _ROUNDING):
                 found.append(
-                    f"joint {drive.joint}: expected at most {most:.4g} {unit}, got {asked:.4g} {unit} at"
-                    f" {at:.3f} s"
+                    f"joint {drive.joint}: expected at most {most:.4g} {unit}, got {reached:.4g} {unit}"
+                    f" at {at:.3f} s"
                 )
     return found
 

@@ -102,7 +102,7 @@ def few_points(job: ExportJob) -> ExportedProgram:
     options, found = job.options, list[ExportedProgram]()
     sampled = job.sampled(job.command.joints)
     if options.targets == "cartesian":
-        job.require_poses_that_tell(sampled)
+        job.require_regular_poses(sampled)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)

@@ -13,8 +13,13 @@ from pathlib import Path
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.files.whole_file import WholeFile, writing
-from coupling.files.whole_folder import alone, aside, put_right, take_place
+from coupling.files.atomic_file import AtomicFile, writing
+from coupling.files.atomic_folder import (
+    exclusively,
+    finish_replacement,
+    replace_folder,
+    replaced_name,
+)
 from coupling.results.export_result import ExportResult
 
 SUMMARY = "export.json"
@@ -27,7 +32,7 @@ def require_writable(folder: Path, overwrite: bool) -> None:
         ProgramError: With the folder.
     """
     # Programs that a killed export had put aside are still those of the folder.
-    place = folder if folder.exists() else aside(folder.resolve())
+    place = folder if folder.exists() else replaced_name(folder.resolve())
     if not place.exists():
         above = next(one for one in folder.resolve().parents if one.exists())
         if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
@@ -53,15 +58,15 @@ def write_export(
     """
     target = folder.resolve()
     draft = target.with_name(f".{target.name}.unfinished")
-    with alone(folder, ProgramError), writing(folder, ProgramError):
-        put_right(target)
+    with exclusively(folder, ProgramError), writing(folder, ProgramError):
+        finish_replacement(target)
         require_writable(folder, overwrite)
         shutil.rmtree(draft, ignore_errors=True)  # of an export that was killed
         try:
             draft.mkdir()
             for name, text in _contents(exports, options):
-                WholeFile(draft / name).write([text.encode()])
-            take_place(draft, target)
+                AtomicFile(draft / name).write([text.encode()])
+            replace_folder(draft, target)
         finally:
             shutil.rmtree(draft, ignore_errors=True)
 

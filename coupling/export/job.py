@@ -132,7 +132,7 @@ class ExportJob:
         )
         return CheckedProgram(exported, path.time[loss > options.tolerance])
 
-    def require_poses_that_tell(self, sampled: SampledCommand) -> None:
+    def require_regular_poses(self, sampled: SampledCommand) -> None:
         """Refuse a motion whose poses do not tell its joint angles.
 
         Raises:

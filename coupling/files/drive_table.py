@@ -98,6 +98,7 @@ class DriveTable(Schema):
     friction: FrictionTable = FrictionTable()
     servo: ServoTable
     max_torque_Nm: Positive | None = None
+    torque_constant_Nm_A: Positive | None = None
 
     @model_validator(mode="after")
     def _motor_is_stronger_than_its_friction(self) -> DriveTable:
@@ -126,6 +127,12 @@ class DriveTable(Schema):
         """
         inertia = self.rotor_inertia_kg_m2 * self.gear_ratio * self.gear_ratio
         _require("rotor_inertia_kg_m2", "rotor_inertia_kg_m2 gear_ratio^2", inertia, "kg m^2")
+        constant = self.torque_constant_Nm_A
+        per_current = None if constant is None else constant * self.gear_ratio
+        if per_current is not None:
+            _require(
+                "torque_constant_Nm_A", "torque_constant_Nm_A gear_ratio", per_current, "N m/A"
+            )
         try:
             rate_gain, integral_gain = self.servo.gains(inertia)
         except ValueError as cause:
@@ -143,6 +150,7 @@ class DriveTable(Schema):
             stribeck=self.friction.lost,
             stribeck_rate=self.friction.stribeck_rate,
             torque_limit=self.max_torque_Nm,
+            torque_per_current=per_current,
         )
 
 
@@ -151,6 +159,8 @@ def drive_in_words(drive: Drive) -> str:
     moving = (1.0 - drive.stribeck) * drive.friction
     limit = drive.torque_limit
     most = "" if limit is None else f"; at most {limit:.4g} N m"
+    if drive.torque_per_current is not None:
+        most += f"; {drive.torque_per_current:.4g} N m/A"
     loaded = f", {drive.load_friction:.4g} of the gear's torque" * (drive.load_friction > 0.0)
     return (
         f"rotor {drive.inertia:.4g} kg m2; friction {drive.friction:.4g} N m at rest, {moving:.4g} N m"

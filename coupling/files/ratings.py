@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from coupling.files.robot_schema import GearTorque, RobotFile, UrdfRobotFile
-from coupling.files.toml_file import load_toml, validate
+from coupling.files.robot_file import validated
+from coupling.files.robot_schema import GearTorque, UrdfRobotFile
 from elastic_robot.description import Robot
-from elastic_robot.errors import RobotFileError
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,7 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    data = load_toml(path, RobotFileError)
-    schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
-    file = validate(data, schema, RobotFileError, str(path))
+    _, file = validated(path)
     if isinstance(file, UrdfRobotFile):  # its tables name joints in any order
         in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
         rated = [(in_order[joint.name], joint.gear_torque_Nm) for joint in file.joint]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, MutableMapping
 from dataclasses import asdict
 from pathlib import Path
@@ -64,7 +65,7 @@ class RobotEdit:
         rest: their parts are changed alike.  Else the elements stay as they are: those of a data sheet,
         which follow from stiffness and backlash, take its place in the file before one of these changes.
         """
-        joint, tilt = place_of(name)
+        joint, tilt, _ = place_of(name)
         if name.endswith(_SLIPPING):
             self._change_slipping(joint, name.rpartition(".")[2], float(value), source)
             return
@@ -78,7 +79,7 @@ class RobotEdit:
     def remark(self, name: str, text: str) -> None:
         """Set the comment beside a parameter, if the file has it; a tilt's array has one a tilt."""
         _, table, key = self._found(name)
-        joint, tilt = place_of(name)
+        joint, tilt, _ = place_of(name)
         text = " ".join(text.split())
         if name.endswith(_SLIPPING):
             _slipping(table, key)[2].comment(text)
@@ -225,7 +226,7 @@ class RobotEdit:
 
     def _found(self, name: str) -> tuple[str, MutableMapping[str, Any], str]:
         """Return a parameter's place as [sources] names it, its table and its key."""
-        joint, tilt = place_of(name)
+        joint, tilt, _ = place_of(name)
         at, table = self._joints[joint]
         key = name.rpartition(".")[2]
         if not tilt:
@@ -244,14 +245,19 @@ def _slipping(table: MutableMapping[str, Any], kind: str) -> tuple[str, list[Any
     return ".".join(place), parts, parts[0].item(key) if whole is None else whole
 
 
-def place_of(name: str) -> tuple[int, int]:
-    """Return the joint's and the tilt's number of a parameter, from 1; tilt 0 for the torsion.
+_NAME = re.compile(r"(?:joint\[(\d+)\](?:\.tilt\[(\d+)\])?|payload)\.(.+)")
+
+
+def place_of(name: str) -> tuple[int, int, str]:
+    """Return the joint's and the tilt's number of a parameter, and what stands behind them.
+
+    Numbers are from 1; joint 0 is the payload, tilt 0 the torsion.
 
     Example:
-        >>> place_of("joint[3].tilt[1].stiffness"), place_of("joint[2].backlash")
-        ((3, 1), (2, 0))
+        >>> place_of("joint[3].tilt[1].stiffness"), place_of("payload.com.x")
+        ((3, 1, 'stiffness'), (0, 0, 'com.x'))
     """
-    head, _, rest = name.partition("]")
-    joint = int(head.removeprefix("joint["))
-    tilt = int(rest[len(".tilt[") :].partition("]")[0]) if rest.startswith(".tilt[") else 0
-    return joint, tilt
+    found = _NAME.match(name)
+    assert found is not None, name
+    joint, tilt, kind = found.groups()
+    return int(joint or 0), int(tilt or 0), kind

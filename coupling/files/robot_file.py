@@ -6,11 +6,10 @@ way: stiffness, damping, backlash and tilts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -33,8 +32,6 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
-
-T = TypeVar("T")
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -71,7 +68,7 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     Raises:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    data, file = _validated(path)
+    data, file = validated(path)
     try:
         require_places(data)
     except ValueError as cause:
@@ -79,73 +76,41 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
     return file.name, numbers(data)
 
 
-def hysteresis_in_words(path: Path) -> list[str]:
-    """Return a line for each gear of a robot file that has hysteresis; a URDF is not opened.
+def parts_in_words(path: Path) -> list[str]:
+    """Return a line for each hysteresis, kinematic error, drive and balancer; a URDF is not opened.
 
     Raises:
-        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
+        RobotFileError: If the file cannot be read, or a joint cannot be as it says.
     """
     lines = []
-    for number, (backlash, elements) in _of_joints(path, JointElasticity.hysteresis):
+    for number, joint in enumerate(validated(path)[1].joint, start=1):
+        try:
+            (backlash, elements), drive = joint.hysteresis(), joint.motor()
+            errors = joint.kinematic_errors()
+        except ValueError as cause:
+            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
+        place = f"joint[{number}]"
         if elements:
             each = ", ".join(f"{e.slip_torque:.4g} N m at {e.slip_angle:.4g} rad" for e in elements)
+            whole = sum(element.slip_torque for element in elements)
             lines.append(
-                f"joint[{number}].gear: hysteresis"
-                f" {sum(element.slip_torque for element in elements):.4g} N m ({each}), backlash"
-                f" {backlash:.4g} rad"
+                f"{place}.gear: hysteresis {whole:.4g} N m ({each}), backlash {backlash:.4g} rad"
             )
+        if errors:
+            lines.append(f"{place}.gear: kinematic error {errors_in_words(errors)}")
+        if drive is not None:
+            lines.append(f"{place}.drive, at the gear's output: {drive_in_words(drive)}")
+        if joint.balancer is not None:
+            lines.append(f"{place}.balancer: {joint.balancer.in_words()}")
     return lines
 
 
-def kinematic_errors_in_words(path: Path) -> list[str]:
-    """Return a line for each gear of a robot file that has a kinematic error; a URDF is not opened.
+def validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
+    """Return the content of a robot file, as it is parsed and as its keys.
 
     Raises:
-        RobotFileError: If the file cannot be read, or a gear cannot be as it says.
+        RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
-    return [
-        f"joint[{number}].gear: kinematic error {errors_in_words(errors)}"
-        for number, errors in _of_joints(path, JointElasticity.kinematic_errors)
-        if errors
-    ]
-
-
-def balancers_in_words(path: Path) -> list[str]:
-    """Return a line for each balancer of a robot file; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read.
-    """
-    return [
-        f"joint[{number}].balancer: {table.in_words()}"
-        for number, table in _of_joints(path, lambda joint: joint.balancer)
-        if table is not None
-    ]
-
-
-def drives_in_words(path: Path) -> list[str]:
-    """Return a line for each drive of a robot file; a URDF is not opened.
-
-    Raises:
-        RobotFileError: If the file cannot be read, or a drive cannot be as it says.
-    """
-    return [
-        f"joint[{number}].drive, at the gear's output: {drive_in_words(drive)}"
-        for number, drive in _of_joints(path, JointElasticity.motor)
-        if drive is not None
-    ]
-
-
-def _of_joints(path: Path, read: Callable[[JointElasticity], T]) -> Iterator[tuple[int, T]]:
-    """Yield the joints' numbers, from 1 on, and what their tables come to."""
-    for number, joint in enumerate(_validated(path)[1].joint, start=1):
-        try:
-            yield number, read(joint)
-        except ValueError as cause:
-            raise RobotFileError(f"{path}: joint {number}: {cause}") from cause
-
-
-def _validated(path: Path) -> tuple[dict[str, Any], RobotFile | UrdfRobotFile]:
     data = load_toml(path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     return data, validate(data, schema, RobotFileError, str(path))
@@ -182,10 +147,9 @@ def load_robot(path: str | Path) -> Robot:
 
 def axes_of_file(path: Path) -> list[np.ndarray]:
     """Return the rotation base_from_file of the tilts' axes of each joint, (3, 3) each."""
-    data = load_toml(path, RobotFileError)
-    if "urdf" not in data:
-        return [np.eye(3)] * len(data["joint"])
-    file = validate(data, UrdfRobotFile, RobotFileError, str(path))
+    _, file = validated(path)
+    if isinstance(file, RobotFile):
+        return [np.eye(3)] * len(file.joint)
     chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
     return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
 

@@ -161,17 +161,22 @@ class ControllerAxesTable(Schema):
     flange_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
 
-class RobotFile(Schema):
-    """A robot file that describes the whole robot."""
+class _RobotKeys(Schema):
+    """What every robot file has."""
 
     name: str
     gravity: Vector3 = [0.0, 0.0, -9.81]
-    tcp: Tcp
-    joint: Annotated[list[JointTable], Field(min_length=1)]
     payload_N: Positive | None = None
     payload: BodyTable | None = None
     controller: ControllerAxesTable | None = None
     sources: dict[str, str] = {}
+
+
+class RobotFile(_RobotKeys):
+    """A robot file that describes the whole robot."""
+
+    tcp: Tcp
+    joint: Annotated[list[JointTable], Field(min_length=1)]
 
 
 class Urdf(Schema):
@@ -196,15 +201,9 @@ class UrdfTcp(Schema):
     rpy: Vector3 = [0.0, 0.0, 0.0]
 
 
-class UrdfRobotFile(Schema):
+class UrdfRobotFile(_RobotKeys):
     """A robot file that adds elasticities to a URDF."""
 
-    name: str
-    gravity: Vector3 = [0.0, 0.0, -9.81]
     urdf: Urdf
     tcp: UrdfTcp
     joint: list[UrdfJoint] = []
-    payload_N: Positive | None = None
-    payload: BodyTable | None = None
-    controller: ControllerAxesTable | None = None
-    sources: dict[str, str] = {}

@@ -11,11 +11,13 @@ from io import BytesIO
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.whole_file import WholeFile, writing
+from coupling.files.atomic_file import AtomicFile, writing
 
 # Masters unpack with these permissions; a library must be readable and may be executable.
 _FILE_MODE = 0o100644
 _LIBRARY_MODE = 0o100755
+# In the place of a GUID that is still to be computed.
+_UNKNOWN = "{00000000-0000-0000-0000-000000000000}"
 
 
 def write_fmu(
@@ -35,8 +37,10 @@ def write_fmu(
     Raises:
         BuildError: If the file cannot be written.
     """
-    guid = content_guid({**entries, **identified("")})
-    write_archive(file, ".fmu", {**entries, **identified(guid)}, date)
+    unknown = identified(_UNKNOWN)
+    guid = content_guid({**entries, **unknown}).encode()
+    told = {name: data.replace(_UNKNOWN.encode(), guid) for name, data in unknown.items()}
+    write_archive(file, ".fmu", {**entries, **told}, date)
     return file
 
 
@@ -56,7 +60,7 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
         raise BuildError(f"{file}: the file's name must end in {suffix}")
     stamp = (max(date.year, 1980), *date.timetuple()[1:6])
     content = BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(entries):
             entry = zipfile.ZipInfo(name, stamp)
             entry.compress_type = zipfile.ZIP_DEFLATED
@@ -66,7 +70,7 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
             archive.writestr(entry, entries[name])
     with writing(file, BuildError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        WholeFile(file).write([content.getbuffer()])
+        AtomicFile(file).write([content.getbuffer()])
 
 
 def content_guid(entries: Mapping[str, bytes]) -> str:

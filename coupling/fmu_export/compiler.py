@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.files.whole_file import WholeFile, writing
+from coupling.files.atomic_file import AtomicFile, writing
 
 try:
     from filelock import FileLock
@@ -133,11 +133,11 @@ def _compile(command: Sequence[str], file: Path, failed: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         # Libraries for Windows and macOS state the name that they are linked as: it is always the same.
         built = Path(folder, f"library{file.suffix}")
-        asked = [*command, "-o", built.name]
-        done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
+        words = [*command, "-o", built.name]
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise CompilerError(f"{failed}:\n{done.stderr}")
-        WholeFile(file).write([built.read_bytes()])
+        AtomicFile(file).write([built.read_bytes()])
 
 
 def library_file(
@@ -150,8 +150,8 @@ def library_file(
     """Return where `compile_library` keeps a library: named by a hash of all that decides what it is."""
     flags = _flags(target, definitions)
     named = ["python" if part == sys.executable else part for part in compiler]
-    asked = repr((named, flags)).encode()
-    digest = hashlib.sha256(asked + _version(tuple(compiler)))
+    words = repr((named, flags)).encode()
+    digest = hashlib.sha256(words + _version(tuple(compiler)))
     headers = sorted({h for folder in _header_folders(sources) for h in folder.glob("**/*.h")})
     for file in [*sources, *headers]:
         digest.update(file.name.encode())
@@ -217,8 +217,8 @@ def _own_compiler(target: Platform) -> list[str] | None:
 @functools.cache
 def _version(compiler: tuple[str, ...]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
-        asked = [*compiler, "--version"]
-        return subprocess.run(asked, cwd=folder, capture_output=True, check=False).stdout
+        words = [*compiler, "--version"]
+        return subprocess.run(words, cwd=folder, capture_output=True, check=False).stdout
 
 
 def _cache() -> Path:

@@ -85,14 +85,16 @@ def build_native_fmu(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
     entries |= standard.further_entries(name, source_files)
-    told = replace(
+    described = replace(
         about(name, robot_line(robot), "native", date, standard.capabilities),
         exchange=standard.exchange,
     )
 
     def identified(guid: str) -> dict[str, bytes]:
         return {
-            "modelDescription.xml": standard.describe(told, declared, groups, guid, source_files),
+            "modelDescription.xml": standard.describe(
+                described, declared, groups, guid, source_files
+            ),
             ROBOT_ENTRY: robot_data(robot, table, groups, guid),
         }
 

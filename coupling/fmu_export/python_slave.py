@@ -81,14 +81,14 @@ class PythonSlave:
                 fails, or the file cannot be written.
         """
         tool = f"PythonFMU {metadata.version('pythonfmu')}"
-        told = about(self.model_name, self.description, tool, date, self.capabilities)
+        described = about(self.model_name, self.description, tool, date, self.capabilities)
         entries = self._built(resources) | licenses(pythonfmu="pythonfmu") | further
         entries = with_host(entries, self.model_name, platforms)
 
         def identified(guid: str) -> dict[str, bytes]:
             return {
                 "modelDescription.xml": fmi2_description(
-                    told, self.blocks, guid, statuses=(*STATUSES, "Fatal")
+                    described, self.blocks, guid, statuses=(*STATUSES, "Fatal")
                 ),
                 "resources/guid.txt": f"{guid}\n".encode(),
             }

@@ -58,7 +58,7 @@ def fitted_text(
     """
     file, source = RobotEdit(start, robot), f"{SAYS[command]}, {measured}"
     for entry in entries:
-        joint, tilt = place_of(entry.name)
+        joint, tilt, _ = place_of(entry.name)
         if entry.added and tilt:
             new = robot.joints[joint - 1].tilt[tilt - 1]
             axis = np.round(axes_of_file(start)[joint - 1].T @ new.axis, 15) + 0.0

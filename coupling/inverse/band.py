@@ -8,7 +8,7 @@ from scipy.linalg import LinAlgError, solveh_banded
 from coupling.inverse.spline import stencil
 
 # Added to the diagonal where rounding has made the matrix indefinite, relative to it; a Gauss-Newton
-# pass repairs what the next one finds.
+# iteration repairs what the next one finds.
 _DAMPING = 1e-13
 
 # Points whose products are formed at once: they fit into a processor's cache.

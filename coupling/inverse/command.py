@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from coupling.inverse.fit import SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
@@ -11,7 +10,7 @@ from coupling.inverse.limited import NoCommandError, keep_within
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times
-from coupling.inverse.spline import UniformSpline, stencil
+from coupling.inverse.spline import UniformSpline
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 
 
@@ -41,8 +40,12 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     exact = task.errors.motor_angle(output[:, None])[:, 0]
     limits.require_reach(times, exact)
     fit = SplineFit.whole(drive, end_conditions(rows, float(exact[0])))
-    start = _through(exact[:: drive.layout.parts], rows)
-    coefficients, misses = fit.solve(start, np.zeros(drive.layout.nodes), SplineFit.band_step)
+    still = range(1, (rows.degree + 1) // 2)
+    values = exact[:: drive.layout.parts, None]
+    start = UniformSpline.through(rows.start, rows.cycle, values, rows.degree, (still, still))
+    coefficients, misses = fit.solve(
+        start.coefficients[:, 0], np.zeros(drive.layout.nodes), SplineFit.band_step
+    )
     try:
         coefficients, misses = keep_within(fit, limits, coefficients, misses)
     except NoCommandError as error:
@@ -69,20 +72,3 @@ def rigid_command(
         raise limits.lost(link, rows) from error
     limits.require_followed(link, rows, fit.missed(coefficients))
     return UniformSpline(rows.start, rows.cycle, coefficients[:, None], rows.degree)
-
-
-def _through(values: np.ndarray, rows: CommandRows) -> np.ndarray:
-    """Return the coefficients of the spline through values at the rows, at rest at both ends."""
-    degree, still = rows.degree, (rows.degree - 1) // 2
-    weights = [stencil(np.zeros(1), degree, order)[0][:degree] for order in range(still + 1)]
-    size = rows.count + degree
-    band, right = np.zeros((2 * degree + 1, size)), np.zeros(size)
-    right[still : size - still] = values
-    columns = np.arange(rows.count + 1)
-    for j, weight in enumerate(weights[0]):
-        band[degree + still - j, columns + j] = weight
-        for order in range(1, still + 1):
-            band[degree + order - 1 - j, j] = weights[order][j]
-            band[2 * degree - order - j, rows.count + j] = weights[order][j]
-    coefficients: np.ndarray = solve_banded((degree, degree), band, right)
-    return coefficients

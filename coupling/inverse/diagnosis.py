@@ -17,11 +17,11 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import LinkTask, Weights
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.reversals import (
-    backlash_miss,
+    backlash_error,
     backlash_reversals,
-    hysteresis_miss,
+    hysteresis_error,
     margin,
-    no_torque,
+    negligible_torque,
 )
 from coupling.inverse.spline import UniformSpline
 from coupling.path.linear import interpolated
@@ -33,7 +33,7 @@ _DIRECTIONS = 72
 # Tilts of a base beyond are none [rad]; up to here gravity's share is nearly linear in them.
 _LARGEST_TILT = 0.5
 # What a wrong backlash does not show at the tool [m].
-_NO_MISS = 1e-7
+_NO_ERROR = 1e-7
 # Nodes between two looks at how far the tool moves with a gear.
 _SELDOM = 5
 
@@ -80,31 +80,31 @@ class GearDiagnosis:
     Attributes:
         joint: Number, from 1.
         backlash: Half width of its backlash [rad].
-        changes: Number of its backlash reversals.
+        reversals: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
             held there by the elements of its hysteresis [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it from reversing.
-        miss: Error of the tool at rest behind a backlash reversal if the backlash is 20 % off [m];
-            in motion it is several times as much.
+        backlash_error: Error of the tool at rest behind a backlash reversal if the backlash is 20 %
+            off [m]; in motion it is several times as much.
         torque: Largest torque that it carries, to either side [N m].
         torque_time: Instant of it [s].
         base_tilt: Smallest tilt of the base that would keep it from reversing; None where it keeps it,
             or none does.
-        slip_miss: Error of the tool at rest behind a reversal if the slip torques of its elements are
-            30 % off [m]; None where it has none.
+        hysteresis_error: Error of the tool at rest behind a reversal if the slip torques of its
+            elements are 30 % off [m]; None where it has none.
     """
 
     joint: int
     backlash: float
-    changes: int
+    reversals: int
     in_backlash: float
     margin: float
-    miss: float
+    backlash_error: float
     torque: float
     torque_time: float
     base_tilt: PreloadTilt | None = None
-    slip_miss: float | None = None
+    hysteresis_error: float | None = None
 
     @property
     def bias(self) -> float:
@@ -114,7 +114,7 @@ class GearDiagnosis:
     @property
     def at_risk(self) -> bool:
         """Whether a wrong backlash would show at the tool."""
-        return self.miss > _NO_MISS and (self.changes > 0 or self.in_backlash > 0.0)
+        return self.backlash_error > _NO_ERROR and (self.reversals > 0 or self.in_backlash > 0.0)
 
 
 def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
@@ -131,38 +131,38 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     """Return the diagnosis of every gear under its loads."""
     model = robot.model
     backlash, damping = robot.backlash, robot.damping_in_backlash
-    none = np.maximum(no_torque(backlash, damping), robot.held_in_backlash)
+    none = np.maximum(negligible_torque(backlash, damping), robot.held_in_backlash)
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
-    changes = backlash_reversals(step, loads.torque, backlash, damping)
+    reversals = backlash_reversals(step, loads.torque, backlash, damping)
     slipping = np.array([own.count > 0 for own in robot.elements], dtype=bool)
     if slipping.any():
         crossings = robot.wind_up_from(loads.static[0], loads.time, loads.torque).crossings
         crossed = [c.gear for c in crossings if c.side_before * c.side_after < 0]
-        changes = np.where(slipping, np.bincount(crossed, minlength=len(slipping)), changes)
+        reversals = np.where(slipping, np.bincount(crossed, minlength=len(slipping)), reversals)
     clear = margin(loads.torque)
     carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]
     in_backlash = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
     lever = loads.lever.max(axis=0)
-    miss = backlash_miss(backlash, lever)
+    by_backlash = backlash_error(backlash, lever)
     gears = gears_of(model.parameters, model.chain)
     slip_torque = gears.hysteresis
-    slip_miss = hysteresis_miss(slip_torque, gears.stiffness, lever)
+    by_hysteresis = hysteresis_error(slip_torque, gears.stiffness, lever)
     gravity = np.asarray(model.parameters.gravity)
     return tuple(
         GearDiagnosis(
             joint=int(joint) + 1,
             backlash=float(backlash[gear]),
-            changes=int(changes[gear]),
+            reversals=int(reversals[gear]),
             in_backlash=float(in_backlash[gear]),
             margin=float(clear[gear]),
-            miss=float(miss[gear]),
+            backlash_error=float(by_backlash[gear]),
             torque=float(carried[:, gear].max()),
             torque_time=float(at_most[gear]),
             base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
             if clear[gear] < 0.0
             else None,
-            slip_miss=float(slip_miss[gear]) if slip_torque[gear] > 0.0 else None,
+            hysteresis_error=float(by_hysteresis[gear]) if slip_torque[gear] > 0.0 else None,
         )
         for gear, joint in enumerate(model.gear_joint)
     )

@@ -29,7 +29,7 @@ _IDLE = 1e-7
 
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
-_PASSES = 40
+_ITERATIONS = 40
 # Where a step raises the value by less of it, the value stands at its least but for rounding.
 _ROUNDING = 1e-7
 
@@ -208,7 +208,7 @@ class SplineFit:
         layout = self.drive.layout
         fit = self.along(coefficients, misses)
         best, damping = fit.value(coefficients, misses), 0.0
-        for _ in range(_PASSES):
+        for _ in range(_ITERATIONS):
             change = step(fit, coefficients, misses, damping)
             trial = coefficients + change[layout.coefficient], misses + change[layout.miss]
             value = fit.value(*trial)

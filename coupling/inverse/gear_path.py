@@ -1,289 +1,228 @@
-"""One gear along its whole path: from piece to piece of its torque curve, from reversal to reversal."""
+"""One gear along its whole path: from piece to piece of its law, a polyline, in closed form.
+
+A law is the torque of a gear's spring and its elements over the wind-up from a place of its path on,
+
+    S(e) + sum_j f_j clip((s_j + e - e_0) / a_j, +-1)        (`elastic_robot.hysteresis`),
+
+until e turns back where an element slips: from there on it is another one.  Springs that bend are
+taken for chords.  With the torque T straight between samples and S a line of slope k, l = k / d, v = e',
+
+    e = e_0 + v_0 psi_1 + T' psi_2 / d,   psi_1 = (1 - exp(-l t)) / l,   psi_2 = (t - psi_1) / l.
+"""
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Callable
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import brentq
 
-from coupling.inverse.gear_bends import collocate, follow_bend
-from coupling.inverse.gear_elements import GearLaw
-from coupling.inverse.gear_pieces import Piece
-from coupling.inverse.gear_steps import Steps, follow_line, line_weights, shifted
+from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
+from elastic_robot.torque_curves import TorqueCurve
 
-# A piece is left where the angle passes its end by more than rounding [rad], so that a gear at its edge
-# makes no chatter.  At a sharp edge this holds back torques up to k _SLACK, 1e-9 N m at 1e6 N m/rad; on
-# a bend, whose angles are less exact, the slope is continuous and the law beyond is the neighbour's.
-_SLACK = 1e-15
-_SLACK_BENT = 1e-13
-# Samples looked at in one go: few behind a change of piece, then more and more.
-_FIRST = 16
-_MOST_STRAIGHT = 65536
-_MOST_BENT = 2048
-# Steps behind a change of piece, by the shortest time constant of a piece that bends.
-_FIRST_STEP = 0.25
-_GROWTH = 1.6
+# Chords of a spring that bends, between two of its knots.
+_CHORDS = 64
+# Narrowest piece [rad]: far above rounding, worth micronewton metres.
+_NARROW = 1e-12
+# Changes of piece within a sample, beyond which the gear is taken to rest where it is.
+_MOST_CHANGES = 500
 
 
 @dataclass(frozen=True)
-class GearPath:
-    """Path of one gear.
+class GearLaw:
+    """Torque of one gear, a polyline.
 
     Attributes:
-        angle: Wind-up at the samples [rad], (n,).
-        torque: Torque of its spring and its elements there [N m], (n,).
-        slope: Slope of that by the angle [N m/rad], (n,).
-        entered: Times behind the first sample at which it came to a piece [s], the first one 0.
-        visited: The pieces it came to.
+        angle: Angles at its corners, rising [rad], (m,).
+        torque: Torque there [N m], (m,).
+        slope: Slope of each piece, the outer ones endless [N m/rad], (m + 1,).
     """
 
     angle: np.ndarray
     torque: np.ndarray
     slope: np.ndarray
-    entered: list[float]
-    visited: list[Piece]
+
+    @classmethod
+    def of(cls, curve: TorqueCurve, gear: int) -> GearLaw:
+        """Return the law of a gear's spring, by its number in a curve of all gears.
+
+        Example:
+            >>> from elastic_robot.torque_curves import BacklashCurve
+            >>> GearLaw.of(BacklashCurve(np.array([1e4]), np.array([1e-3])), 0).slope
+            array([10000.,     0., 10000.])
+        """
+        bends = curve.bend_angles[gear]
+        angle = bends[np.isfinite(bends)]
+        if not len(angle):
+            angle = np.zeros(1)
+        elif curve.bends[gear]:
+            part = np.arange(_CHORDS * (len(angle) - 1) + 1) / _CHORDS
+            angle = np.interp(part, np.arange(len(angle)), angle)
+        # The outer slopes are those of its ends.
+        ends = np.concatenate([[angle[0] - 1.0], angle, [angle[-1] + 1.0]])
+        every = np.zeros((len(ends), len(curve.half_width)))
+        every[:, gear] = ends
+        torque = curve.torque(every)[:, gear]
+        return cls(angle, torque[1:-1], np.diff(torque) / np.diff(ends))
+
+    @property
+    def backlash(self) -> tuple[float, float]:
+        """Ends of the angles at which it has no torque [rad]; equal where it has no backlash."""
+        free = self.angle[self.torque == 0.0]
+        return (float(free[0]), float(free[-1])) if len(free) else (0.0, 0.0)
+
+    def at(self, angle: np.ndarray) -> np.ndarray:
+        """Return the torque at angles [N m], shape of these."""
+        piece = np.searchsorted(self.angle, angle)
+        corner = np.maximum(piece - 1, 0)
+        torque: np.ndarray = self.torque[corner] + self.slope[piece] * (angle - self.angle[corner])
+        return torque
+
+    def angle_at(self, torque: float) -> float:
+        """Return an angle at which it carries a torque [N m], where it rises [rad]."""
+        piece = int(np.searchsorted(self.torque, torque))
+        corner = max(piece - 1, 0)
+        return float(self.angle[corner] + (torque - self.torque[corner]) / self.slope[piece])
+
+    def with_elements(
+        self, elements: GearElements, start: float, elongation: np.ndarray
+    ) -> GearLaw:
+        """Return the law of a spring beside elements, until one that slips turns back.
+
+        Args:
+            elements: The elements.
+            start: Wind-up from which on they are followed [rad].
+            elongation: Their elongations there [rad], (e,).
+        """
+        a, rest = elements.slip_angle, start - elongation
+        angle = np.unique(np.concatenate([self.angle, rest + a, rest - a]))
+        angle = angle[np.append(True, np.diff(angle) > _NARROW)]
+        ends = np.concatenate([[angle[0] - 1.0], angle, [angle[-1] + 1.0]])
+        torque = self.at(ends) + elements.torque(np.clip(ends[:, None] - rest, -a, a))
+        return GearLaw(angle, torque[1:-1], np.diff(torque) / np.diff(ends))
 
 
 @dataclass(frozen=True)
-class _Exit:
-    """The step in which a piece is left, time from its start [s], angle there, side; 0: it turns."""
+class _Pieces:
+    """The pieces of a law as plain numbers, with the weights of a whole step."""
 
-    step: int
-    after: float
-    angle: float
-    side: int
+    law: GearLaw
+    damping: float
+    spacing: float
+
+    @cached_property
+    def corners(self) -> list[float]:
+        return [*self.law.angle.tolist(), np.inf, -np.inf]  # the last one ends piece 0 below
+
+    @cached_property
+    def slopes(self) -> list[float]:
+        return self.law.slope.tolist()
+
+    @cached_property
+    def offsets(self) -> list[float]:
+        corner = np.maximum(np.arange(len(self.law.slope)) - 1, 0)
+        offsets: list[float] = (
+            self.law.torque[corner] - self.law.slope * self.law.angle[corner]
+        ).tolist()
+        return offsets
+
+    @cached_property
+    def weights(self) -> list[tuple[float, float]]:
+        return [self.after(slope, self.spacing) for slope in self.slopes]
+
+    def after(self, slope: float, time: float) -> tuple[float, float]:
+        """Return psi_1 [s] and psi_2 [s^2] of a piece."""
+        rate = slope / self.damping
+        if rate * time < 1e-4:
+            return time * (1.0 - 0.5 * rate * time), time * time * (0.5 - rate * time / 6.0)
+        first = -np.expm1(-rate * time) / rate
+        return float(first), float((time - first) / rate)
 
 
 def gear_path(
-    spacing: float, torque: np.ndarray, law: GearLaw, damping: float, start: float
-) -> GearPath:
-    """Return the path of one gear under d e' + S(e) + sum h_j = T(t).
+    spacing: float,
+    torque: np.ndarray,
+    spring: GearLaw,
+    damping: float,
+    start: float,
+    elements: GearElements = NO_ELEMENTS,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wind-up [rad] and its rate [rad/s] of one gear at samples, (n,) each.
 
     Args:
         spacing: Time between samples [s].
-        torque: Coefficients of 1, s, s^2, s^3 in T in each interval [N m], (n - 1, 4).
-        law: S and elements, unloaded.
+        torque: T at the samples [N m], (n,), straight in between.
+        spring: S.
         damping: d [N m s/rad], > 0.
-        start: e at the first sample [rad], to which it came from unloaded.
+        start: e at the first sample [rad], to which the elements came from unloaded.
+        elements: Elements of its hysteresis.
     """
-    count = len(torque)
-    turns = _turns(torque, spacing)
-    angle, carried, slope = np.empty((3, count + 1))
-    pieces = law.pieces
-    now = _first_piece(pieces, start, torque[0])
-    row, offset, x = 0, 0.0, start
-    angle[0], carried[0] = start, pieces[now].torque_at(start)
-    slope[0] = pieces[now].slope(np.array(start))
-    entered, visited = [0.0], [pieces[now]]
-    many = _FIRST
-    while row < count:
-        piece = pieces[now]
-        end = min(row + many, count)
-        steps = _steps(spacing, torque, row, offset, end)
-        if piece.straight:
-            ends = follow_line(piece, damping, x, steps)
-        else:
-            if many == _FIRST:
-                steps = _graded(steps, damping / piece.slopes[1])
-            steps, ends = follow_bend(piece, damping, x, steps)
-        exit_ = _first_exit(piece, damping, x, ends, steps, turns)
-        good = len(ends) if exit_ is None else exit_.step
-        at = np.flatnonzero(steps.last[:good])
-        samples, reached = steps.row[at] + 1, ends[at]
-        angle[samples] = reached
-        carried[samples], slope[samples] = piece.torque(reached), piece.slope(reached)
-        if exit_ is None:
-            row, offset, x = int(steps.row[-1]), 0.0, float(ends[-1])
-            if steps.last[-1]:
-                row += 1
-            else:
-                offset = float(steps.offset[-1] + steps.length[-1])
-            many = min(2 * many, _MOST_STRAIGHT if piece.straight else _MOST_BENT)
-            continue
-        row = int(steps.row[exit_.step])
-        offset = float(steps.offset[exit_.step]) + exit_.after
-        x, many = exit_.angle, _FIRST
-        if exit_.side == 0:
-            law = law.turned(x)
-            x, pieces = law.angle, law.pieces
-            now = _turned_piece(pieces, x, -piece.slips)
-        else:
-            now += exit_.side
-        entered.append(row * spacing + offset)
-        visited.append(pieces[now])
-    return GearPath(angle, carried, slope, entered, visited)
+    elongation = np.clip(start, -elements.slip_angle, elements.slip_angle)
+    turned, way = start, 0.0
+    law = spring.with_elements(elements, start, elongation) if elements.count else spring
+    pieces = _Pieces(law, damping, spacing)
+    e, pulls = start, torque.tolist()
+    now = _piece_of(pieces, e, pulls)
+    angles = [e]
+    rates = [(pulls[0] - pieces.offsets[now] - pieces.slopes[now] * e) / damping]
+    for k in range(1, len(pulls)):
+        before, piece = e, now
+        e, now = _step(pieces, e, now, pulls[k - 1], pulls[k])
+        if elements.count and (e - before) * way < 0.0:
+            # What it was until it turned, and once more from there.
+            a = elements.slip_angle
+            elongation = np.clip(elongation + before - turned, -a, a)
+            turned = before
+            pieces = _Pieces(spring.with_elements(elements, turned, elongation), damping, spacing)
+            piece = _piece_of(pieces, turned, pulls[k - 1 :])
+            e, now = _step(pieces, turned, piece, pulls[k - 1], pulls[k])
+        way = e - before or way
+        angles.append(e)
+        rates.append((pulls[k] - pieces.offsets[now] - pieces.slopes[now] * e) / damping)
+    return np.array(angles), np.array(rates)
 
 
-def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) -> int:
-    """Return the piece that holds at first; on an end shared by two the one the gear moves into.
-
-    At rest there, with a torque that does not move it, it stays with the piece outside the backlash.
-    """
-    near = [k for k, p in enumerate(pieces) if p.low - _SLACK <= start <= p.high + _SLACK]
-    if len(near) == 1:
-        return near[0]
-    pull = torque - np.array([pieces[near[0]].torque_at(start), 0.0, 0.0, 0.0])
-    moving = np.flatnonzero(pull)
-    if len(moving):
-        return near[int(pull[moving[0]] > 0.0)]
-    return next(k for k in near if not pieces[k].in_backlash)
+def _piece_of(pieces: _Pieces, angle: float, pulls: list[float]) -> int:
+    """Return the piece at an angle; on a corner that into which the gear moves, at rest the upper."""
+    count = len(pieces.slopes) - 1
+    piece = bisect_right(pieces.corners, angle, 0, count)
+    if piece and angle == pieces.corners[piece - 1]:
+        torque = float(pieces.law.torque[piece - 1])
+        moves = next((pull - torque for pull in pulls[:2] if pull != torque), 0.0)
+        return piece if moves >= 0.0 else piece - 1
+    return piece
 
 
-def _turned_piece(pieces: tuple[Piece, ...], start: float, way: int) -> int:
-    """Return the piece that a gear moves into from where it turns, up (1) or down (-1)."""
-    if way > 0:
-        return next(k for k, piece in enumerate(pieces) if piece.high > start)
-    return max(k for k, piece in enumerate(pieces) if piece.low < start)
+def _step(pieces: _Pieces, angle: float, piece: int, pull: float, then: float) -> tuple[float, int]:
+    """Return the angle a sample later, and its piece, from those now and the torques at both."""
+    corners, slopes, offsets, d = pieces.corners, pieces.slopes, pieces.offsets, pieces.damping
+    left, rate = pieces.spacing, (then - pull) / (pieces.spacing * d)
+    first, second = pieces.weights[piece]
+    for _ in range(_MOST_CHANGES):
+        speed = (pull - offsets[piece] - slopes[piece] * angle) / d
+        new = angle + speed * first + rate * second
+        low, high = corners[piece - 1], corners[piece]
+        if low <= new <= high:
+            return new, piece
+        edge = high if new > high else low
+        gone = _until(pieces, slopes[piece], (angle - edge, speed, rate), left, new - edge)
+        left, pull, angle = left - gone, pull + rate * d * gone, edge
+        piece += 1 if new > high else -1
+        first, second = pieces.after(slopes[piece], left)
+    return angle, piece
 
 
-def _turns(torque: np.ndarray, spacing: float) -> np.ndarray:
-    """Whether T' may change its sign inside an interval (n - 1,), by its Bernstein coefficients."""
-    c1, c2, c3 = torque[:, 1], torque[:, 2] * spacing, torque[:, 3] * spacing**2
-    rates = np.stack([c1, c1 + c2, c1 + 2.0 * c2 + 3.0 * c3])
-    turns: np.ndarray = (rates.min(axis=0) < 0.0) & (rates.max(axis=0) > 0.0)
-    return turns
+def _until(
+    pieces: _Pieces, slope: float, motion: tuple[float, float, float], left: float, last: float
+) -> float:
+    """Return when an angle comes to zero that is off it, `motion`, now, and `last` after a time."""
+    off, speed, rate = motion
 
+    def away(time: float) -> float:
+        first, second = pieces.after(slope, time)
+        return off + speed * first + rate * second
 
-def _steps(spacing: float, torque: np.ndarray, row: int, offset: float, end: int) -> Steps:
-    """Return one step per interval up to `end`, the first one from `offset` on."""
-    rows = np.arange(row, end)
-    offsets, lengths = np.zeros(len(rows)), np.full(len(rows), spacing)
-    offsets[0], lengths[0] = offset, max(spacing - offset, 0.0)
-    local = torque[row:end]
-    if offset > 0.0:
-        local = local.copy()
-        local[0] = shifted(local[0], offset)
-    return Steps(rows, offsets, lengths, local, np.ones(len(rows), dtype=bool))
-
-
-def _graded(steps: Steps, shortest: float) -> Steps:
-    """Halve the first steps down to a part of the shortest time constant, growing from there."""
-    for _ in range(60):
-        begins = np.cumsum(steps.length) - steps.length
-        wide = steps.length > _FIRST_STEP * shortest + (_GROWTH - 1.0) * begins
-        if not wide.any() or begins[np.argmax(wide)] > 20.0 * shortest:
-            return steps
-        wide &= begins <= 20.0 * shortest
-        steps = steps.halved(wide)
-    return steps
-
-
-def _first_exit(
-    piece: Piece, damping: float, start: float, ends: np.ndarray, steps: Steps, turns: np.ndarray
-) -> _Exit | None:
-    """Return the first exit of the angle from the piece, or its reversal where an element slips.
-
-    Between the ends of steps too.
-
-    e' = v obeys d v' + S'(e) v = T', so v passes zero only in the direction of T': where T' keeps its
-    sign and v is of one sign at both ends, e is monotone and its ends are its extremes.
-    """
-    if np.isinf(piece.low) and np.isinf(piece.high):
-        return None
-    slack = _slack(piece)
-    begins = np.append(start, ends[:-1])
-    outside = (ends > piece.high + slack) | (ends < piece.low - slack)
-    beyond = int(np.argmax(outside)) + 1 if outside.any() else len(ends)
-    begins, ends = begins[:beyond], ends[:beyond]
-    h, c = steps.length[:beyond], steps.torque[:beyond]
-    slow = np.abs(c[:, 1]) + h * (2.0 * np.abs(c[:, 2]) + 3.0 * h * np.abs(c[:, 3]))
-    v_0 = (c[:, 0] - piece.torque(begins)) / damping
-    v_1 = (c[:, 0] + h * (c[:, 1] + h * (c[:, 2] + h * c[:, 3])) - piece.torque(ends)) / damping
-    # |v| <= |v_0| + h max |T'| / d, and on a flank also <= max(|v_0|, max |T'| / min S').
-    fastest = np.abs(v_0) + h * slow / damping
-    if piece.slopes[0] > 0.0:
-        fastest = np.minimum(fastest, np.maximum(np.abs(v_0), slow / piece.slopes[0]))
-    reach = h * fastest
-    near = (np.minimum(begins, ends) - reach < piece.low - slack) | (
-        np.maximum(begins, ends) + reach > piece.high + slack
-    )
-    suspect = near & (turns[steps.row[:beyond]] | (v_0 * v_1 < 0.0))
-    suspect |= outside[:beyond]
-    if piece.slips:
-        suspect |= turns[steps.row[:beyond]] | (
-            np.minimum(piece.slips * v_0, piece.slips * v_1) < 0.0
-        )
-    for k in np.flatnonzero(suspect):
-        found = _exit_in_step(piece, damping, float(begins[k]), float(ends[k]), float(h[k]), c[k])
-        if found is not None:
-            return _Exit(int(k), *found)
-    return None
-
-
-def _slack(piece: Piece) -> float:
-    return _SLACK if piece.straight else _SLACK_BENT
-
-
-def _exit_in_step(
-    piece: Piece, damping: float, start: float, end: float, length: float, torque: np.ndarray
-) -> tuple[float, float, int] | None:
-    """Return time, angle and side (-1, 1; 0: it turns) at which one step leaves the piece, or None."""
-    c0, c1, c2, c3 = torque.tolist()
-    slack = _slack(piece)
-    along = _along(piece, damping, start, torque)
-
-    def angle(s: float) -> float:
-        if s <= 0.0:
-            return start
-        return end if s >= length else along(s)
-
-    def rate(s: float) -> float:
-        pull = c0 + s * (c1 + s * (c2 + s * c3))
-        return (pull - piece.torque_at(angle(s))) / damping
-
-    turning = [s for s in _quadratic_roots(3.0 * c3, 2.0 * c2, c1) if 0.0 < s < length]
-    times = [0.0, *sorted(turning), length]
-    points = [times[0]]
-    for a, b in itertools.pairwise(times):
-        if rate(a) * rate(b) < 0.0:
-            points.append(brentq(rate, a, b, xtol=1e-16 * length, rtol=1e-14))
-        points.append(b)
-    for a, b in itertools.pairwise(points):
-        x = angle(b)
-        if piece.slips * (x - angle(a)) < -slack:
-            return a, angle(a), 0
-        side = 1 if x > piece.high + slack else -1 if x < piece.low - slack else 0
-        if side == 0:
-            continue
-        edge = piece.high if side > 0 else piece.low
-        if (angle(a) - edge) * side >= 0.0:
-            return a, angle(a), side
-        s = brentq(lambda s, edge=edge: angle(s) - edge, a, b, xtol=1e-16 * length, rtol=1e-14)
-        return s, edge, side
-    return None
-
-
-def _along(
-    piece: Piece, damping: float, start: float, torque: np.ndarray
-) -> Callable[[float], float]:
-    """Return the angle as a function of the time from a step's start."""
-    if not piece.straight:
-
-        def bent(s: float) -> float:
-            one = np.zeros(1)
-            step = Steps(one.astype(int), one, np.array([s]), torque[None], one == 0.0)
-            values, _ = collocate(piece, damping, step, np.full((1, 5), start))
-            return float(values[0, -1])
-
-        return bent
-    c0, c1, c2, c3 = torque.tolist()
-    c0 -= piece.torque_at(start)
-
-    def straight(s: float) -> float:
-        w0, w1, w2, w3 = line_weights(piece.cubic[1], damping, s)
-        return start + w0 * c0 + w1 * c1 + w2 * c2 + w3 * c3
-
-    return straight
-
-
-def _quadratic_roots(a: float, b: float, c: float) -> list[float]:
-    """Real roots of a s^2 + b s + c, without cancellation."""
-    inner = b * b - 4.0 * a * c
-    if inner < 0.0:
-        return []
-    q = -0.5 * (b + math.copysign(math.sqrt(inner), b))
-    return [*([q / a] if a != 0.0 else []), *([c / q] if q != 0.0 else [])]
+    # Zero already, and on its way away from it.
+    return 0.0 if off * last >= 0.0 else float(brentq(away, 0.0, left))

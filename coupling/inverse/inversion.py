@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
-from coupling.inverse.gear_elements import GearElements, GearLaw
-from coupling.inverse.gear_pieces import pieces_of
+from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.gear_path import GearLaw
 from coupling.inverse.gears import (
     Crossing,
     WindUp,
@@ -20,18 +19,16 @@ from coupling.inverse.gears import (
     gears_of,
     rows_of,
     solve_wind_up,
-    static_wind_up,
 )
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.link_task import End, LinkMotion, LinkTask
-from coupling.inverse.loads import SmoothWrench
+from coupling.inverse.link_task import LinkMotion, LinkTask
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.interpolation import InterpolatedPath, spline_through
+from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
 from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
@@ -44,8 +41,6 @@ from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-# Longest distance of the links' nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
-_SPACING = 0.004
 # Times between two nodes at which the torque of the gears is evaluated.
 _FINE = 4
 # Nodes between two evaluations of the mass matrix.
@@ -127,7 +122,7 @@ class MovingRobot:
     @property
     def damping_in_backlash(self) -> np.ndarray:
         """Damping that turns the gears in their backlash [N m s/rad], (gears,)."""
-        return damping_in_backlash(self._gear_curve, self._gears.damping, self.elements)
+        return damping_in_backlash(self._gear_curve, self._gears.damping)
 
     def invert(
         self, wanted: DesiredMotion, controller: Controller, limits: JointLimits, progress: Progress
@@ -145,7 +140,7 @@ class MovingRobot:
         """
         between = InterpolatedPath(wanted.path)
         rows = self._rows(wanted.path, controller, between.at_rest)
-        task = self._task(wanted, between, rows.start, rows.end)
+        task = LinkTask.of(between, wanted.rigid, wanted.wrench, rows.end)
         links = solve_links(
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
@@ -162,8 +157,8 @@ class MovingRobot:
         Args:
             wanted: Desired motion of the robot.
         """
-        time = wanted.path.time
-        return self._task(wanted, InterpolatedPath(wanted.path), float(time[0]), float(time[-1]))
+        end = float(wanted.path.time[-1])
+        return LinkTask.of(InterpolatedPath(wanted.path), wanted.rigid, wanted.wrench, end)
 
     def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> CommandRows:
         start, end = float(path.time[0]), float(path.time[-1])
@@ -173,36 +168,6 @@ class MovingRobot:
             return CommandRows(start, controller.cycle, count, degree, rest)
         except ValueError as cause:
             raise PlanningError(f"a path of {end - start:.6g} s: {cause}") from cause
-
-    def _task(
-        self, wanted: DesiredMotion, between: InterpolatedPath, start: float, end: float
-    ) -> LinkTask:
-        last, duration = float(wanted.path.time[-1]), end - start
-        intervals = int(np.ceil(duration / _SPACING - 1e-9))
-        begins: End = "rest" if between.at_rest[0] else "loaded"
-        ends: End = "rest" if between.at_rest[1] else "free"
-        # Behind its end the path stands still, or goes on as it did.
-        until = last if ends == "rest" else np.inf
-        rigid = spline_through(wanted.rigid.time, wanted.rigid.q[0], between.at_rest)
-
-        def position(time: np.ndarray) -> np.ndarray:
-            return between.position(np.minimum(time, until))
-
-        def rotation(time: np.ndarray) -> Rotation:
-            return between.rotation(np.minimum(time, last))
-
-        nodes = start + duration / intervals * np.arange(intervals + 1)
-        return LinkTask(
-            start,
-            duration / intervals,
-            intervals,
-            position,
-            rotation,
-            SmoothWrench(wanted.wrench, duration / intervals),
-            rigid(np.minimum(nodes, until)),
-            begins,
-            ends,
-        )
 
     def torque(
         self,
@@ -258,8 +223,9 @@ class MovingRobot:
         wind_up = self._gear_curve.deflection(carried)
         for gear, elements in enumerate(self.elements):
             if elements.count:
-                law = GearLaw(pieces_of(self._gear_curve, gear), elements)
-                wind_up[gear] = static_wind_up(law, float(carried[gear]))
+                spring, unloaded = GearLaw.of(self._gear_curve, gear), np.zeros(elements.count)
+                law = spring.with_elements(elements, 0.0, unloaded)
+                wind_up[gear] = law.angle_at(float(carried[gear]))
         return wind_up
 
     def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:

@@ -124,13 +124,13 @@ class DriveLimits:
         times = np.linspace(rows.start, rows.end, 4 * rows.count + 1)
         worst, text = -np.inf, ""
         for order, most in ((1, self.rate), (2, self.acceleration)):
-            asked = np.abs(link.at(times, order)[:, 0])
-            k = int(asked.argmax())
-            if np.isfinite(most) and asked[k] / most > worst:
-                worst = float(asked[k] / most)
+            needed = np.abs(link.at(times, order)[:, 0])
+            k = int(needed.argmax())
+            if np.isfinite(most) and needed[k] / most > worst:
+                worst = float(needed[k] / most)
                 text = (
                     f"expected at most {most:.6g} {_UNITS[order]} of {_QUANTITIES[order]}, got a path"
-                    f" that asks for {asked[k]:.6g} {_UNITS[order]} at {times[k]:.3f} s"
+                    f" that asks for {needed[k]:.6g} {_UNITS[order]} at {times[k]:.3f} s"
                 )
         text = text or f"no command from {self.lower:.6g} to {self.upper:.6g} rad joins its ends"
         return PlanningError(f"joint {self.joint}: {text}: slow down the path")

@@ -25,7 +25,6 @@ from coupling.inverse.link_task import (
     interpolating,
 )
 from coupling.inverse.spline import UniformSpline, stencil
-from coupling.inverse.standstill import standing
 
 _ORDERS = 3
 # Points whose derivatives are held in memory at once.
@@ -33,6 +32,38 @@ _CHUNK = 2000
 # Intervals at each end whose middles are collocated as well: a quintic spline has solutions of its own
 # there beside those of the differential equation.
 _EDGE = 10
+# Newton's method from the rigid robot's angles: each iteration contracts by the tilts' share of the sag.
+_ITERATIONS, _SETTLED = 30, 1e-15
+
+
+def equilibrium_angles(
+    model: LinkModel, q: np.ndarray, position: np.ndarray, rotation: Rotation, wrench: np.ndarray
+) -> np.ndarray:
+    """Return the angles of the chain with the tool on a pose and the tilts in balance, (angles,).
+
+    Args:
+        model: The robot.
+        q: Angles of the rigid robot that has its tool there [rad], (joints,).
+        position: Position of the TCP [m], (3,).
+        rotation: base_from_tool.
+        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
+    """
+    theta = model.chain.theta(q[None])
+    rest, load = np.zeros_like(theta), wrench[None]
+    for _ in range(_ITERATIONS):
+        state, by = model.linearised(theta, rest, rest, load)
+        turn = (Rotation.from_matrix(state.rotation[0]) * rotation.inv()).as_rotvec()
+        missed = np.concatenate([state.position[0] - position, turn])
+        step = np.zeros(model.size)
+        step[model.tilts] = -state.load[0, model.tilts] / model.tilt_stiffness
+        step[model.tilts] -= theta[0, model.tilts]
+        missed += by.jacobian[0] @ step
+        drives = by.jacobian[0][:, model.chain.drive]
+        step[model.chain.drive] = -np.linalg.lstsq(drives, missed, rcond=None)[0]
+        theta[0] += step
+        if np.abs(step).max() < _SETTLED:
+            break
+    return theta[0]
 
 
 @dataclass(frozen=True)
@@ -104,7 +135,7 @@ class LinkProblem:
     def _start(self) -> np.ndarray:
         """Return the angles at which a motion begins at rest."""
         task, time = self._task, self._task.nodes[:1]
-        return standing(
+        return equilibrium_angles(
             self._model,
             task.guess[0],
             task.position(time)[0],
@@ -112,16 +143,16 @@ class LinkProblem:
             task.wrench(time)[0],
         )
 
-    def solve(self, tolerance: float = 1e-9, passes: int = 12) -> LinkMotion:
+    def solve(self, tolerance: float = 1e-9, iterations: int = 12) -> LinkMotion:
         """Return the motion of the links.
 
         Args:
-            tolerance: Largest change of an angle that one more pass would make [rad], by how much
+            tolerance: Largest change of an angle that one more iteration would make [rad], by how much
                 smaller the last one was than the one before; they shrink faster than that.
-            passes: Passes at most.
+            iterations: Iterations at most.
         """
         motion, log, before = self.guess(), [], 0.0
-        for _ in range(passes):
+        for _ in range(iterations):
             motion, report = self._improved(motion)
             log.append(report)
             if report.step**2 <= tolerance * max(before, tolerance):
@@ -163,7 +194,7 @@ class LinkProblem:
     def _normal_equations(
         self, motion: UniformSpline
     ) -> tuple[NormalEquations, tuple[float, float, float]]:
-        """Return the equations of a pass, and the largest errors of position, rotation and torque."""
+        """Return an iteration's equations, and the largest errors of position, rotation and torque."""
         model, weights = self._model, self._weights
         equations = NormalEquations(motion.intervals, model.size, DEGREE, motion.spacing)
         worst = np.zeros(3)

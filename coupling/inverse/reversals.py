@@ -18,7 +18,7 @@ UNKNOWN_PART = 0.2
 _UNKNOWN_SLIP = 0.3
 
 
-def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def negligible_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the torques that count as none [N m], shape of the arguments.
 
     In the backlash d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less
@@ -29,7 +29,7 @@ def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
         damping: Damping d [N m s/rad], shape of `backlash`.
 
     Example:
-        >>> no_torque(np.array([1e-4, 0.0]), np.array([1e4, 1e4]))
+        >>> negligible_torque(np.array([1e-4, 0.0]), np.array([1e4, 1e4]))
         array([2.e+00, 1.e-06])
     """
     limit: np.ndarray = np.maximum(2.0 * backlash * damping / _LONG, SETTINGS.neutral_torque)
@@ -102,7 +102,7 @@ def margin(torque: np.ndarray) -> np.ndarray:
     return clear
 
 
-def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
+def backlash_error(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
     """Return the error of the tool at rest behind a backlash reversal by a backlash 20 % off [m].
 
     0.2 of the whole backlash 2 B, times how far the tool moves with the gear: to compare gears and
@@ -112,11 +112,11 @@ def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
         backlash: Half width B of the backlash [rad], any shape.
         lever: Displacement of the TCP by the gear's wind_up, |J| [m/rad], the same shape.
     """
-    miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever
-    return miss
+    error: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever
+    return error
 
 
-def hysteresis_miss(
+def hysteresis_error(
     slip_torque: np.ndarray, stiffness: np.ndarray, lever: np.ndarray
 ) -> np.ndarray:
     """Return the error of the tool at rest behind a reversal by slip torques 30 % off [m].
@@ -129,5 +129,5 @@ def hysteresis_miss(
         stiffness: Stiffness k of the gear beside them [N m/rad], the same shape.
         lever: Displacement of the TCP by the gear's wind-up, |J| [m/rad], the same shape.
     """
-    miss: np.ndarray = _UNKNOWN_SLIP * 2.0 * slip_torque / stiffness * lever
-    return miss
+    error: np.ndarray = _UNKNOWN_SLIP * 2.0 * slip_torque / stiffness * lever
+    return error

@@ -129,10 +129,3 @@ class Layout:
     def _place(self, node: np.ndarray) -> np.ndarray:
         interval, part = np.divmod(node - 1, self.parts)
         return (interval + (self.degree + 3) // 2) * self.stride + 1 + part
-
-    def join(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return all unknowns [rad], (size,)."""
-        unknowns = np.zeros(self.size)
-        unknowns[self.coefficient] = coefficients
-        unknowns[self.miss] = misses
-        return unknowns

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import factorial
 
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, make_interp_spline
 
 
 @cache
@@ -51,6 +52,29 @@ class UniformSpline:
     spacing: float
     coefficients: np.ndarray
     degree: int = 5
+
+    @classmethod
+    def through(
+        cls,
+        start: float,
+        spacing: float,
+        values: np.ndarray,
+        degree: int,
+        ends: tuple[Sequence[int], Sequence[int]],
+    ) -> UniformSpline:
+        """Return the spline through values at its knots.
+
+        Args:
+            start, spacing: First time, distance of the knots [s].
+            values: Values there, any unit, (intervals + 1, quantities).
+            degree: Degree of its pieces.
+            ends: Orders of the derivatives that are zero at start and end, (degree - 1) / 2 each.
+        """
+        count, zero = len(values), np.zeros(values.shape[1])
+        knots = np.arange(-degree, count + degree, dtype=float)
+        begins, last = ([(order, zero) for order in orders] for orders in ends)
+        found = make_interp_spline(np.arange(count), values, degree, knots, (begins, last))
+        return cls(start, spacing, found.c, degree)
 
     @property
     def intervals(self) -> int:

@@ -76,5 +76,5 @@ def _joined(parts: list[tuple[int, LinkMotion]], cuts: list[int]) -> LinkMotion:
         errors.append(motion.error[first - begin : last - begin + end])
     start = parts[0][1].theta
     theta = UniformSpline(start.start, start.spacing, np.vstack(coefficients), start.degree)
-    worst = max((motion for _, motion in parts), key=lambda motion: len(motion.passes))
-    return LinkMotion(theta, worst.passes, np.concatenate(errors))
+    worst = max((motion for _, motion in parts), key=lambda motion: len(motion.iterations))
+    return LinkMotion(theta, worst.iterations, np.concatenate(errors))

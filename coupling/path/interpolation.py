@@ -114,11 +114,11 @@ class SampledPath:
 
     Attributes:
         path: The paths.
-        asked: Row numbers at which a process is evaluated, (k,).
+        sample_rows: Row numbers at which a process is evaluated, (k,).
     """
 
     path: ToolPath
-    asked: np.ndarray
+    sample_rows: np.ndarray
 
     @classmethod
     def of(cls, path: ToolPath) -> SampledPath:
@@ -128,7 +128,7 @@ class SampledPath:
     @property
     def samples(self) -> ToolPath:
         """The paths where the process is evaluated."""
-        return self.path.at_rows(self.asked)
+        return self.path.at_rows(self.sample_rows)
 
     def refined(self, longest: float) -> SampledPath:
         """Return the same paths at shorter steps.
@@ -144,4 +144,4 @@ class SampledPath:
             between = InterpolatedPath(tool).at(time)
             between.pose[:, rows] = tool.pose
             tools.append(between)
-        return SampledPath(ToolPath.of_tools(tools), rows[self.asked])
+        return SampledPath(ToolPath.of_tools(tools), rows[self.sample_rows])

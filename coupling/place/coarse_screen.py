@@ -8,8 +8,8 @@ import numpy as np
 
 from coupling.place.objective import PlaceDemands
 from coupling.place.screen import Screen, ScreenFigures
-from coupling.place.selection import extremes_of, selected
 from coupling.place.settings import Ranges
+from coupling.place.station_choice import extremes_of, selected
 from coupling.place.stations import Stations
 
 # What the few places may miss of a largest value, as a part of its range along the path.

@@ -123,16 +123,16 @@ def read_placement(folder: Path) -> StoredPlacement:
     table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
         maps = [
-            _read_map(told, table[table[:, 0] == number])
-            for number, told in enumerate(figures.maps)
+            _read_map(result, table[table[:, 0] == number])
+            for number, result in enumerate(figures.maps)
         ]
     except ValueError as cause:
         raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
     return StoredPlacement(figures, tuple(maps))
 
 
-def _read_map(told: MapResult, rows: np.ndarray) -> PartMap:
-    across, up, admitted, *values = (column.reshape(told.shape) for column in rows[:, 1:].T)
-    names = (told.setting, told.across, told.up)
+def _read_map(result: MapResult, rows: np.ndarray) -> PartMap:
+    across, up, admitted, *values = (column.reshape(result.shape) for column in rows[:, 1:].T)
+    names = (result.setting, result.across, result.up)
     drawn = (np.where(admitted > 0.0, v, np.nan) for v in values)
     return PartMap(*names, across[0], up[:, 0], *drawn)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.inverse.inversion import MovingRobot
-from coupling.inverse.reversals import hysteresis_miss
+from coupling.inverse.reversals import hysteresis_error
 from elastic_robot.parameters import Parameters
 
 
@@ -42,7 +42,7 @@ class GearLoops:
             robot.held_in_backlash,
         )
 
-    def slip_miss(self, swing: np.ndarray, lever: np.ndarray) -> np.ndarray:
+    def hysteresis_error(self, swing: np.ndarray, lever: np.ndarray) -> np.ndarray:
         """Return the error of the tool at rest by slip torques 30 % off [m], (n, g).
 
         Between two turns of a torque that goes through a range R the elements' torque changes by
@@ -58,4 +58,4 @@ class GearLoops:
         """
         part = self.sticking / (self.stiffness + self.sticking)
         slipping = np.minimum(self.slip_torque, 0.5 * part * swing)
-        return hysteresis_miss(slipping, self.stiffness, lever)
+        return hysteresis_error(slipping, self.stiffness, lever)

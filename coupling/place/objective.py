@@ -66,7 +66,9 @@ class PlaceDemands:
         Backlashes 20 % off count where gears may reverse, slip torques 30 % off wherever torques change:
         elements know no side on which they are not loaded.
         """
-        exposed: np.ndarray = np.sum(self.risk(figures) * figures.miss + figures.slip_miss, axis=1)
+        exposed: np.ndarray = np.sum(
+            self.risk(figures) * figures.backlash_error + figures.hysteresis_error, axis=1
+        )
         return exposed
 
 

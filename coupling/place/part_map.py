@@ -88,7 +88,7 @@ def _map(
     def drawn(values: np.ndarray) -> np.ndarray:
         return np.where(admitted, values, np.nan).reshape(grid[0].shape)
 
-    changing = np.sum((figures.margin < 0.0) & (figures.miss > 0.0), axis=1)
+    changing = np.sum((figures.margin < 0.0) & (figures.backlash_error > 0.0), axis=1)
     return PartMap(
         name,
         *plane,

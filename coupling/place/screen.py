@@ -7,12 +7,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from coupling.inverse.reversals import backlash_miss, margin
+from coupling.inverse.reversals import backlash_error, margin
 from coupling.place.gear_loops import GearLoops
 from coupling.place.moved import MovedPath, split, waves_of
 from coupling.place.settings import CellLayout
 from coupling.place.stations import Stations
-from coupling.robot.batch.following import FollowingRobot, following, led, reached
+from coupling.robot.batch.following import FollowingRobot, angles_from_home, following, reached
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
@@ -23,7 +23,7 @@ from elastic_robot.parameters import Parameters
 _AT_ONCE = 2048
 # Largest distance of a place from the one that it is solved from, by `Stations.poses` [m].
 _NEAR = 0.1
-# Passes from one place of a path to the next.
+# Iterations from one place of a path to the next.
 _ITERATIONS = 12
 
 
@@ -41,8 +41,8 @@ class ScreenFigures:
         margin: Distance of the torque of each gear from zero, `reversals.margin`, or from what its
             elements hold in its backlash [N m], (n, g).
         swing: Range of each gear's torque [N m], (n, g).
-        miss: Error of the tool at rest by a backlash 20 % off, `reversals.backlash_miss` [m], (n, g).
-        slip_miss: The same by slip torques 30 % off, `GearLoops.slip_miss` [m], (n, g).
+        backlash_error: Error of the tool at rest by a backlash 20 % off [m], (n, g).
+        hysteresis_error: The same by slip torques 30 % off, `GearLoops.hysteresis_error` [m], (n, g).
         motor_share: Largest torque of a motor over its limit [1], (n,); 0 without limits.
     """
 
@@ -54,8 +54,8 @@ class ScreenFigures:
     compliance: np.ndarray
     margin: np.ndarray
     swing: np.ndarray
-    miss: np.ndarray
-    slip_miss: np.ndarray
+    backlash_error: np.ndarray
+    hysteresis_error: np.ndarray
     motor_share: np.ndarray
 
     def __len__(self) -> int:
@@ -186,7 +186,7 @@ class Screen:
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
             if before is None:
-                q, came = led(self._serial, targets, self._home)
+                q, came = angles_from_home(self._serial, targets, self._home)
             else:
                 guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
                 q, came = reached(self._serial, targets, guess, _ITERATIONS)
@@ -278,8 +278,8 @@ class Screen:
             compliance=batch.compliance.max(axis=0),
             margin=margin(batch.torque).T - self._gears.held,
             swing=swing,
-            miss=backlash_miss(self._gears.backlash, lever),
-            slip_miss=self._gears.slip_miss(swing, lever),
+            backlash_error=backlash_error(self._gears.backlash, lever),
+            hysteresis_error=self._gears.hysteresis_error(swing, lever),
             motor_share=batch.motor_share.max(axis=0),
         )
 

@@ -134,12 +134,12 @@ class ProcessSchema(Schema, ABC):
     Attributes:
         WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
         FORMULA: Whether an answer is that of a formula, which takes a moment only.
-        AROUND_ANSWERS: Names of keys of what is done with the answers.
+        AROUND_EVALUATION: Names of keys of what is done with the answers.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     FORMULA: ClassVar[bool] = False
-    AROUND_ANSWERS: ClassVar[frozenset[str]] = frozenset()
+    AROUND_EVALUATION: ClassVar[frozenset[str]] = frozenset()
 
     model: str
 
@@ -184,7 +184,9 @@ class ProcessSchema(Schema, ABC):
             digest.update(len(content).to_bytes(8, "big"))
             digest.update(content)
 
-        table = self.model_dump(mode="json", exclude={*self.WITHOUT_EFFECT, *self.AROUND_ANSWERS})
+        table = self.model_dump(
+            mode="json", exclude={*self.WITHOUT_EFFECT, *self.AROUND_EVALUATION}
+        )
         add(json.dumps(table, sort_keys=True).encode())
         for values in _arrays_of(task):
             add(values.tobytes())
@@ -226,7 +228,7 @@ class ProcessTable(NoisySchema, ABC):
         retries: Number of times that an evaluation that fails is tried again.
     """
 
-    AROUND_ANSWERS: ClassVar[frozenset[str]] = frozenset({"retries", "cutoff_Hz"})
+    AROUND_EVALUATION: ClassVar[frozenset[str]] = frozenset({"retries", "cutoff_Hz"})
 
     retries: Annotated[int, Field(ge=0, le=_MOST_RETRIES)] = 0
 

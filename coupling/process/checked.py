@@ -35,7 +35,7 @@ class CheckedProcess(ProcessWrapper):
             ProcessError: If it has none, fails, or gives what is no answer to the path.
         """
         try:
-            answer = self.process.evaluate(path)
+            response = self.process.evaluate(path)
         except CouplingError:
             raise
         except Exception as cause:  # whatever is wrong with the author's code
@@ -44,39 +44,39 @@ class CheckedProcess(ProcessWrapper):
                 f"the process {self.name} failed: {type(cause).__name__}: {cause}"
                 f" ({Path(where.filename).name}, line {where.lineno})"
             ) from cause
-        problem = _problem(answer, path)
+        problem = _problem(response, path)
         if problem:
             raise ProcessError(f"the process {self.name} answered badly: {problem}")
-        return answer
+        return response
 
 
-def _problem(answer: object, path: ToolPath) -> str:
+def _problem(response: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
-    if not isinstance(answer, ProcessResponse):
-        return f"expected a coupling.process.ProcessResponse, got {type(answer).__name__}"
+    if not isinstance(response, ProcessResponse):
+        return f"expected a coupling.process.ProcessResponse, got {type(response).__name__}"
     expected = (*path.pose.shape[:2], 6)
-    if answer.wrench.before.shape != expected:
+    if response.wrench.before.shape != expected:
         return (
             f"wrench: expected shape {expected}, (tools, samples, 6) of the path, got"
-            f" {answer.wrench.before.shape}"
+            f" {response.wrench.before.shape}"
         )
-    if not np.array_equal(answer.wrench.instants, path.time):
+    if not np.array_equal(response.wrench.instants, path.time):
         return (
             "wrench: expected the times of the path, one that is a jump twice, got times of its own"
         )
-    if answer.wrench.spring is not None:
+    if response.wrench.spring is not None:
         return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
-    if answer.stiffness is None:
+    if response.stiffness is None:
         return ""
     tools, samples = path.pose.shape[:2]
     whole = (samples, 3 * tools, 3 * tools)
-    found = np.shape(answer.stiffness)
+    found = np.shape(response.stiffness)
     if found != whole:
         return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
-    if not np.all(np.isfinite(answer.stiffness)):
+    if not np.all(np.isfinite(response.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
-    size = float(np.abs(answer.stiffness).max())
-    own = own_blocks(answer.stiffness)
+    size = float(np.abs(response.stiffness).max())
+    own = own_blocks(response.stiffness)
     skew = np.abs(own - own.swapaxes(-1, -2)).max()
     lowest = float(np.linalg.eigvalsh(own).min())
     if skew > _ROUNDING * size or lowest < -_ROUNDING * size:

@@ -39,7 +39,7 @@ def finished_in(folder: Path) -> tuple[Path, ...]:
     return tuple(sorted(mark.parent for mark in folder.glob(f"*/{FINISHED}")))
 
 
-def answered(earlier: Iterable[Path], mark: str) -> Path | None:
+def finished_as(earlier: Iterable[Path], mark: str) -> Path | None:
     """Return the one of some finished evaluations that has a mark, if there is one."""
     for folder in earlier:
         try:

@@ -32,11 +32,11 @@ from coupling.process.evaluation_folder import (
     PATH,
     RESTART,
     EvaluationFolder,
-    answered,
+    finished_as,
     finished_in,
     mark_of,
 )
-from coupling.process.frames import PoseFrame, answer_in_base, poses_in
+from coupling.process.frames import PoseFrame, poses_in, response_in_base
 from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
 from coupling.toolpaths.task import Task
 
@@ -80,25 +80,25 @@ class ExternalProgram(WithIdentity):
         table = StringIO()
         poses = poses_in(self.frame, path, self.part)
         write_table(table, ("time", *POSE_COLUMNS), np.column_stack([path.time, poses]))
-        asked = table.getvalue().encode()
-        mark = mark_of(self.identity, asked)
-        before = answered(self.earlier, mark) if self.identity else None
+        content = table.getvalue().encode()
+        mark = mark_of(self.identity, content)
+        before = finished_as(self.earlier, mark) if self.identity else None
         if before is not None:
-            return answer_in_base(self.frame, self._read(before, path), path, self.part)
+            return response_in_base(self.frame, self._read(before, path), path, self.part)
         place = EvaluationFolder(self.folder, mark)
         rows = self._taken_over(place, path)
         try:
             if rows is None:
-                rows = self._computed(place, asked, path)
+                rows = self._computed(place, content, path)
         except ProcessError as cause:
             place.fail(str(cause))
             raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
         place.finish()
-        return answer_in_base(self.frame, rows, path, self.part)
+        return response_in_base(self.frame, rows, path, self.part)
 
-    def _computed(self, place: EvaluationFolder, asked: bytes, path: ToolPath) -> np.ndarray:
+    def _computed(self, place: EvaluationFolder, content: bytes, path: ToolPath) -> np.ndarray:
         """Run the program from its start and return what `_read` does."""
-        place.begin(asked, any(_RESTART in word for word in self.command))
+        place.begin(content, any(_RESTART in word for word in self.command))
         restart = str((place.path / RESTART).resolve())
         command = [word.replace(_RESTART, restart) for word in self.command]
         run_program(command, place.path, self.time_limit, self.watch)
@@ -142,15 +142,15 @@ class ExternalProgram(WithIdentity):
                 f"{WRENCH}: expected two rows of one time where the force jumps, before and behind it,"
                 f" got more of {table[row, 0]:.9g} s{said}"
             )
-        asked = np.append(0, np.cumsum(~jumps[:-1]))
-        late = np.abs(table[:, 0] - path.time[asked])
+        rows_of = np.append(0, np.cumsum(~jumps[:-1]))
+        late = np.abs(table[:, 0] - path.time[rows_of])
         if late.max() > _TIME_TOLERANCE * np.diff(path.time).min():
             row = int(late.argmax())
             raise ProcessError(
-                f"{WRENCH}: time: expected {path.time[asked[row]]:.9g} s, as {PATH} has, got"
+                f"{WRENCH}: time: expected {path.time[rows_of[row]]:.9g} s, as {PATH} has, got"
                 f" {table[row, 0]:.9g} s in row {row + 1}{said}"
             )
-        table[:, 0] = path.time[asked]
+        table[:, 0] = path.time[rows_of]
         return table
 
 

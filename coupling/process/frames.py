@@ -45,7 +45,7 @@ def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
 
 
-def answer_in_base(
+def response_in_base(
     frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Frame
 ) -> ProcessResponse:
     """Return the response on the only tool that is given in the axes of a frame.

@@ -246,8 +246,8 @@ class DoubleSided(WithIdentity):
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrenches on both tools along their actual paths."""
-        answer = self.law.evaluate(path.tools[0])
-        alone = answer.wrench
+        response = self.law.evaluate(path.tools[0])
+        alone = response.wrench
         size = np.linalg.norm(alone.force[0], axis=1)
         support = self.support.at(path.time)
         closing = -support.opening(path)
@@ -258,7 +258,7 @@ class DoubleSided(WithIdentity):
         wrench[1, :, :3] = borne[:, None] * support.direction
         return ProcessResponse(
             WrenchHistory(path.time, wrench),
-            stiffness=self._stiffness(answer, size, borne, support),
+            stiffness=self._stiffness(response, size, borne, support),
         )
 
     def _stiffness(

@@ -78,13 +78,13 @@ class MeasuredWrenchTable(NoisySchema):
         """
         axis, stations, record = self._record()
         time = task.desired.time
-        asked = time if axis == "time" else arc_length(task.desired.position[0])
-        _require_cover(self.file, axis, stations, asked)
+        along = time if axis == "time" else arc_length(task.desired.position[0])
+        _require_cover(self.file, axis, stations, along)
         if axis == "time" and _is_finer(stations, time):
             # What is faster than the samples would come as something slower.
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
-        wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
-        wrench[:, : record.shape[1]] = interpolated(asked, stations, record)
+        wrench = np.zeros((len(along), len(WRENCH_COLUMNS)))
+        wrench[:, : record.shape[1]] = interpolated(along, stations, record)
         return MeasuredWrench(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:
@@ -115,7 +115,7 @@ def _axis(file: Path, header: list[str]) -> str:
     return found[0]
 
 
-def _require_cover(file: Path, axis: str, stations: np.ndarray, asked: np.ndarray) -> None:
+def _require_cover(file: Path, axis: str, stations: np.ndarray, along: np.ndarray) -> None:
     unit = "s" if axis == "time" else "m"
     if np.any(np.diff(stations) <= 0.0):
         row = int(np.argmax(np.diff(stations) <= 0.0))
@@ -123,9 +123,9 @@ def _require_cover(file: Path, axis: str, stations: np.ndarray, asked: np.ndarra
             f"process: {file}: {axis}: expected rising values, got {stations[row + 1]:.9g} {unit}"
             f" after {stations[row]:.9g} {unit} in row {row + 2}"
         )
-    slack = _ROUNDING * float(asked[-1] - asked[0])
-    if stations[0] > asked[0] + slack or stations[-1] < asked[-1] - slack:
+    slack = _ROUNDING * float(along[-1] - along[0])
+    if stations[0] > along[0] + slack or stations[-1] < along[-1] - slack:
         raise CaseError(
-            f"process: {file}: {axis}: expected at least {asked[0]:.6g} to {asked[-1]:.6g} {unit}"
+            f"process: {file}: {axis}: expected at least {along[0]:.6g} to {along[-1]:.6g} {unit}"
             f" for the tool path, got {stations[0]:.6g} to {stations[-1]:.6g} {unit}"
         )

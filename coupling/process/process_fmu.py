@@ -20,11 +20,13 @@ from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process.base import ProcessResponse, ProcessTable, WithIdentity
-from coupling.process.frames import PoseFrame, answer_in_base, poses_in
+from coupling.process.frames import PoseFrame, poses_in, response_in_base
 from coupling.toolpaths.task import Task
 
 PoseColumn = Literal["x", "y", "z", "qx", "qy", "qz", "qw"]
-AnswerColumn = Literal["fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz"]
+ResponseColumn = Literal[
+    "fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz"
+]
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class ProcessFmu(WithIdentity):
 
     file: Path
     inputs: Mapping[PoseColumn, str]
-    outputs: Mapping[AnswerColumn, str]
+    outputs: Mapping[ResponseColumn, str]
     parameters: Mapping[str, float | int | bool | str]
     part: Frame
     frame: PoseFrame
@@ -75,7 +77,7 @@ class ProcessFmu(WithIdentity):
             raise ProcessError(
                 f"{self.file}: expected finite outputs, got {rows[row]} at t = {path.time[row]:.6g} s"
             )
-        return answer_in_base(self.frame, np.column_stack([path.time, rows]), path, self.part)
+        return response_in_base(self.frame, np.column_stack([path.time, rows]), path, self.part)
 
     def _run(self, job: SimulationJob) -> np.ndarray:
         with ScratchFolder() as folder:
@@ -84,13 +86,13 @@ class ProcessFmu(WithIdentity):
                 worker = WorkerProcess(folder)
                 try:
                     worker.send(job)
-                    return worker.receive(self._tell)
+                    return worker.receive(self._report)
                 finally:
                     worker.close()
             except FmuError as cause:
                 raise ProcessError(f"{self.file}: {cause}") from cause
 
-    def _tell(self, done: int, total: int) -> None:
+    def _report(self, done: int, total: int) -> None:
         self.watch(Progress("evaluating the process", done, total))
 
 
@@ -104,7 +106,7 @@ class ProcessFmuTable(ProcessTable):
     model: Literal["fmu"]
     file: FilePath
     inputs: Annotated[dict[PoseColumn, str], Field(min_length=1)]
-    outputs: Annotated[dict[AnswerColumn, str], Field(min_length=1)]
+    outputs: Annotated[dict[ResponseColumn, str], Field(min_length=1)]
     parameters: dict[str, float | int | bool | str] = {}
     frame: PoseFrame = "part"
 

@@ -165,11 +165,11 @@ def _watched(folder: Path, time_limit: float, watch: Watch, ends: Callable[[floa
         while (left := end - time.monotonic()) > 0.0:
             if ends(min(_LOOK, left)):
                 return True
-            _tell(said, watch)
+            _report(said, watch)
     return False
 
 
-def _tell(said: BinaryIO, watch: Watch) -> None:
+def _report(said: BinaryIO, watch: Watch) -> None:
     for line in said.readlines():
         watch(ProcessMessage(line.decode(errors="replace").rstrip()))
 

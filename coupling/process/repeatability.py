@@ -45,7 +45,7 @@ class Repeatability:
         return cls(float(distance.max()), float(np.sqrt(np.mean(distance**2))), peak)
 
     @property
-    def alike(self) -> bool:
+    def identical(self) -> bool:
         """Whether the answers are the same but for rounding."""
         return self.largest <= _ROUNDING * self.peak
 
@@ -56,7 +56,7 @@ class Repeatability:
 
     def sentence(self) -> str:
         """Return the difference in words, and what to do where the answers differ."""
-        if self.alike:
+        if self.identical:
             return "the process answered the same path alike, asked twice"
         return (
             f"the process answered the same path differently, by up to {self.largest:.3g} N"

@@ -17,7 +17,7 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
-from coupling.sheet_fem.threads import aside
+from coupling.sheet_fem.threads import in_background
 
 _WHAT = "evaluating the process"
 
@@ -76,7 +76,7 @@ class SheetFem(WithIdentity):
                 if touching:
                     loaded = state
                     _take(answer, stiffness)
-                    answer = k, aside(self.model.reaction, found)
+                    answer = k, in_background(self.model.reaction, found)
             before = after
         _take(answer, stiffness)
         if touching:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,23 +40,10 @@ def wpr_of(poses: np.ndarray) -> np.ndarray:
 
 def _euler(poses: np.ndarray) -> np.ndarray:
     """Return angles about z, y', x'' [deg], the last zero in a gimbal lock, (n, 3)."""
-    x, y, z, w = poses[:, 3:].T
-    sine = np.clip(2.0 * (w * y - z * x), -1.0, 1.0)
-    # atan2 keeps the digits near +-90 deg that an arcsine loses.
-    cosine = np.hypot(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z))
-    about_y = np.arctan2(sine, cosine)
-    locked = cosine < _LOCKED
-    about_z = np.where(
-        locked,
-        np.arctan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z)),
-        np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)),
-    )
-    about_x = np.where(locked, 0.0, np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)))
-    return np.rad2deg(np.column_stack([about_z, about_y, about_x]))
-
-
-# Cosine of an angle about y below which the other two are not distinguished.
-_LOCKED = 1e-9
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a lock
+        angles: np.ndarray = Rotation.from_quat(poses[:, 3:]).as_euler("ZYX", degrees=True)
+    return angles
 
 
 def pose_of_abc(numbers: Sequence[float]) -> Pose:

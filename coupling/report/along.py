@@ -24,7 +24,7 @@ _LABELS, _APART = 4, 0.2
 
 def deviation(run: StoredRobot) -> go.Figure:
     """Distance of the actual paths to the desired one, with the gears that reverse."""
-    changes = run.figures.changes
+    changes = run.figures.reversals
     gears = sorted({change.joint for change in changes})
     below = _GEAR * len(gears)
     height = _CURVES + _LABEL * len(gears) + below
@@ -88,7 +88,7 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     """Return times [s] and heights [m] of the largest spikes where a gear reverses."""
     *_, path = run.actual.values()
     distance = path.distance_to(run.desired)
-    own = [c for c in run.figures.changes if c.joint == joint]
+    own = [c for c in run.figures.reversals if c.joint == joint]
     spikes = sorted((spike(path.time, distance, change) for change in own), key=lambda s: -s[1])
     apart = _APART * float(np.ptp(path.time))
     found: list[tuple[float, float]] = []

@@ -52,7 +52,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
     return text
 
 
-def answers_table(answers: Sequence[AnswerResult]) -> list[Table]:
+def evaluations_table(answers: Sequence[AnswerResult]) -> list[Table]:
     """Return the process's answers one by one, where they are few."""
     rows = [
         (str(k), own.origin, f"{own.seconds:.3f}", own.key[:_KEY])

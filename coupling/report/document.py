@@ -46,7 +46,7 @@ def document(title: str, sections: Iterable[Section]) -> str:
             for name, figure in own.items()
         )
         shown = f"<h2>{heading}</h2>" if heading else ""
-        shown += f"<div>{_told(section)}</div>"
+        shown += f"<div>{_section(section)}</div>"
         shown += f'<div class="figures">{cells}</div>' if cells else ""
         body += f"<section>{shown}</section>"
     title = html.escape(title)
@@ -66,15 +66,14 @@ def document(title: str, sections: Iterable[Section]) -> str:
     )
 
 
-def _told(told: Section) -> str:
-    if told.good is None:
-        return "".join(map(_part, told.parts))
-    first, *rest = (html.escape(part) for part in told.parts if isinstance(part, str))
+def _section(section: Section) -> str:
+    if section.good is None:
+        return "".join(map(_part, section.parts))
+    first, *rest = (html.escape(part) for part in section.parts if isinstance(part, str))
     text = "<br>".join((f"<b>{first}</b>", *rest))
-    others = (part for part in told.parts if not isinstance(part, str))
-    return (
-        f'<p class="verdict {"yes" if told.good else "no"}">{text}</p>{"".join(map(_part, others))}'
-    )
+    others = (part for part in section.parts if not isinstance(part, str))
+    state, below = "yes" if section.good else "no", "".join(map(_part, others))
+    return f'<p class="verdict {state}">{text}</p>{below}'
 
 
 def _part(part: Part) -> str:
@@ -88,18 +87,18 @@ def _part(part: Part) -> str:
     return f'<p><a href="{note.target}">{text}</a></p>' if note.target else f"<p>{text}</p>"
 
 
-def _table(told: Table) -> str:
+def _table(table: Table) -> str:
     above = [
         f'<th scope="colgroup" colspan="{columns}">{html.escape(cell)}</th>'
         if cell
         else "<td></td>"
-        for cell, columns in told.groups
+        for cell, columns in table.groups
     ]
     lines = [above] if above else []
-    lines += [[f'<th scope="col">{html.escape(cell)}</th>' for cell in told.columns]]
-    lines += [[f"<td>{html.escape(cell)}</td>" for cell in row] for row in told.rows]
+    lines += [[f'<th scope="col">{html.escape(cell)}</th>' for cell in table.columns]]
+    lines += [[f"<td>{html.escape(cell)}</td>" for cell in row] for row in table.rows]
     content = "".join(f"<tr>{chr(10).join(line)}</tr>" for line in lines)
-    marked = f' class="{told.kind}"' if told.kind else ""
+    marked = f' class="{table.kind}"' if table.kind else ""
     return f'<div class="scroll" tabindex="0"><table{marked}>{content}</table></div>'
 
 

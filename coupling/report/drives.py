@@ -48,10 +48,10 @@ def drives(run: StoredRobot) -> go.Figure:
         for joint, own in motors[1].items():
             _add_curve(figure, joint, motors[0], own, count)
         figure.update_yaxes(title="motor torque [N m]", row=count, col=1)
-        asked = max(float(np.abs(own).max()) for own in motors[1].values())
-        told = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
-        known = {joint: limit for joint, limit in told if limit is not None}
-        _add_limits(figure, known, count, ends, asked)
+        demand = max(float(np.abs(own).max()) for own in motors[1].values())
+        limits = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
+        known = {joint: limit for joint, limit in limits if limit is not None}
+        _add_limits(figure, known, count, ends, demand)
     figure.update_xaxes(title="time [s]", row=count, col=1)
     return style(figure, 640 if motors is None else 840)
 
@@ -72,11 +72,11 @@ def _add_curve(
 
 
 def _add_limits(
-    figure: go.Figure, limits: dict[int, float], row: int, ends: tuple[float, float], asked: float
+    figure: go.Figure, limits: dict[int, float], row: int, ends: tuple[float, float], demand: float
 ) -> None:
     """Draw limits by joint, from 1, that are within reach of what is asked, in its unit."""
     for joint, limit in limits.items():
-        if limit > _NEAR * asked:
+        if limit > _NEAR * demand:
             continue
         name = f"joint {joint}"
         color = JOINTS[(joint - 1) % len(JOINTS)]
@@ -120,8 +120,8 @@ def _range(limits: tuple[float | None, float | None]) -> str:
     return "none" if low == high == "none" else f"{low} to {high}"
 
 
-def _limit(asked: float, limit: float | None) -> tuple[str, str]:
+def _limit(demand: float, limit: float | None) -> tuple[str, str]:
     """Return a limit and what is used of it, in words."""
     if limit is None:
         return "none", "-"
-    return f"{degrees(limit):.4g}", f"{100.0 * asked / limit:.0f} %"
+    return f"{degrees(limit):.4g}", f"{100.0 * demand / limit:.0f} %"

@@ -40,8 +40,8 @@ def interval_figure(
         height: Height of a row [px].
     """
     figure, upwards = go.Figure(), rows[::-1]
-    for words, told, color in ((sure, True, AFTER), (unsure, False, QUIET)):
-        own = [row for row in upwards if row.sure is told]
+    for words, certain, color in ((sure, True, AFTER), (unsure, False, QUIET)):
+        own = [row for row in upwards if row.sure is certain]
         figure.add_scatter(
             x=[row.value for row in own],
             y=[row.name for row in own],

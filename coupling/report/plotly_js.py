@@ -19,7 +19,7 @@ from plotly.offline import get_plotlyjs
 _NAME = r"[\w$]+"
 _REGISTERED = re.compile(rf"\.register\(\[({_NAME}\(\)(?:,{_NAME}\(\))*)\]\)")
 _LAST = re.compile(rf"return ({_NAME})\(\);?\}}\)\(\);")
-_ASKED_FOR = re.compile(rf"({_NAME})\(\)")
+_REQUIRED = re.compile(rf"({_NAME})\(\)")
 _PASSED_ON = re.compile(rf"exports=({_NAME})\(\)\}}\);$")
 _TRACE = re.compile(r'moduleType:"trace",name:"(\w+)"')
 _COMPONENT = 'moduleType:"component"'
@@ -58,13 +58,13 @@ def _without_the_rest(whole: str, kinds: frozenset[str]) -> str | None:
     if not all(text.endswith("});") for text in modules.values()):
         return None
     every = registered[-1][1]
-    traces = {name: _kind(name, modules) for name in _ASKED_FOR.findall(every)}
+    traces = {name: _kind(name, modules) for name in _REQUIRED.findall(every)}
     if not kinds <= set(traces.values()):
         return None
     wanted = [name for name, kind in traces.items() if kind in kinds or kind == _COMPONENT]
     modules[last[1]] = modules[last[1]].replace(every, ",".join(f"{name}()" for name in wanted))
     head = whole[: bounds[0]]
-    kept = _asked_for(head + f"{last[1]}()", modules)
+    kept = _required(head + f"{last[1]}()", modules)
     return head + "".join(modules[name] for name in modules if name in kept) + whole[last.start() :]
 
 
@@ -83,12 +83,12 @@ def _kind(name: str, modules: dict[str, str]) -> str | None:
     return None
 
 
-def _asked_for(text: str, modules: dict[str, str]) -> set[str]:
+def _required(text: str, modules: dict[str, str]) -> set[str]:
     """Return the modules that a text asks for, directly or through others."""
     kept: set[str] = set()
     texts = [text]
     while texts:
-        asked = {name for name in _ASKED_FOR.findall(texts.pop()) if name in modules} - kept
-        kept |= asked
-        texts += [modules[name] for name in asked]
+        required = {name for name in _REQUIRED.findall(texts.pop()) if name in modules} - kept
+        kept |= required
+        texts += [modules[name] for name in required]
     return kept

@@ -64,7 +64,7 @@ def shares_of(run: StoredRobot, stage: str) -> DeviationShares:
     """Return the parts of the deviation of one of a run's actual paths, by its stage."""
     path, other = run.actual[stage], run.other.get(stage)
     distance = path.distance_to(run.desired)
-    near = near_reversals(path.time, run.figures.changes)
+    near = near_reversals(path.time, run.figures.reversals)
     return DeviationShares(
         other=_between(other, run.desired),
         motion=_between(other, path),

@@ -57,10 +57,10 @@ def deviations(
         *((f"{name} robot", found) for name, found in robots),
     ]
     columns = ("max", "rms", "at t = [s]")
-    told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
+    filled = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
     found = Table(
         ("deviation [um]", *columns * stages),
-        [(name, *sum(cells, ())) for name, cells in told if any(map(any, cells))],
+        [(name, *sum(cells, ())) for name, cells in filled if any(map(any, cells))],
         "dense",
         [("", 1), *((stage, len(columns)) for stage in figures.stages)],
     )
@@ -148,11 +148,11 @@ def plant(figures: RunResult) -> list[Section]:
 
 def passages(figures: RunResult) -> list[Section]:
     """Return how often which gear passes through its backlash, and what a wrong one leaves."""
-    if not figures.changes:
+    if not figures.reversals:
         return []
     several, rows = len(figures.robots) > 1, []
-    for robot, joint in sorted({(change.robot, change.joint) for change in figures.changes}):
-        own = [c for c in figures.changes if (c.robot, c.joint) == (robot, joint)]
+    for robot, joint in sorted({(change.robot, change.joint) for change in figures.reversals}):
+        own = [c for c in figures.reversals if (c.robot, c.joint) == (robot, joint)]
         other = sum(change.before * change.after < 0 for change in own)
         within = sum(change.ends_s - change.begins_s for change in own)
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
@@ -161,8 +161,8 @@ def passages(figures: RunResult) -> list[Section]:
     most = max((_UM * own.maximum for own in left), default=0.0)
     much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
     text = (
-        f"Gears pass through their backlash {len(figures.changes)} times: the command leads them through"
-        f" it as the model says, a wrong backlash would show there{much}."
+        f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
+        f" through it as the model says, a wrong backlash would show there{much}."
     )
     columns = ("gear", "times in its backlash", "to the other flank", "time in it [s]")
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]
@@ -202,8 +202,8 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
 
 def motors(figures: RunResult) -> list[Section]:
     """Return what the command asks of the motors, beside their limits."""
-    asked = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
-    if not asked:
+    driven = [drive for drive in figures.command.drives if drive.motor_torque_Nm is not None]
+    if not driven:
         return []
     several = len(figures.robots) > 1
     rows = [
@@ -215,7 +215,7 @@ def motors(figures: RunResult) -> list[Section]:
             str(drive.motor_reversals),
             f"{100.0 * (drive.motor_presliding_share or 0.0):.1f}",
         )
-        for drive in asked
+        for drive in driven
     ]
     columns = (
         *("motor", "torque [N m]", "limit", "used", "at t = [s]", "reversals"),
@@ -224,9 +224,9 @@ def motors(figures: RunResult) -> list[Section]:
     return [Section("What the command asks of the motors", (_MOTORS, Table(columns, rows)))]
 
 
-def motor_limit(asked: float, limit: float | None) -> tuple[str, str]:
+def motor_limit(demand: float, limit: float | None) -> tuple[str, str]:
     """Return a motor's limit of torque and what is used of it, in words; torques in N m."""
-    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * asked / limit:.0f} %")
+    return ("none", "-") if limit is None else (f"{limit:.4g}", f"{100.0 * demand / limit:.0f} %")
 
 
 _MOTORS = Note(

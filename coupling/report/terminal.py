@@ -11,7 +11,7 @@ from rich.text import Text
 from coupling.report.section import Note, Section, Table
 
 
-def tell(console: Console, sections: Iterable[Section]) -> None:
+def print_sections(console: Console, sections: Iterable[Section]) -> None:
     """Print sections; notes are for pages."""
     for section in sections:
         if section.title:
@@ -26,13 +26,13 @@ def tell(console: Console, sections: Iterable[Section]) -> None:
                     pass
 
 
-def _columns(told: Table) -> table.Table:
+def _columns(content: Table) -> table.Table:
     shown = table.Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    above = [part for name, count in told.groups for part in (name, *[""] * (count - 1))]
-    for k, name in enumerate(told.columns):
-        words = k == 0 or told.kind == "words" or not name
+    above = [part for name, count in content.groups for part in (name, *[""] * (count - 1))]
+    for k, name in enumerate(content.columns):
+        words = k == 0 or content.kind == "words" or not name
         head = f"{above[k]}\n{name}" if above else name
         shown.add_column(Text(head), justify="left" if words else "right")
-    for row in told.rows:
+    for row in content.rows:
         shown.add_row(*map(Text, row))
     return shown

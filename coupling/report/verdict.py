@@ -20,14 +20,14 @@ def verdict(figures: RunResult, process: str) -> Section:
     """
     reason = figures.reason
     state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"
-    told = [f"{state}.", sentence(figures, process)]
+    sentences = [f"{state}.", sentence(figures, process)]
     forecast, outlook = figures.forecast, figures.outlook
     if forecast is not None:
-        told.insert(0, f"{forecast.sentence}.")
+        sentences.insert(0, f"{forecast.sentence}.")
     gains = outlook is None or outlook.gains
     if outlook is not None:
-        told.insert(2 if gains else 0, outlook.sentence)
-    return Section("", told, good=figures.converged and gains)
+        sentences.insert(2 if gains else 0, outlook.sentence)
+    return Section("", sentences, good=figures.converged and gains)
 
 
 def sentence(figures: RunResult, process: str) -> str:
@@ -56,12 +56,12 @@ def sentence(figures: RunResult, process: str) -> str:
 
 def _of_gears(figures: RunResult) -> str:
     """Return what an error of the backlash would do, and those of what not every robot has."""
-    told = [_of_backlash(figures)]
+    sentences = [_of_backlash(figures)]
     others = {"hysteresis": "gears", "friction": "motors", "servo gain": "motors"}
     for name, where in {**others, "kinematic error": "gears"}.items():
         rows = [row for row in figures.robustness if row.name.startswith(name)]
-        told += [_worst(rows, where)] if rows else []
-    return "; ".join(told)
+        sentences += [_worst(rows, where)] if rows else []
+    return "; ".join(sentences)
 
 
 def _worst(rows: Sequence[ReplayResult], where: str = "gears") -> str:

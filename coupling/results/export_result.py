@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 from coupling.results.run_result import DriveMotion
 
 

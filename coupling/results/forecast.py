@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pydantic import computed_field
 
-from coupling.results.result_file import ResultPart
+from coupling.results.base import ResultPart
 
 # Quartile of a normal variable by what it exceeds in one of twenty cases.
 _QUARTILE = 0.6745 / 1.6449
 
 
-class PassForecast(ResultPart):
+class RunForecast(ResultPart):
     """Expected deviation of the next measured run [m], noise of the measurement taken off.
 
     Attributes:

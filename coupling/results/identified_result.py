@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 from coupling.results.run_result import Three
 
 

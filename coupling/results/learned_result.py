@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 from coupling.results.run_result import GearResult, Three
 
 
@@ -33,7 +33,7 @@ class LearnedParameterResult(ResultPart):
     reason: str
 
 
-class PassResult(ResultPart):
+class MeasuredRunResult(ResultPart):
     """A measured run, and what is drawn of it over its time."""
 
     run: Annotated[str, From("source.folder")]
@@ -47,7 +47,7 @@ class PassResult(ResultPart):
     time: list[float]
 
 
-class LearnedPassResult(PassResult):
+class LearnedRunResult(MeasuredRunResult):
     """A measured run that a robot was learned from."""
 
     orientation_noise_rad: float | None
@@ -73,4 +73,4 @@ class LearnedResult(ResultFile):
     slow_below_Hz: float
     parameters: tuple[LearnedParameterResult, ...]
     gears: tuple[GearResult, ...]
-    passes: tuple[LearnedPassResult, ...]
+    runs: tuple[LearnedRunResult, ...]

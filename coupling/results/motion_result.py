@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]

@@ -2,56 +2,65 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
-from coupling.results.forecast import PassForecast
-from coupling.results.learned_result import PassResult
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.forecast import RunForecast
+from coupling.results.learned_result import MeasuredRunResult
 from coupling.results.run_result import Three
 
 
-class SizeResult(ResultPart):
-    """Size of a deviation [m] without noise, of which the faster part; doubt of its square [m^2]."""
+@dataclass(frozen=True)
+class DeviationSize:
+    """Size of a deviation [m], without noise, of which is all faster than 15 Hz that could be noise.
+
+    Attributes:
+        maximum, rms: Largest and rms distance.
+        maximum_less_constant, rms_less_constant: The same less a constant.
+        doubt: Standard deviation of the square of the rms, by the noise [m^2].
+        fast: Rms of what is faster than 15 Hz and more than noise, which is part of the others; else 0.
+    """
 
     maximum: float
     rms: float
     maximum_less_constant: float
     rms_less_constant: float
-    doubt: float
-    fast: float
+    doubt: float = 0.0
+    fast: float = 0.0
 
 
-class NextPassResult(PassResult):
-    """A measured run that the next command follows from."""
+@dataclass(frozen=True)
+class RunComparison:
+    """The last run beside the best one.
 
-    tip_m: Three
-    noise_m: float
-    left_out: int
-    size_m: SizeResult
-    forecast: PassForecast | None
-    distance_m: list[float]
-
-
-class JudgementResult(ResultPart):
-    """The last measured run beside the best one, by their numbers from 0."""
+    Attributes:
+        best: Number of the run that left least, from 0.
+        last: Number of the last one.
+        worse: Whether the last one left more than the best one, beyond what is chance.
+        again: Whether the best one's command is given again, as nothing is expected to leave less.
+    """
 
     best: int
     last: int
     worse: bool
-    again: bool
+    again: bool = False
 
 
-class MoveResult(ResultPart):
-    """A way to the next command, and what it would have left of the last measured run."""
+@dataclass(frozen=True)
+class Contraction:
+    """Gain and filter, and what they leave of a deviation at worst.
 
-    kind: str
-    robot: Annotated[str, From("model.name")]
-    predicted: bool
-    left_m: Annotated[SizeResult, From("size")]
-
-
-class ContractionResult(ResultPart):
-    """Gain and filter of learning along the path, and what they leave at worst."""
+    Attributes:
+        gain: g.
+        cutoff: Frequency of which the filter leaves half [Hz].
+        learned: Largest part left up to the cutoff.
+        everywhere: Largest part left at any frequency.
+        worst_frequency: Frequency at which that is left [Hz].
+        lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
+        robots: Number of pairs of a robot that is possible and a posture that were looked at.
+        holds: Whether what is left shrinks where it is learned, and grows nowhere.
+    """
 
     gain: float
     cutoff: float
@@ -61,6 +70,36 @@ class ContractionResult(ResultPart):
     lowest_mode: float
     robots: int
     holds: bool
+
+    @property
+    def sentence(self) -> str:
+        """What it says, in a sentence."""
+        return (
+            f"gain {self.gain:g}, below {self.cutoff:g} Hz (lowest mode {self.lowest_mode:.1f} Hz): at"
+            f" {self.robots} pairs of a robot that is possible and a posture of the path at most"
+            f" {100 * self.learned:.0f} % of a deviation up to there are left after the next run, and"
+            f" at most {100 * self.everywhere:.1f} % at {self.worst_frequency:.1f} Hz, where most is"
+        )
+
+
+class NextRunResult(MeasuredRunResult):
+    """A measured run that the next command follows from."""
+
+    tip_m: Three
+    noise_m: float
+    left_out: int
+    size_m: DeviationSize
+    forecast: RunForecast | None
+    distance_m: list[float]
+
+
+class MoveResult(ResultPart):
+    """A way to the next command, and what it would have left of the last measured run."""
+
+    kind: str
+    robot: Annotated[str, From("model.name")]
+    predicted: bool
+    left_m: Annotated[DeviationSize, From("size")]
 
 
 class PathCorrectionResult(ResultPart):
@@ -91,13 +130,13 @@ class NextResult(ResultFile):
 
     absolute: bool
     sentences: tuple[str, ...]
-    passes: tuple[NextPassResult, ...]
-    judgement: JudgementResult
+    runs: tuple[NextRunResult, ...]
+    judgement: RunComparison
     move: Annotated[str, From("move.kind")]
     robot: Annotated[str, From("move.model.name")]
     moves: tuple[MoveResult, ...]
     parameters_refused: str
-    contraction: ContractionResult
+    contraction: Contraction
     correction: PathCorrectionResult | None
     causes: tuple[CauseResult, ...]
-    forecast: PassForecast | None
+    forecast: RunForecast | None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pydantic import computed_field
 
 from coupling.path.deviation import Deviation
-from coupling.results.result_file import ResultPart
+from coupling.results.base import ResultPart
 
 
 @dataclass(frozen=True)

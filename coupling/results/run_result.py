@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
-from coupling.results.forecast import PassForecast
+from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.forecast import RunForecast
 from coupling.results.outlook import WorstReplay
-from coupling.results.result_file import From, ResultFile, ResultPart
 
 Kind = Literal["couple", "compensate"]
 Three = tuple[float, float, float]
@@ -91,11 +91,11 @@ class GearResult(ResultPart):
     robot: str | None = None
     joint: int
     backlash_rad: float
-    backlash_reversals: Annotated[int, From("changes")]
+    backlash_reversals: Annotated[int, From("reversals")]
     in_backlash_s: float
     margin_Nm: float
-    backlash_20_percent_m: Annotated[float, From("miss")]
-    hysteresis_30_percent_m: Annotated[float | None, From("slip_miss")] = None
+    backlash_20_percent_m: Annotated[float, From("backlash_error")]
+    hysteresis_30_percent_m: Annotated[float | None, From("hysteresis_error")] = None
     torque_Nm: float
     torque_time_s: float
     base_tilt_rad: Annotated[float | None, From("base_tilt.angle")]
@@ -161,14 +161,14 @@ class DriveMotion(ResultPart):
 
     @property
     def beyond(self) -> list[str]:
-        """Names of what passes its limit."""
+        """Names of what exceeds its limit."""
         rate, most = self.rate_limit, self.acceleration_limit
-        asked = {
+        exceeded = {
             "angle": self.margin < 0.0,
             "rate": rate is not None and self.rate > rate,
             "acceleration": most is not None and self.acceleration > most,
         }
-        return [name for name, passes in asked.items() if passes]
+        return [name for name, own in exceeded.items() if own]
 
 
 class DriveResult(ResultPart):
@@ -313,7 +313,7 @@ class RunResult(ResultFile):
     shares_m: SharesResult
     robustness: tuple[ReplayResult, ...]
     outlook: WorstReplay | None = None
-    forecast: PassForecast | None = None
+    forecast: RunForecast | None = None
     plant: PlantResult | None
     backlash_reversals: tuple[ReversalResult, ...] | None
     gears: tuple[GearResult, ...]
@@ -342,6 +342,6 @@ class RunResult(ResultFile):
         return (self.deviation_before_m, self.deviation_after_m)[: len(self.stages)]
 
     @property
-    def changes(self) -> tuple[ReversalResult, ...]:
+    def reversals(self) -> tuple[ReversalResult, ...]:
         """Passages of gears through their backlash; none where the method does not know them."""
         return self.backlash_reversals or ()

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 from coupling.results.run_result import EvaluationResult, Three
 
 

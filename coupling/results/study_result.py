@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling.path.deviation import Deviation
-from coupling.results.result_file import From, ResultFile, ResultPart
+from coupling.results.base import From, ResultFile, ResultPart
 
 
 class StudySample(ResultPart):
@@ -116,9 +116,9 @@ class StudyResult(ResultFile):
     @property
     def ordered(self) -> list[tuple[UncertainResult, dict[str, ShareResult]]]:
         """Parameters with shares of "maximum" and "rms", the largest first; none of too few samples."""
-        told = [
+        pairs = [
             (own, {"maximum": own.influence.maximum, "rms": own.influence.rms})
             for own in self.parameters
             if own.influence.maximum is not None and own.influence.rms is not None
         ]
-        return sorted(told, key=lambda entry: -entry[1]["maximum"].share)
+        return sorted(pairs, key=lambda entry: -entry[1]["maximum"].share)

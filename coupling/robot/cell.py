@@ -100,15 +100,19 @@ class Cell:
         Raises:
             PlanningError: If a robot cannot follow.
         """
-        return self._undeflected(self.programmed(path))
+        return self.undeflected(self.programmed(path))
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return the paths of the tools as the robots' programs have them, without any correction."""
         pairs = zip(self.members, path.tools, strict=True)
         return ToolPath.of_tools([member.programmed(tool) for member, tool in pairs])
 
-    def _undeflected(self, path: ToolPath) -> JointPath:
-        """Return the joint angles that put the undeflected tools on their paths."""
+    def undeflected(self, path: ToolPath) -> JointPath:
+        """Return the joint angles that put the undeflected tools on their paths.
+
+        Raises:
+            PlanningError: If a robot cannot follow.
+        """
         motions = [
             member.planner.plan(tool.transformed(member.world_from_base.inverse()))
             for member, tool in zip(self.members, path.tools, strict=True)
@@ -159,7 +163,7 @@ class Cell:
             SimulationError: If a robot cannot be simulated.
         """
         found = []
-        rigid = self._undeflected(desired.samples)
+        rigid = self.undeflected(desired.samples)
         for member, tool, own, load in zip(
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):

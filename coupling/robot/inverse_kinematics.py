@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
+from scipy.interpolate import CubicSpline
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
+from coupling.robot.batch.following import Targets, reached
+from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -28,8 +31,14 @@ _LARGEST_STEP = 0.3
 _SINGULAR = 1e-3
 # Largest joint motion between samples [rad]; more is a jump to another configuration.
 _LARGEST_JUMP = 0.5
-# Samples between two reports of progress.
+# What is told of progress, and samples between two reports of it.
+_WORK = "planning by inverse kinematics"
 _REPORT_EVERY = 500
+# Where one sample in so many is planned from pose to pose the others lie close to a spline through them;
+# of so many of these at least, by so many at once.
+_APART, _FEWEST, _AT_ONCE = 16, 8, 10_000
+# Coordinates of a pose: a robot with more joints has more than one plan.
+_POSE = 6
 
 
 class InverseKinematics:
@@ -58,14 +67,68 @@ class InverseKinematics:
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
             + np.linalg.norm(robot.tcp_position)
         )
+        self._planned: tuple[ToolPath, JointPath] | None = None
 
     def plan(self, path: ToolPath) -> JointPath:
-        """Return continuous joint angles along a path, damped least squares from pose to pose.
+        """Return continuous joint angles along a path, by damped least squares.
+
+        The path planned last is not planned again.
 
         Raises:
             PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
                 a joint limit, singular or only reached by a jump.
         """
+        if self._planned is not None:
+            last, joints = self._planned
+            if np.array_equal(last.time, path.time) and np.array_equal(last.pose, path.pose):
+                return joints
+        joints = self._along(path)
+        self._planned = path, joints
+        return joints
+
+    def _along(self, path: ToolPath) -> JointPath:
+        angles = self._between_some(path)
+        if angles is None:
+            angles = self._from_pose_to_pose(path)
+        self._require_limits(path.time, angles)
+        return JointPath(path.time, (angles,))
+
+    def _between_some(self, path: ToolPath) -> np.ndarray | None:
+        """Return joint angles (n, joints) from those at some samples.
+
+        None where that is no continuous plan of regular postures: from pose to pose there may be one, or
+        a reason why there is none.
+        """
+        count, size = len(path.time), self._chain.joint_count
+        if count < _APART * _FEWEST or size > _POSE:
+            return None
+        some = np.append(np.arange(0, count - 1, _APART), count - 1)
+        try:
+            known = self._from_pose_to_pose(path.at_rows(some))
+        except PlanningError:
+            return None
+        near = CubicSpline(path.time[some], known)
+        robot, angles = SerialRobot(self._robot), np.empty((count, size))
+        for rows in np.array_split(np.arange(count), -(-count // _AT_ONCE)):
+            rotations = path.rotations[0][rows].as_matrix()
+            tool = [np.ascontiguousarray(rotations[:, :, k].T) for k in range(3)]
+            targets = Targets(path.position[0][rows].T, tool, np.zeros((3, len(rows))))
+            start = near(path.time[rows]).T
+            q, found = reached(robot, targets, start, tolerance=_REACHED / self._reach)
+            if not found.all() or self._least_singular_value(robot, q) < _SINGULAR:
+                return None
+            angles[rows] = q.T
+            self._watch(Progress(_WORK, int(rows[-1]) + 1, count))
+        return None if np.abs(np.diff(angles, axis=0)).max() > _LARGEST_JUMP else angles
+
+    def _least_singular_value(self, robot: SerialRobot, q: np.ndarray) -> float:
+        """Return the smallest singular value of the Jacobians at angles (joints, n)."""
+        posture = robot.posture(q, np.zeros((3, q.shape[1])))
+        scaled = np.concatenate([posture.lever / self._reach, posture.axis], axis=1)
+        return float(np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min())
+
+    def _from_pose_to_pose(self, path: ToolPath) -> np.ndarray:
+        """Return joint angles (n, joints), each sample from those before it."""
         angles = np.empty((len(path.time), self._chain.joint_count))
         rotations = path.rotations[0].as_matrix()
         guess = self._home
@@ -78,9 +141,8 @@ class InverseKinematics:
             # Linear extrapolation along the path saves an iteration.
             guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
             if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
-                self._watch(Progress("planning by inverse kinematics", k + 1, len(angles)))
-        self._require_limits(path.time, angles)
-        return JointPath(path.time, (angles,))
+                self._watch(Progress(_WORK, k + 1, len(angles)))
+        return angles
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the path of the undeflected tool under a motion of the drives.
@@ -147,8 +209,9 @@ class InverseKinematics:
     def _require_regular(self, jacobian: np.ndarray, where: str) -> None:
         scaled = jacobian.copy()
         scaled[:3] /= self._reach
-        _, values, rows = np.linalg.svd(scaled)
+        values = np.linalg.svd(scaled, compute_uv=False)
         if values[-1] < _SINGULAR:
+            rows = np.linalg.svd(scaled)[2]
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
             raise PlanningError(
                 f"{where}: the robot is in a singular posture (smallest singular value"

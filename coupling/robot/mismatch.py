@@ -108,7 +108,7 @@ class ModelMismatch:
             if (value := float(factors[own.kind][own.coordinate] * own.value)) != own.value
         }
 
-    def shows(self, robot: Robot, torque_curve: str, drive: str) -> bool:
+    def has_effect(self, robot: Robot, torque_curve: str, drive: str) -> bool:
         """Return whether a robot whose drives are "ideal" or have a "servo" moves otherwise for it."""
         own = self.under(drive)
         return bool(own.parameters(robot, torque_curve)) or own.description(robot) != robot

@@ -74,13 +74,14 @@ class Inverter:
         def even(rows: np.ndarray) -> np.ndarray:
             return interpolated(times, fine.time, rows)
 
-        moving, told = self.moving, self._told(found, limits, InterpolatedPath(wanted.path).at_rest)
+        at_rest = InterpolatedPath(wanted.path).at_rest
+        moving, as_commanded = self.moving, self._as_commanded(found, limits, at_rest)
 
         still = np.zeros((watched.count, coordinates))
 
         def seen(motors: UniformSpline) -> RobotResponse:
             try:
-                joints = joint_path(told(motors))
+                joints = joint_path(as_commanded(motors))
             except PlanningError:
                 if motors is found.command:
                     raise
@@ -93,7 +94,7 @@ class Inverter:
             moving.model, moving.curve, found.links.theta, found.wrench, moving.elements
         )
         view = Observation(motion, limits, watched)
-        command = told(Polish(view, seen, goal, self.simulations).run(found.command))
+        command = as_commanded(Polish(view, seen, goal, self.simulations).run(found.command))
         joints = self.moving.model.gear_joint
         changes = [
             BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
@@ -101,7 +102,7 @@ class Inverter:
         ]
         return InverseCommand(joint_path(command), tuple(changes))
 
-    def _told(
+    def _as_commanded(
         self, found: InverseSolution, limits: JointLimits, rest: tuple[bool, bool]
     ) -> Callable[[UniformSpline], UniformSpline]:
         """Return the function from the motors' motion to what their drives must be told for it."""

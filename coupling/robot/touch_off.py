@@ -23,7 +23,7 @@ from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # A command that brings the sagging tool to a real point is found to this [m], in so many iterations.
-_FOUND, _PASSES = 1e-12, 30
+_FOUND, _ITERATIONS = 1e-12, 30
 # Largest residual of that after all iterations [m]: below the accuracy of any touch.
 _ENOUGH = 1e-7
 
@@ -119,7 +119,7 @@ class RestingRobot:
                 point.
         """
         commanded = real.copy()
-        for _ in range(_PASSES):
+        for _ in range(_ITERATIONS):
             missing = real - self.tool_at(commanded, rotation)
             left = float(np.abs(missing).max())
             if left < _FOUND:

@@ -18,7 +18,7 @@ from coupling.path.joint_path import JointPath
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, SmoothedProcess
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
@@ -103,7 +103,7 @@ class Run:
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
-    forecast: PassForecast | None = None
+    forecast: RunForecast | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -164,17 +164,17 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
-    with explained_by_motors(case), Models(case.fmu, watch) as fmus:
+    remembered = RememberedProcess(case.process)
+    with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        asked = RememberedProcess(case.process)
-        quiet = quiet_process(case, asked)
-        significant = replace(case, process=asked if quiet is None else quiet)
+        quiet = smoothed_process(case, remembered)
+        significant = replace(case, process=remembered if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
         with _timed(kind, durations):
             found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
-            repeated = repeated_evaluation(case, asked.last, found, watch)
+            repeated = repeated_evaluation(case, remembered.last, found, watch)
             found = explained(found, kind, repeated)
         noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
@@ -188,7 +188,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             before = found.before
             other_before = _simulated(cell, before.joints, before.wrench, other)
             if kind == "compensate":
-                other_after = _simulated(cell, found.joints, found.answer.wrench, other)
+                other_after = _simulated(cell, found.joints, found.response.wrench, other)
         replays: tuple[Replay, ...] = ()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
@@ -207,8 +207,10 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             motors = _motors(cell, models, fmus, found)
             found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
-            loads = at_samples(found.answer.wrench, found.achieved, case.desired)
-            gears = diagnose_robots(case.robots, case.desired, loads)
+            loads = at_samples(found.response.wrench, found.achieved, case.desired)
+            gears = diagnose_robots(
+                case.robots, case.desired, loads, cell.undeflected(case.desired)
+            )
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
@@ -237,7 +239,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         )
 
 
-def quiet_process(case: Case, process: Process) -> SmoothedProcess | None:
+def smoothed_process(case: Case, process: Process) -> SmoothedProcess | None:
     """Return the process of a case without the noise of its forces; None where it can have none."""
     table = case.process_table
     if not isinstance(table, NoisySchema):
@@ -286,17 +288,17 @@ def _motors(
     cell: Cell, models: Sequence[SimulatedModel], fmus: Models, found: Correction
 ) -> tuple[MotorLoads | None, ...]:
     """Return what a command asks of the motors of every robot; None where that is not simulated."""
-    asked: list[MotorLoads | None] = []
-    loads = found.answer.wrench.tools
+    demands: list[MotorLoads | None] = []
+    loads = found.response.wrench.tools
     for member, model, own, load in zip(
         cell.members, models, found.joints.robots, loads, strict=True
     ):
         in_base = load.transformed(member.world_from_base.inverse())
         try:
-            asked.append(motor_loads(model, fmus, own, in_base))
+            demands.append(motor_loads(model, fmus, own, in_base))
         except SimulationError:
-            asked.append(None)
-    return tuple(asked)
+            demands.append(None)
+    return tuple(demands)
 
 
 def _within_motors(
@@ -321,12 +323,12 @@ def _drives(
     case: Case, found: Correction, motors: Sequence[MotorLoads | None]
 ) -> tuple[tuple[DriveMotion, ...], ...]:
     """Return what a command asks of the drives of every robot, and of their motors."""
-    asked = []
+    demands = []
     for own, placed, motor in zip(found.joints.robots, case.robots, motors, strict=True):
         limits = JointLimits.of(placed.description, case.controller.max_acceleration)
         drives = drive_motions(own, limits)
-        asked.append(drives if motor is None else motor.beside(drives))
-    return tuple(asked)
+        demands.append(drives if motor is None else motor.beside(drives))
+    return tuple(demands)
 
 
 def _gap(case: Case, found: Correction) -> ToolGap | None:

@@ -45,7 +45,7 @@ def figures_of(
     """
     found, deviations = run.correction, Deviations.of(run, tool)
     own = slice(None) if tool is None else slice(tool, tool + 1)
-    names, changes = run.robots[own], found.backlash_reversals
+    names, any_effect = run.robots[own], found.backlash_reversals
     warnings = [one for one in run.warnings if (one.robot or names[0]) in names]
     return RunResult.of(
         found,
@@ -53,7 +53,7 @@ def figures_of(
         case=case,
         deviation_before_m=deviations.before,
         deviation_after_m=deviations.after,
-        peak_force_N=_of_tool(found.answer.wrench, tool).peak_force,
+        peak_force_N=_of_tool(found.response.wrench, tool).peak_force,
         shares_m=deviations,
         robustness=[
             ReplayResult(
@@ -64,10 +64,10 @@ def figures_of(
         ],
         outlook=outlook_of(run, deviations.before),
         plant=_plant(run.plant, tool),
-        backlash_reversals=changes
+        backlash_reversals=any_effect
         and [
             ReversalResult.of(change, robot=name)
-            for change in changes
+            for change in any_effect
             if (name := change.robot or names[0]) in names
         ],
         gears=[
@@ -119,7 +119,7 @@ def _of_tool(wrench: WrenchHistory, tool: int | None) -> WrenchHistory:
 
 def _tooth_passing(run: Run, tools: slice) -> ToothPassingResult | None:
     """Return what a periodic process leaves, slow part and ripple apart; None where none does."""
-    parts, period = tooth_passing_parts(run), run.correction.answer.period
+    parts, period = tooth_passing_parts(run), run.correction.response.period
     if parts is None or period is None:
         return None
     own = parts[tools]

@@ -80,7 +80,7 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     command = np.column_stack([found.command.pose[tool], *drives.values()])
     _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
     _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
-    wrench = found.answer.wrench
+    wrench = found.response.wrench
     _write(folder, "wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
     spring = wrench.spring
     if spring is not None:
@@ -88,20 +88,20 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
         _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
     motors = run.motors[tool]
     if motors is not None:
-        asked = motors.history
-        _write(folder, MOTORS, motor_columns(asked.joints), asked.time, asked.torque)
+        history = motors.history
+        _write(folder, MOTORS, motor_columns(history.joints), history.time, history.torque)
     if run.plant is not None and run.plant.coupling is not None:
         wrench = run.plant.wrench
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:
-    pieces = {"before": run.correction.before.answer, "after": run.correction.answer}
+    pieces = {"before": run.correction.before.response, "after": run.correction.response}
     if run.kind == "couple":
         del pieces["after"]
-    for state, answer in pieces.items():
-        if answer is not None and answer.workpiece is not None:
-            answer.workpiece.write(workpiece_file(folder, state))
+    for state, response in pieces.items():
+        if response is not None and response.workpiece is not None:
+            response.workpiece.write(workpiece_file(folder, state))
 
 
 def _write(

@@ -8,11 +8,15 @@ from coupling.case.case import PlacedRobot
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 
 def diagnose_robots(
-    robots: Sequence[PlacedRobot], desired: ToolPath, wrench: WrenchHistory
+    robots: Sequence[PlacedRobot],
+    desired: ToolPath,
+    wrench: WrenchHistory,
+    rigid: JointPath | None = None,
 ) -> tuple[tuple[GearDiagnosis, ...], ...]:
     """Return what the gears of every robot go through with their tools on their paths.
 
@@ -22,11 +26,12 @@ def diagnose_robots(
         robots: The robots of a case.
         desired: Paths of their tools, world axes.
         wrench: Wrenches on the tools, at the same times.
+        rigid: Joint angles with the undeflected tools on their paths; None: they are planned.
 
     Raises:
         PlanningError: If a robot cannot follow.
     """
-    wanted = wanted_of(robots, desired, wrench)
+    wanted = wanted_of(robots, desired, wrench, rigid)
     return tuple(
         diagnose(MovingRobot(placed.description, placed.torque_curve), own)
         for placed, own in zip(robots, wanted, strict=True)
@@ -34,14 +39,21 @@ def diagnose_robots(
 
 
 def wanted_of(
-    robots: Sequence[PlacedRobot], desired: ToolPath, wrench: WrenchHistory
+    robots: Sequence[PlacedRobot],
+    desired: ToolPath,
+    wrench: WrenchHistory,
+    rigid: JointPath | None = None,
 ) -> tuple[DesiredMotion, ...]:
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     found = []
-    for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
+    planned = [None] * len(robots) if rigid is None else rigid.robots
+    for placed, path, load, joints in zip(
+        robots, desired.tools, wrench.tools, planned, strict=True
+    ):
         own = path.transformed(placed.world_from_base.inverse())
-        rigid = InverseKinematics(placed.description, placed.home).plan(own)
-        found.append(DesiredMotion(own, rigid, load.transformed(placed.world_from_base.inverse())))
+        if joints is None:
+            joints = InverseKinematics(placed.description, placed.home).plan(own)
+        found.append(DesiredMotion(own, joints, load.transformed(placed.world_from_base.inverse())))
     return tuple(found)
 
 

@@ -28,11 +28,11 @@ def load_warnings(
     return tuple(
         warning
         for placed, load, own in zip(robots, wrench.tools, gears, strict=True)
-        for warning in passed(placed.ratings, load, own, placed.name if len(robots) > 1 else "")
+        for warning in exceeded(placed.ratings, load, own, placed.name if len(robots) > 1 else "")
     )
 
 
-def passed(
+def exceeded(
     ratings: Ratings, wrench: WrenchHistory, gears: Sequence[GearDiagnosis], robot: str = ""
 ) -> Iterator[LimitWarning]:
     """Yield a warning for each rating of one robot that is passed.

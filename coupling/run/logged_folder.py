@@ -14,7 +14,7 @@ from coupling.run.run_log import RunLog
 
 @contextmanager
 def logged_folder(
-    kind: str, case: Path, folder: Path, overwrite: bool, store: Path | None, tell: Watch
+    kind: str, case: Path, folder: Path, overwrite: bool, store: Path | None, report: Watch
 ) -> Iterator[tuple[Path, RunLog, Watch]]:
     """Give the folder to work in, its log, and what notes an event there and tells it.
 
@@ -24,7 +24,7 @@ def logged_folder(
         folder: Folder of the result.
         overwrite: A result that is there may be replaced.
         store: Store of evaluations, if any.
-        tell: Function called with what happens.
+        report: Function called with what happens.
 
     Raises:
         CouplingError: If the folder cannot be written.
@@ -36,7 +36,7 @@ def logged_folder(
 
         def watch(event: Event) -> None:
             log.watch(event)
-            tell(event)
+            report(event)
 
         try:
             yield place, log, watch

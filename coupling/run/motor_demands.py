@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.case.case import Case
-from coupling.errors import CouplingError, PlanningError, SimulationError
+from coupling.errors import PlanningError, SimulationError
 from coupling.inverse.diagnosis import GearLoads, loads_along, stiff_links
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
 from coupling.robot.robot import LimitWarning
-from coupling.run.gear_loads import wanted_of
+from coupling.run.gear_loads import at_samples, wanted_of
+from coupling.run.repeated_evaluation import RememberedProcess
 from elastic_robot.fmi.interface import IDEAL
 from elastic_robot.gear_parts import Drive
 
@@ -90,7 +91,7 @@ def motor_demands(
         angle, rate, acceleration = motors[:, :, joint]
         held, felt = float(carried[0]), slope[:, joint]
         own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
-        needed = {f: np.abs(motor_torque(rubbed(drive, f), own)) for f in (1.0, WARM, COLD)}
+        needed = {f: np.abs(motor_torque(with_friction(drive, f), own)) for f in (1.0, WARM, COLD)}
         found.append(
             MotorDemand(
                 joint + 1,
@@ -102,25 +103,27 @@ def motor_demands(
     return tuple(found)
 
 
-def rubbed(drive: Drive, factor: float) -> Drive:
+def with_friction(drive: Drive, factor: float) -> Drive:
     """Return a drive with its friction without load, at rest and viscous, times a factor.
 
     Example:
         >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)
-        >>> rubbed(drive, 1.5).friction, rubbed(drive, 1.5).viscous
+        >>> with_friction(drive, 1.5).friction, with_friction(drive, 1.5).viscous
         (15.0, 6.0)
     """
     return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)
 
 
 @contextmanager
-def explained_by_motors(case: Case) -> Iterator[None]:
+def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[None]:
     """Let robots that cannot be simulated as their motors do not hold them be an error that says so.
 
-    A robot whose motor has less torque than its weight needs falls, and nothing can be computed of it.
+    A robot whose motor has less torque than its weight or the process needs falls, and nothing can be
+    computed of it.
 
     Args:
         case: Its robots, simulated.
+        remembered: Its process, with what it was asked last.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.
@@ -128,13 +131,24 @@ def explained_by_motors(case: Case) -> Iterator[None]:
     try:
         yield
     except SimulationError as error:
-        raise _too_weak(case, error) from error
+        none = WrenchHistory.none(case.desired.time, len(case.robots))
+        loads = [("without any process", none)]
+        if remembered.last is not None:
+            wrench = at_samples(remembered.last.response.wrench, remembered.last.path, case.desired)
+            loads.append(("under the process", wrench))
+        for what, wrench in loads:
+            for warning in _beyond(case, wrench):
+                raise PlanningError(
+                    f"{warning}, {what}: slow down the path, or expect the robot to fall"
+                ) from error
+        raise
 
 
-def _too_weak(case: Case, error: SimulationError) -> CouplingError:
-    """Return that motors are too weak for a path without any process, or the error where none is."""
-    none = WrenchHistory.none(case.desired.time, len(case.robots))
-    for placed, wanted in zip(case.robots, wanted_of(case.robots, case.desired, none), strict=True):
+def _beyond(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
+    """Yield a warning for each motor of servos that has too little torque for the desired path."""
+    for placed, wanted in zip(
+        case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
+    ):
         if placed.drive == IDEAL:
             continue
         moving = MovingRobot(placed.description, placed.torque_curve)
@@ -143,8 +157,4 @@ def _too_weak(case: Case, error: SimulationError) -> CouplingError:
         for demand in motor_demands(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
-                    named = replace(warning, robot=placed.name if len(case.robots) > 1 else "")
-                    return PlanningError(
-                        f"{named}, without any process: slow down the path, or expect the robot to fall"
-                    )
-    return error
+                    yield replace(warning, robot=placed.name if len(case.robots) > 1 else "")

@@ -44,7 +44,7 @@ class MotorLoads:
             drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives
         )
 
-    def passed(self, robot: str = "") -> Iterator[LimitWarning]:
+    def exceeded(self, robot: str = "") -> Iterator[LimitWarning]:
         """Yield a warning for each motor that is asked for more torque than it has.
 
         Args:
@@ -65,7 +65,7 @@ def motor_warnings(
         warning
         for placed, own in pairs
         if own is not None
-        for warning in own.passed(placed.name if len(robots) > 1 else "")
+        for warning in own.exceeded(placed.name if len(robots) > 1 else "")
     )
 
 

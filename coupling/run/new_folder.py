@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import PARTIAL, writing
-from coupling.files.whole_folder import alone, put_right, take_place
+from coupling.files.atomic_file import PARTIAL, writing
+from coupling.files.atomic_folder import exclusively, finish_replacement, replace_folder
 from coupling.process.base import EVALUATIONS
 from coupling.run.run_log import is_finished, is_run, read_log
 from coupling.run.stored_run import RESULT, RUN
@@ -32,11 +32,11 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """
     target = folder.resolve()
     beside = target.with_name(f"{target.name}.unfinished")
-    with alone(folder, ResultError, lambda: _who(target, beside)):
+    with exclusively(folder, ResultError, lambda: _who(target, beside)):
         with writing(folder, ResultError):
-            put_right(target)
+            finish_replacement(target)
             if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
-                take_place(beside, target)
+                replace_folder(beside, target)
             require_free(folder, overwrite)
             work = beside if is_finished(target) else target
             if _is_filled(work) and not is_run(work):
@@ -50,7 +50,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
             raise
         if work is not target:
             with writing(folder, ResultError):
-                take_place(work, target)
+                replace_folder(work, target)
 
 
 def require_free(folder: Path, overwrite: bool) -> None:

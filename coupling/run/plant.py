@@ -42,9 +42,9 @@ class ScaledProcess:
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to a path, times the factor."""
-        answer = self.process.evaluate(path)
-        stiffness = None if answer.stiffness is None else self.factor * answer.stiffness
-        return replace(answer, wrench=answer.wrench.scaled(self.factor), stiffness=stiffness)
+        response = self.process.evaluate(path)
+        stiffness = None if response.stiffness is None else self.factor * response.stiffness
+        return replace(response, wrench=response.wrench.scaled(self.factor), stiffness=stiffness)
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,13 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
     """
     assert case.plant is not None
     coupling, remark = None, ""
-    loads = found.answer.wrench.scaled(case.plant.force)
+    loads = found.response.wrench.scaled(case.plant.force)
     try:
         if case.plant.couple:
             force, start = case.plant.force, found.achieved
             try:
                 coupling = coupled_on(case, cell, force, found.joints, start, watch)
-                loads = coupling.answer.wrench
+                loads = coupling.response.wrench
             except ProcessError as error:  # what was computed on the model is worth keeping
                 remark = f"the process has no answer on the plant: {error}"
         path = cell.simulate(found.joints, loads, "dynamic")

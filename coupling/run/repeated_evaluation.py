@@ -31,12 +31,12 @@ class ProcessRequest:
 
     Attributes:
         path: The path.
-        answer: Its answer.
+        response: Its answer.
         seconds: Time that computing it took [s].
     """
 
     path: ToolPath
-    answer: ProcessResponse
+    response: ProcessResponse
     seconds: float
 
 
@@ -54,16 +54,16 @@ class RememberedProcess(ProcessWrapper):
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, and remember both."""
         begin = time.perf_counter()
-        answer = self.process.evaluate(path)
+        response = self.process.evaluate(path)
         seconds = time.perf_counter() - begin
         if isinstance(self.process, StoredProcess):
             seconds = max(seconds, self.process.seconds(path))
-        self.last = ProcessRequest(path, answer, seconds)
-        return answer
+        self.last = ProcessRequest(path, response, seconds)
+        return response
 
 
 def repeated_evaluation(
-    case: Case, asked: ProcessRequest | None, found: Correction, watch: Watch
+    case: Case, last: ProcessRequest | None, found: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
 
@@ -72,20 +72,20 @@ def repeated_evaluation(
 
     Args:
         case: The case.
-        asked: Last request to its process.
+        last: Last request to its process.
         found: Result of the method.
         watch: Function called with what happens.
     """
     if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
         return None
-    if asked is None or asked.seconds > _LONGEST:
+    if last is None or last.seconds > _LONGEST:
         return None
     process = _anew(case, watch)
     if process is None:
         return None
     watch(ProcessMessage("the last path is evaluated again: does the process answer alike?"))
     try:
-        return Repeatability.of(asked.answer, process.evaluate(asked.path))
+        return Repeatability.of(last.response, process.evaluate(last.path))
     except ProcessError as error:
         watch(WarningEvent(f"asked for the last path again, the process failed: {error}"))
         return None
@@ -109,7 +109,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
             else (measure(found.achieved, found.desired).maximum, "the tool is still off by up to")
         )
         reason = f"{repeated.sentence()}; {what} {1e6 * left:.4g} um"
-    elif not repeated.alike:
+    elif not repeated.identical:
         reason = f"{reason}; and {repeated.sentence()}"
     return replace(found, reason=reason, evaluations=found.evaluations + 1)
 

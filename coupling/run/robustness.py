@@ -101,11 +101,11 @@ def replayed(
         SimulationError: If a robot cannot be simulated.
     """
     replays = []
-    loaded = found.answer.wrench
+    loaded = found.response.wrench
     for variation in VARIATIONS:
         differences = [variation.difference] * len(models)
         pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
-        if not (changes(models, differences) or pushes):
+        if not (any_effect(models, differences) or pushes):
             continue
         others = [_described(model, variation.difference, simulate) for model in models]
         path = differing(cell, others, differences, variation.name).simulate(
@@ -117,10 +117,10 @@ def replayed(
     return tuple(replays)
 
 
-def changes(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatch]) -> bool:
+def any_effect(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatch]) -> bool:
     """Return whether models move otherwise for differences."""
     pairs = zip(models, differences, strict=True)
-    return any(own.shows(model.robot, model.torque_curve, model.drive) for model, own in pairs)
+    return any(own.has_effect(model.robot, model.torque_curve, model.drive) for model, own in pairs)
 
 
 def _described(
@@ -184,7 +184,7 @@ def noise_replays(
     if noise is None or not noise.significant:
         return ()
     draw = np.random.default_rng(_SEED)
-    loads, time = found.answer.wrench, found.answer.wrench.instants
+    loads, time = found.response.wrench, found.response.wrench.instants
     forces = []
     for level in noise.level:
         drawn = level[:3] * draw.standard_normal((len(samples), 3))

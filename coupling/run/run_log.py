@@ -15,7 +15,7 @@ from pathlib import Path
 
 from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
-from coupling.files.whole_file import WholeFile
+from coupling.files.atomic_file import AtomicFile
 from coupling.process.base import EVALUATIONS
 from coupling.results.run_result import EvaluationResult
 from coupling.results.run_state import AnswerResult, RunState
@@ -67,9 +67,9 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case StoredAnswer(key, origin, seconds):
-                    told = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
-                    self._write(answers=(*content.answers, told), waiting=None)
+                case StoredAnswer(seconds=seconds):
+                    answer = AnswerResult.of(event, seconds=round(seconds, 3))
+                    self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
                     own = EvaluationResult.of(evaluation)
                     self._write(evaluations=(*content.evaluations, own))
@@ -104,9 +104,9 @@ class RunLog:
         with suppress(OSError):
             self._write(state=state, waiting=None, reason=reason)
 
-    def _write(self, **told: object) -> None:
-        self._content = self._content.model_copy(update={**told, "changed": _now()})
-        WholeFile(self._file).write([self._content.text().encode()])
+    def _write(self, **changes: object) -> None:
+        self._content = self._content.model_copy(update={**changes, "changed": _now()})
+        AtomicFile(self._file).write([self._content.text().encode()])
 
 
 def read_log(folder: Path) -> RunState | None:

@@ -65,14 +65,14 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
         cell: Its robots.
         found: The command, with the process's answer to the path under it.
     """
-    if not np.any(found.answer.wrench.wrench):
+    if not np.any(found.response.wrench.wrench):
         return None
     samples = case.motion.samples.time
     try:
         process, time, factor = _finer(case, found, samples)
         all_times = np.union1d(found.achieved.time, time)
         rows = np.searchsorted(all_times, time)
-        knows = found.answer.stiffness is not None
+        knows = found.response.stiffness is not None
         scheme = SCHEMES["robin" if knows else "constant"]()
         loop = Loop(cell, process, case.mode, scheme, max_evaluations=1)
         start = _between(found.achieved, all_times)
@@ -143,8 +143,10 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     within = np.concatenate([np.arange(count) / count for count in parts])
     since = (within * step[row])[:, None]
     bent = -0.5 * own[:, row] * since * (step[row][:, None] - since)
-    told = np.concatenate([values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1)
-    return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), told)
+    refined = np.concatenate(
+        [values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1
+    )
+    return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), refined)
 
 
 def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process, np.ndarray, float]:
@@ -153,24 +155,24 @@ def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process,
         time = np.sort(np.concatenate([samples, 0.5 * (samples[1:] + samples[:-1])]))
         return case.process_table.process(_task_at(case, time)), time, _OF_HALF
     choice = flatter if len(case.corners) else steeper
-    wrench = parabolic(found.answer.wrench.refined(samples), choice)
+    wrench = parabolic(found.response.wrench.refined(samples), choice)
     time = wrench.instants
-    stiffness = found.answer.stiffness
+    stiffness = found.response.stiffness
     if stiffness is not None:
         stiffness = interpolated(time, samples, stiffness[None], axis=1)[0]
-    return _RecordedProcess(replace(found.answer, wrench=wrench, stiffness=stiffness)), time, 1.0
+    return _RecordedProcess(replace(found.response, wrench=wrench, stiffness=stiffness)), time, 1.0
 
 
 @dataclass(frozen=True)
 class _RecordedProcess:
     """What a process has answered already, as one that answers it to any path."""
 
-    answer: ProcessResponse
+    response: ProcessResponse
     identity: str = ""
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the answer."""
-        return self.answer
+        return self.response
 
 
 def _task_at(case: Case, time: np.ndarray) -> Task:
@@ -180,7 +182,7 @@ def _task_at(case: Case, time: np.ndarray) -> Task:
     if support is not None:
         forming, desired = wanted.tools
         support = replace(support.at(time), forming=forming, desired=desired)
-    return replace(task, forming=wanted.tools[0], support=support, asked=np.arange(len(time)))
+    return replace(task, forming=wanted.tools[0], support=support, sample_rows=np.arange(len(time)))
 
 
 def _between(path: ToolPath, time: np.ndarray) -> ToolPath:

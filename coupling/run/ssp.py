@@ -27,7 +27,7 @@ from coupling.toolpaths.task import Task
 from elastic_robot.fmi.interface import IDEAL, STEP_SIZE
 
 # What the process gives to the robot: force and the contact spring that it would be, or the force alone.
-ANSWERS = {"spring": {**WRENCH_UNITS, **SPRING_UNITS}, "force": WRENCH_UNITS}
+INTERFACES = {"spring": {**WRENCH_UNITS, **SPRING_UNITS}, "force": WRENCH_UNITS}
 _TRAJECTORY = "command.npz"
 
 
@@ -37,22 +37,22 @@ class SspSystem:
 
     Attributes:
         case: The case.
-        answer: Quantities that the process gives to the robot, a name of ANSWERS.
+        interface: Quantities that the process gives to the robot, a name of ANSWERS.
         task: Its task in the frame of the robot's base, which is that of its FMU.
         process: Its process in that frame.
         planned: The drives' motion along the desired path.
-        asked_step: Communication step that the user asks for [s]; None: the longest that is safe.
+        requested_step: Communication step that the user asks for [s]; None: the longest that is safe.
     """
 
     case: Case
-    answer: str
+    interface: str
     task: Task
     process: MemorylessProcess
     planned: JointPath
-    asked_step: float | None = None
+    requested_step: float | None = None
 
     @classmethod
-    def of(cls, case: Case, answer: str = "spring", step: float | None = None) -> SspSystem:
+    def of(cls, case: Case, interface: str = "spring", step: float | None = None) -> SspSystem:
         """Prepare a case whose process is memoryless.
 
         Raises:
@@ -60,8 +60,8 @@ class SspSystem:
                 the answer is not known, the step not above zero, or no step is safe.
             CouplingError: If the path cannot be planned.
         """
-        if answer not in ANSWERS:
-            raise BuildError(f"answer: {one_of(ANSWERS, answer)}")
+        if interface not in INTERFACES:
+            raise BuildError(f"interface: {one_of(INTERFACES, interface)}")
         if step is not None and not (isfinite(step) and step > 0.0):
             raise BuildError(f"step: expected a finite number > 0 [s], got {step}")
         if case.task.support is not None:
@@ -72,7 +72,7 @@ class SspSystem:
         process = memoryless(case.process_table.process(task))
         program = robot.programmed(case.task.forming).transformed(robot.world_from_base.inverse())
         planned = InverseKinematics(robot.description, robot.home).plan(program)
-        system = cls(case, answer, task, process, planned, step)
+        system = cls(case, interface, task, process, planned, step)
         if system.step == 0.0:
             raise BuildError(
                 f"{case.name}: expected robot and process to be stable at a communication step from"
@@ -94,7 +94,7 @@ class SspSystem:
     @property
     def has_spring(self) -> bool:
         """Whether the process gives its contact spring to the robot."""
-        return ANSWERS[self.answer] is not WRENCH_UNITS
+        return INTERFACES[self.interface] is not WRENCH_UNITS
 
     @cached_property
     def safe_step(self) -> float:
@@ -104,7 +104,7 @@ class SspSystem:
     @property
     def step(self) -> float:
         """Communication step that the archive names [s]."""
-        return self.safe_step if self.asked_step is None else self.asked_step
+        return self.safe_step if self.requested_step is None else self.requested_step
 
     def remarks(self) -> list[str]:
         """Return sentences on the step."""
@@ -182,7 +182,7 @@ class SspSystem:
                 "mode": case.mode,
                 "drive": robot.drive,
             },
-            ANSWERS[self.answer],
+            INTERFACES[self.interface],
             float(first),
             float(last),
             self.step,

@@ -36,7 +36,7 @@ class SystemStructure:
         name: Name of the system's description.
         robot, process: File names of the FMUs in resources/.
         settings: String parameters of the robot.
-        answer: Units of what the process gives to the robot, by variable.
+        outputs: Units of what the process gives to the robot, by variable.
         start, stop: Times of the experiment [s].
         step: Its communication step [s].
     """
@@ -45,7 +45,7 @@ class SystemStructure:
     robot: str
     process: str
     settings: Mapping[str, str]
-    answer: Mapping[str, str]
+    outputs: Mapping[str, str]
     start: float
     stop: float
     step: float
@@ -55,16 +55,16 @@ class SystemStructure:
         root = Element(_ssd("SystemStructureDescription"), {"name": self.name, "version": "1.0"})
         system = SubElement(root, _ssd("System"), {"name": "cell"})
         elements = SubElement(system, _ssd("Elements"))
-        robot = _component(elements, ROBOT, self.robot, self.answer, POSE_UNITS)
+        robot = _component(elements, ROBOT, self.robot, self.outputs, POSE_UNITS)
         _bind(robot, self.settings)
-        _component(elements, PROCESS, self.process, POSE_UNITS, self.answer)
+        _component(elements, PROCESS, self.process, POSE_UNITS, self.outputs)
         connections = SubElement(system, _ssd("Connections"))
-        for start, end, names in ((ROBOT, PROCESS, POSE_UNITS), (PROCESS, ROBOT, self.answer)):
+        for start, end, names in ((ROBOT, PROCESS, POSE_UNITS), (PROCESS, ROBOT, self.outputs)):
             for name in names:
                 ends = {"startElement": start, "startConnector": name}
                 ends |= {"endElement": end, "endConnector": name}
                 SubElement(connections, _ssd("Connection"), ends)
-        _add_units(root, {*POSE_UNITS.values(), *self.answer.values()})
+        _add_units(root, {*POSE_UNITS.values(), *self.outputs.values()})
         self._add_experiment(root)
         indent(root, " ")
         text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)

@@ -104,7 +104,7 @@ def tooth_passing_parts(run: Run) -> list[DeviationParts] | None:
     Neither are there any where the period is longer than the path.
     """
     found = run.correction
-    time, period = found.desired.time, found.answer.period
+    time, period = found.desired.time, found.response.period
     if period is None or period > time[-1] - time[0]:
         return None
     deviation = found.achieved.position - found.desired.position

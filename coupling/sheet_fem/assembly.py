@@ -11,7 +11,7 @@ from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.contact import Sphere, Surface, press
+from coupling.sheet_fem.contact import Sphere, Surface, add_contact
 from coupling.sheet_fem.edge_elements import add_edge
 from coupling.sheet_fem.element import fill_elements
 from coupling.sheet_fem.far_field import CondensedFarField
@@ -158,7 +158,7 @@ class Assembler:
             fill_elements(*given, some, after.points, before.plastic, *results, *history)
             for k, sphere in enumerate(spheres):
                 moves = (before.points, after.points, before.slip[k], after.slip[k])
-                press(self._surface, sphere, some, *moves, *results, on_tools[k, share])
+                add_contact(self._surface, sphere, some, *moves, *results, on_tools[k, share])
 
         in_threads(act, len(places))
         width = box.last_y - box.first_y
@@ -260,7 +260,9 @@ class Assembler:
         force, index = np.zeros((len(places), 27)), np.empty((len(places), 27), dtype=np.int64)
         stiffness = np.zeros((len(places), 27, 27))
         moves = (before.points, after.points, before.slip[tool], after.slip[tool].copy())
-        press(self._surface, sphere, places, *moves, force, stiffness, np.empty((len(places), 6)))
+        add_contact(
+            self._surface, sphere, places, *moves, force, stiffness, np.empty((len(places), 6))
+        )
         unknowns = 3 * (box.last_x - box.first_x) * (box.last_y - box.first_y)
         _unknowns(box, self.free, places, force, index, np.zeros(unknowns))
         moving = index >= 0

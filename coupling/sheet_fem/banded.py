@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf
+from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dtbtrs
 
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.threads import in_threads
@@ -36,8 +36,7 @@ class Cholesky:
 
     def backward(self, half: np.ndarray) -> np.ndarray:
         """Return L^-T half, any unit, (n, k): with `forward` the solution."""
-        solution = np.array(half, order="C")
-        _backward(self.lower, solution)
+        solution: np.ndarray = dtbtrs(self.lower.T, half, uplo="L", trans="T")[0]
         return solution
 
     def adjoint(self, across: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -74,14 +73,6 @@ class SymmetricBanded:
             factor, status = dpbtrf(shifted, lower=1, overwrite_ab=1)
             shift *= 10.0
         return Cholesky(factor.T)
-
-    def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, any unit, (n,)."""
-        result: np.ndarray = self.lower[:, 0] * vector
-        for d in range(1, self.lower.shape[1]):
-            result[d:] += self.lower[:-d, d] * vector[:-d]
-            result[:-d] += self.lower[:-d, d] * vector[d:]
-        return result
 
 
 @dataclass(frozen=True)
@@ -143,15 +134,6 @@ class GeneralBanded:
     def factor(self) -> Pivoted:
         """Return the factors with pivots."""
         return Pivoted(*dgbtrf(self.columns.T, self._width, self._width)[:2])
-
-    def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, any unit, (n,)."""
-        n, middle = len(vector), 2 * self._width
-        result: np.ndarray = self.columns[:, middle] * vector
-        for d in range(1, min(self._width + 1, n)):
-            result[d:] += self.columns[:-d, middle + d] * vector[:-d]
-            result[:-d] += self.columns[d:, middle - d] * vector[d:]
-        return result
 
 
 @compiled
@@ -225,17 +207,3 @@ def _forward(lower: np.ndarray, right: np.ndarray) -> None:
                 for c in range(count):
                     part[i, c] -= factor * part[j, c]
     right[:] = part
-
-
-@compiled
-def _backward(lower: np.ndarray, right: np.ndarray) -> None:
-    """Solve L^T x = right in place."""
-    n, width = lower.shape[0], lower.shape[1] - 1
-    for c in range(right.shape[1]):
-        column = right[:, c].copy()
-        for j in range(n - 1, -1, -1):
-            total = column[j]
-            for d in range(1, min(width, n - 1 - j) + 1):
-                total -= lower[j, d] * column[j + d]
-            column[j] = total / lower[j, 0]
-        right[:, c] = column

@@ -41,12 +41,6 @@ class Bordered:
         inner = factor.backward(half[:, m:] - half[:, :m] @ outer)
         return np.vstack([inner, outer]).reshape(right.shape)
 
-    def times(self, vector: np.ndarray) -> np.ndarray:
-        """Return the product with a vector, any unit, (n + m,)."""
-        inner, outer = vector[: len(self.across)], vector[len(self.across) :]
-        above = self.inner.times(inner) + self.across @ outer
-        return np.concatenate([above, self.across.T @ inner + self.outer @ outer])
-
 
 @compiled
 def add_border(

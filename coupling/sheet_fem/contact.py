@@ -1,4 +1,4 @@
-"""Contact with spheres and a backing plate by a smoothed penalty."""
+"""Contact with spheres and a backing plate: a smoothed penalty, Coulomb friction with elastic slip."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.friction import elastic_slip
 from coupling.sheet_fem.mesh import Basis
 from coupling.sheet_fem.on_stack import on_stack
 
@@ -57,6 +56,50 @@ class Surface(NamedTuple):
 
 
 @compiled
+def elastic_slip(
+    drift: np.ndarray,
+    normal: np.ndarray,
+    distance: float,
+    length: float,
+    slip: np.ndarray,
+    tangent: np.ndarray,
+) -> None:
+    """Return mapping of the slip at a contact point [SimoLaursen1992].
+
+    The traction on the tool is mu p s / length, s the elastic slip: what a point of the sheet has
+    moved along the tool, cut to `length`.  So the traction never exceeds mu p, whatever the pressure
+    does, and what is cut off does work against it only.
+
+    Args:
+        drift: Elastic slip before and what the sheet has moved relative to the tool since [m], (3,).
+        normal: Unit vector from the point to the sphere's centre, (3,).
+        distance: Distance between both [m].
+        length: Largest elastic slip [m].
+        slip: Written: elastic slip after [m], (3,).
+        tangent: Written: its derivative by the place of the point [1], (3, 3).
+    """
+    along = drift[0] * normal[0] + drift[1] * normal[1] + drift[2] * normal[2]
+    for k in range(3):
+        slip[k] = drift[k] - along * normal[k]
+    turn = 1.0 + along / distance
+    for k in range(3):
+        for m in range(3):
+            # The normal turns as the point moves: P drift with P = 1 - n n.
+            tangent[k, m] = normal[k] * (slip[m] / distance - turn * normal[m])
+        tangent[k, k] += turn
+    size = np.sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2])
+    if size <= length:
+        return
+    scale = length / size
+    for m in range(3):
+        along = (slip[0] * tangent[0, m] + slip[1] * tangent[1, m] + slip[2] * tangent[2, m]) / size
+        for k in range(3):
+            tangent[k, m] = scale * (tangent[k, m] - slip[k] / size * along)
+    for k in range(3):
+        slip[k] *= scale
+
+
+@compiled
 def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[float, float]:
     """Return pressure [Pa] and its slope [Pa/m]; continuous with its slope, zero without contact.
 
@@ -72,7 +115,7 @@ def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[fl
 
 
 @compiled
-def give(
+def add_force(
     N: np.ndarray,
     thrust: np.ndarray,
     tangent: np.ndarray,
@@ -90,7 +133,7 @@ def give(
 
 
 @compiled
-def press(
+def add_contact(
     surface: Surface,
     sphere: Sphere,
     places: np.ndarray,
@@ -177,7 +220,7 @@ def press(
                     on_tool[e, 3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
             for k in range(3):
                 on_tool[e, k] += thrust[k]
-            give(N, thrust, tangent, force[e], stiffness[e])
+            add_force(N, thrust, tangent, force[e], stiffness[e])
             for k in range(3):
                 along[k] = thrust[k] / size
             _squeeze(N, apart, along, half, size, slope, spread, normal, force[e], stiffness[e])

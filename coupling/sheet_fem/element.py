@@ -7,8 +7,8 @@ import numpy as np
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.on_stack import on_stack
-from coupling.sheet_fem.plate import bear
-from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
+from coupling.sheet_fem.plate import add_plate
+from coupling.sheet_fem.shell import Point, Shell, add_response, integrate, sum_up
 
 
 @compiled
@@ -37,7 +37,7 @@ def fill_elements(
         new_stretch: Written: stretch of the thickness [1], (nx, ny, points).
     """
     count, plate = shell.basis.area.shape[0], np.isfinite(surface.plane)
-    functions, answers = np.empty((5 * count, 9)), np.empty((5 * count, 6, 9))
+    functions, responses = np.empty((5 * count, 9)), np.empty((5 * count, 6, 9))
     nodes = on_stack((9, 3))
     point = Point(
         on_stack((2, 3)),
@@ -58,7 +58,7 @@ def fill_elements(
             integrate(shell, g, nodes, *history, point)
             rows = slice(5 * g, 5 * g + 5)
             functions[rows] = point.functions
-            answer(point, point.functions, force[e], answers[rows])
-        sum_up(functions, answers, stiffness[e])
+            add_response(point, point.functions, force[e], responses[rows])
+        sum_up(functions, responses, stiffness[e])
         if plate:
-            bear(surface, i, j, points, force[e], stiffness[e])
+            add_plate(surface, i, j, points, force[e], stiffness[e])

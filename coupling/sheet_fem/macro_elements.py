@@ -9,8 +9,8 @@ import numpy as np
 from coupling.sheet_fem.compiled import compiled, inlined
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.on_stack import on_stack
-from coupling.sheet_fem.plate import bear
-from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
+from coupling.sheet_fem.plate import add_plate
+from coupling.sheet_fem.shell import Point, Shell, add_response, integrate, sum_up
 
 
 class MacroElements(NamedTuple):
@@ -93,7 +93,7 @@ def fill_cells(
     factor, count = blend.shape[0], shell.basis.area.shape[0]
     columns = outside.shape[1] // factor
     functions = np.empty((factor**2 * count * 5, 9))
-    answers = np.empty((factor**2 * count * 5, 6, 9))
+    responses = np.empty((factor**2 * count * 5, 6, 9))
     on_plate, held = on_stack((27,)), np.empty((27, 27))
     nodes = on_stack((9, 3))
     point = Point(
@@ -121,9 +121,9 @@ def fill_cells(
                     integrate(shell, g, nodes, *history, point)
                     own = functions[rows : rows + 5]
                     _summed(blend[s, t], point.functions, own)
-                    answer(point, own, force[cell], answers[rows : rows + 5])
+                    add_response(point, own, force[cell], responses[rows : rows + 5])
                     rows += 5
-        sum_up(functions[:rows], answers[:rows], stiffness[cell])
+        sum_up(functions[:rows], responses[:rows], stiffness[cell])
         if np.isinf(surface.plane):
             continue
         for s in range(factor):
@@ -132,7 +132,7 @@ def fill_cells(
                 if not outside[i, j]:
                     continue
                 on_plate[:], held[:] = 0.0, 0.0
-                if bear(surface, i, j, points, on_plate, held):
+                if add_plate(surface, i, j, points, on_plate, held):
                     _coarsen(blend[s, t], on_plate, held, force[cell], stiffness[cell])
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.contact import Surface, give, pressure
+from coupling.sheet_fem.contact import Surface, add_force, pressure
 from coupling.sheet_fem.on_stack import on_stack
 
 
 @compiled
-def bear(
+def add_plate(
     surface: Surface,
     i: int,
     j: int,
@@ -68,7 +68,7 @@ def bear(
             thrust[k] *= basis.area[g]
             for m in range(3):
                 tangent[k, m] *= basis.area[g]
-        give(N, thrust, tangent, force, stiffness)
+        add_force(N, thrust, tangent, force, stiffness)
     return touches
 
 

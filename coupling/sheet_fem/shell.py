@@ -32,7 +32,7 @@ class Point(NamedTuple):
         up: Their dual vectors a^1 and a^2 [1], (2, 3).
         normal: Unit normal, (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
-        functions: N,1 N,2 [1/m], h_11 h_22 2 h_12 [1/m2] of the control points, see `answer`, (5, 9).
+        functions: N,1 N,2 [1/m], h_11 h_22 2 h_12 [1/m2] of the control points (`add_response`), (5, 9).
         resultant: Membrane forces [N m] and moments [N m2], both times the point's area, (6,).
         tangent: Their derivative by membrane strains [1] and bending [1/m], (6, 6).
     """
@@ -125,7 +125,9 @@ def integrate(
 
 
 @inlined
-def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.ndarray) -> None:
+def add_response(
+    point: Point, functions: np.ndarray, force: np.ndarray, responses: np.ndarray
+) -> None:
     """Add a point's forces, and write what displacements do to those of five functions.
 
     With u the displacement of control point A and N its spline, the first variations are
@@ -142,8 +144,8 @@ def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.n
         point: Midsurface and section there.
         functions: The five of nine splines [1/m, 1/m2], (5, 9).
         force: Nodal forces, added to [N], (27,).
-        answers: Written, for each function and the pairs k <= m of directions: what displacements along
-            m of the nine do along k, (5, 6, 9).
+        responses: Written, for each function and the pairs k <= m of directions: what displacements
+            along m of the nine do along k, (5, 6, 9).
     """
     first, up, n, b = point.first, point.up, point.normal, point.b
     resultant, tangent = point.resultant, point.tangent
@@ -183,7 +185,7 @@ def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.n
                     on2 += membrane[c][1]
                 along = n[k] * up[c, m]
                 for C in range(9):
-                    answers[c, pair, C] = (
+                    responses[c, pair, C] = (
                         on1 * N1[C] + on2 * N2[C] + n[m] * bent[C] - along * turn[C]
                     )
                 pair += 1
@@ -203,14 +205,14 @@ def answer(point: Point, functions: np.ndarray, force: np.ndarray, answers: np.n
                 on2 = n[k] * by_slope[1, m, 3 + i] - n[m] * up2
                 both = n[k] * n[m]
                 for C in range(9):
-                    answers[2 + i, pair, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]
+                    responses[2 + i, pair, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]
                 pair += 1
 
 
 @inlined
-def sum_up(functions: np.ndarray, answers: np.ndarray, stiffness: np.ndarray) -> None:
+def sum_up(functions: np.ndarray, responses: np.ndarray, stiffness: np.ndarray) -> None:
     """Write the stiffness [N/m], (27, 27), of points' functions, (5 p, 9), and answers, (5 p, 6, 9)."""
-    product = np.dot(functions.T, answers.reshape(len(functions), 54)).reshape(9, 6, 9)
+    product = np.dot(functions.T, responses.reshape(len(functions), 54)).reshape(9, 6, 9)
     for A in range(9):
         for C in range(9):
             pair = 0

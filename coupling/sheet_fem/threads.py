@@ -62,11 +62,11 @@ def in_threads(compute: Callable[[slice], None], size: int, step: int = 1) -> No
         other.result()
 
 
-def aside(compute: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Future[R]:
+def in_background(compute: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Future[R]:
     """Call a function while others go on, on a core that waits.
 
     Example:
-        >>> aside(sum, [1, 2]).result()
+        >>> in_background(sum, [1, 2]).result()
         3
     """
     return _pool().submit(compute, *args, **kwargs)

@@ -78,7 +78,7 @@ class UncorrectedRun:
         path: Paths of the TCPs.
         joints: Motion of the drives.
         wrench: Wrenches on the tools, at the times of `path`.
-        answer: The process's answer to `path`; None where it was not evaluated there.
+        response: The process's answer to `path`; None where it was not evaluated there.
         how: "coupled": path and wrench belong together; "one-way": the path under the wrench that the
             process has on the desired paths, which costs no evaluation.
     """
@@ -86,7 +86,7 @@ class UncorrectedRun:
     path: ToolPath
     joints: JointPath
     wrench: WrenchHistory
-    answer: ProcessResponse | None
+    response: ProcessResponse | None
     how: How = "coupled"
 
 
@@ -105,8 +105,8 @@ class Correction:
         joints: Motion of the drives, in the rows to send to the robots.
         command: Paths of the undeflected TCPs at the rows of `joints`.
         correction: Paths of the undeflected TCPs under `joints` minus `desired` [m, rad], (tools, n, 6).
-        achieved: Paths of the TCPs under `joints` and `answer`.
-        answer: The process's answer to the paths that the tools really take.
+        achieved: Paths of the TCPs under `joints` and `response`.
+        response: The process's answer to the paths that the tools really take.
         consistency: Largest distance between the path that the process saw and `achieved` [m].
         iterations: Iterations of the correction, in order.
         evaluations: Number of evaluations of the process, in all.
@@ -123,7 +123,7 @@ class Correction:
     command: ToolPath
     correction: np.ndarray
     achieved: ToolPath
-    answer: ProcessResponse
+    response: ProcessResponse
     consistency: float
     iterations: tuple[CorrectionIteration, ...]
     evaluations: int
@@ -168,18 +168,20 @@ class Uncorrected:
         joints = on_cycle(loop.robot.plan(path), loop.controller)
         loop.watch(RefinedTimes(path))
         unloaded = unloaded_path(loop, joints, path.time)
-        coupling = couple(loop, joints, unloaded, times.asked)
+        coupling = couple(loop, joints, unloaded, times.sample_rows)
         return Correction(
             outcome=coupling.outcome,
             reason=coupling.reason,
             desired=path,
             unloaded=unloaded,
-            before=UncorrectedRun(coupling.path, joints, coupling.answer.wrench, coupling.answer),
+            before=UncorrectedRun(
+                coupling.path, joints, coupling.response.wrench, coupling.response
+            ),
             joints=joints,
             command=loop.robot.forward(joints, joints.time),
             correction=loop.robot.forward(joints, path.time).deviation_from(path),
             achieved=coupling.path,
-            answer=coupling.answer,
+            response=coupling.response,
             consistency=coupling.evaluations[-1].path_change,
             iterations=(
                 CorrectionIteration(0, measure(coupling.path, path), coupling.evaluations),

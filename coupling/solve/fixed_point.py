@@ -139,15 +139,15 @@ class Coupling:
     Attributes:
         outcome: Outcome of the iteration.
         reason: Reason in plain words; if not converged, what was seen and what to try.
-        path: Paths of the TCPs under `answer`: robot and wrench belong together exactly.
-        answer: The process's answer to the last path it saw, `path` within the tolerance.
+        path: Paths of the TCPs under `response`: robot and wrench belong together exactly.
+        response: The process's answer to the last path it saw, `path` within the tolerance.
         evaluations: Evaluations on the way there.
     """
 
     outcome: Outcome
     reason: str
     path: ToolPath
-    answer: ProcessResponse
+    response: ProcessResponse
     evaluations: tuple[Evaluation, ...]
 
     @property
@@ -219,15 +219,15 @@ def couple(
 
     for number in range(1, loop.max_evaluations + 1):
         try:
-            answer = loop.process.evaluate(x.at_rows(rows))
-            seen = Iterate(x, rows, answer)
+            response = loop.process.evaluate(x.at_rows(rows))
+            seen = Iterate(x, rows, response)
             moved = loop.scheme.moved(loop.robot, command, seen, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:
                 raise
             return ended(*_failure(error, number))
         g, loads, acting = moved.path, moved.loads.on(moved.path), seen.loads
-        found = g, replace(answer, wrench=loads)
+        found = g, replace(response, wrench=loads)
         carried = loads.change_from(acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, carried))
         last = acting

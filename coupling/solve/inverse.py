@@ -42,16 +42,16 @@ class _Iteration:
 
     Attributes:
         inverse: The command.
-        achieved: Paths of the TCPs under it and `answer`.
-        answer: The process's answer to the path under the wrench before.
+        achieved: Paths of the TCPs under it and `response`.
+        response: The process's answer to the path under the wrench before.
         consistency: Distance of that path from `achieved` [m].
         report: Its figures.
-        failure: Reason why there was no validation; `achieved` and `answer` are then those before it.
+        failure: Reason why there was no validation; `achieved` and `response` are then those before it.
     """
 
     inverse: RobotInverse
     achieved: ToolPath
-    answer: ProcessResponse
+    response: ProcessResponse
     consistency: float
     report: CorrectionIteration
     failure: ProcessError | SimulationError | None = None
@@ -89,13 +89,13 @@ class InverseCorrection(Schema):
         loop.watch(RefinedTimes(times.path))
         plain = on_cycle(loop.robot.plan(desired.path), loop.controller)
         unloaded = unloaded_path(loop, plain, times.path.time)
-        answer = loop.process.evaluate(desired.samples)
-        before, spent = self._before(loop, plain, unloaded, times, answer)
+        response = loop.process.evaluate(desired.samples)
+        before, spent = self._before(loop, plain, unloaded, times, response)
         rounds: list[_Iteration] = []
         verdict: tuple[Outcome, str] | None = None
         while verdict is None:
-            rounds.append(self._round(loop, desired, times, answer, rounds))
-            answer = rounds[-1].answer
+            rounds.append(self._round(loop, desired, times, response, rounds))
+            response = rounds[-1].response
             verdict = self._verdict(rounds, loop.mode)
         validated = [entry for entry in rounds if entry.failure is None] or rounds
         best = min(validated, key=lambda entry: entry.report.deviation.maximum)
@@ -111,7 +111,7 @@ class InverseCorrection(Schema):
             command=loop.robot.forward(joints, joints.time),
             correction=loop.robot.forward(joints, times.path.time).deviation_from(times.path),
             achieved=best.achieved,
-            answer=replace(best.answer, wrench=best.answer.wrench.refined(times.path.time)),
+            response=replace(best.response, wrench=best.response.wrench.refined(times.path.time)),
             consistency=best.consistency,
             iterations=tuple(entry.report for entry in rounds),
             evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
@@ -124,16 +124,16 @@ class InverseCorrection(Schema):
         plain: JointPath,
         unloaded: ToolPath,
         times: SampledPath,
-        answer: ProcessResponse,
+        response: ProcessResponse,
     ) -> tuple[UncorrectedRun, int]:
         """Return the result of the uncorrected command, and the evaluations that it took."""
         if self.before == "one-way":
-            loads = answer.wrench.refined(times.path.time)
+            loads = response.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
             return UncorrectedRun(path, plain, loads, None, "one-way"), 0
-        coupling = couple(loop, plain, unloaded, times.asked)
+        coupling = couple(loop, plain, unloaded, times.sample_rows)
         before = UncorrectedRun(
-            coupling.path, plain, coupling.answer.wrench, coupling.answer, "coupled"
+            coupling.path, plain, coupling.response.wrench, coupling.response, "coupled"
         )
         return before, len(coupling.evaluations)
 
@@ -142,26 +142,26 @@ class InverseCorrection(Schema):
         loop: Loop[Robot],
         desired: SampledPath,
         times: SampledPath,
-        answer: ProcessResponse,
+        response: ProcessResponse,
         rounds: list[_Iteration],
     ) -> _Iteration:
         """Invert the robots under a wrench and validate the command."""
         goal = _SHARE_OF_ROBOT * self.tolerance_m
-        inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
+        inverse = loop.robot.inverse(desired, response.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
-        seen = loop.robot.simulate(inverse.joints, answer.wrench.refined(time), loop.mode)
-        first = () if rounds else (Evaluation.of(1, times.path, seen, answer.wrench, None),)
+        seen = loop.robot.simulate(inverse.joints, response.wrench.refined(time), loop.mode)
+        first = () if rounds else (Evaluation.of(1, times.path, seen, response.wrench, None),)
         for entry in first:
             loop.watch(Evaluated(entry, seen))
         try:
-            checked = loop.process.evaluate(seen.at_rows(times.asked))
+            checked = loop.process.evaluate(seen.at_rows(times.sample_rows))
             achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
             report = CorrectionIteration(len(rounds) + 1, measure(seen, times.path), first)
             loop.watch(report)
-            return _Iteration(inverse, seen, answer, 0.0, report, error)
+            return _Iteration(inverse, seen, response, 0.0, report, error)
         number = len(rounds) + 2
-        last = Evaluation.of(number, seen, achieved, checked.wrench, answer.wrench)
+        last = Evaluation.of(number, seen, achieved, checked.wrench, response.wrench)
         loop.watch(Evaluated(last, achieved))
         report = CorrectionIteration(len(rounds) + 1, measure(achieved, times.path), (*first, last))
         loop.watch(report)

@@ -29,7 +29,7 @@ from coupling.solve.scheme import Iterate
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
 _DIVERGED = 2.0
-# Passes without an improvement of at least a tenth that count as stagnation.
+# Iterations without an improvement of at least a tenth that count as stagnation.
 _PATIENCE, _IMPROVED = 3, 0.9
 _ADVICE = (
     "; a resonant robot amplifies the correction near its eigenfrequencies: compute it with"
@@ -77,11 +77,11 @@ class Mirror(Schema):
             ProcessError: If the process has no answer to the first path.
         """
         times = sampled_at(desired, loop.mode)
-        rows, path = times.asked, times.path
+        rows, path = times.sample_rows, times.path
         first = Uncorrected().correct(loop, desired)
         iterations = list(first.iterations)
         coupling = Coupling(
-            first.outcome, first.reason, first.achieved, first.answer, iterations[0].coupling
+            first.outcome, first.reason, first.achieved, first.response, iterations[0].coupling
         )
         last = best = _Attempt(path, first.joints, coupling)
         loop.watch(iterations[0])
@@ -184,15 +184,15 @@ class Mirror(Schema):
         """Run the best command once more with the process on the path that it really takes."""
         coupling, (outcome, reason) = best.coupling, verdict
         desired = found.desired
-        achieved, answer = coupling.path, coupling.answer
+        achieved, response = coupling.path, coupling.response
         consistency = coupling.evaluations[-1].path_change
         evaluations = sum(len(entry.coupling) for entry in found.iterations)
         try:
-            answer = loop.process.evaluate(coupling.path.at_rows(rows))
-            seen = Iterate(coupling.path, rows, answer)
+            response = loop.process.evaluate(coupling.path.at_rows(rows))
+            seen = Iterate(coupling.path, rows, response)
             moved = loop.scheme.moved(loop.robot, best.joints, seen, loop.mode)
             achieved = moved.path
-            answer = replace(answer, wrench=moved.loads.on(achieved))
+            response = replace(response, wrench=moved.loads.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1
         except ProcessError as error:
@@ -208,7 +208,7 @@ class Mirror(Schema):
             command=loop.robot.forward(best.joints, best.joints.time),
             correction=loop.robot.forward(best.joints, desired.time).deviation_from(desired),
             achieved=achieved,
-            answer=answer,
+            response=response,
             consistency=consistency,
             evaluations=evaluations,
         )

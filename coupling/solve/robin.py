@@ -66,7 +66,9 @@ class Robin(ConstantRelaxation):
         """
         process = LinearProcess(seen, self._react(seen, mode))
         time, x = seen.path.time, seen.path
-        own = interpolated(time, seen.answer.wrench.instants, own_blocks(process.stiffness), axis=1)
+        own = interpolated(
+            time, seen.response.wrench.instants, own_blocks(process.stiffness), axis=1
+        )
         spring = ContactSpring(x.position, own)
         answered = replace(seen.loads, spring=spring)
         inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
@@ -104,7 +106,7 @@ class Robin(ConstantRelaxation):
     def _react(self, seen: Iterate, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
         position, force = seen.path.position[:, seen.rows], seen.force
-        stated = seen.answer.stiffness
+        stated = seen.response.stiffness
         if self._seen is not None:
             if stated is not None:
                 stated = self._kept(force, stated)
@@ -163,7 +165,7 @@ class LinearProcess:
         moved = (self.seen.path.position - path.position)[:, self.seen.rows]
         change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
-        return interpolated(path.time, self.seen.answer.wrench.instants, tools, axis=1)
+        return interpolated(path.time, self.seen.response.wrench.instants, tools, axis=1)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
         """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""

@@ -22,22 +22,22 @@ class Iterate:
     Attributes:
         path: Paths of the tools, at as many times as the robots are simulated.
         rows: Row numbers of the process's samples in them, (n,).
-        answer: Its response.
+        response: Its response.
     """
 
     path: ToolPath
     rows: np.ndarray
-    answer: ProcessResponse
+    response: ProcessResponse
 
     @property
     def loads(self) -> WrenchHistory:
         """The process's wrenches at the times of the paths."""
-        return self.answer.wrench.refined(self.path.time)
+        return self.response.wrench.refined(self.path.time)
 
     @property
     def force(self) -> np.ndarray:
         """Forces at the process's samples [N], (tools, n, 3); at a jump those before it."""
-        return self.answer.wrench.before[..., :3]
+        return self.response.wrench.before[..., :3]
 
 
 @dataclass(frozen=True)

@@ -56,16 +56,17 @@ class EntryInfo:
     written: float
 
 
-def answer_key(identity: str, path: ToolPath) -> str:
+def evaluation_key(identity: str, path: ToolPath) -> str:
     """Return the key of a process's answer to a path, a hash; empty where the process has no identity.
 
     Example:
         >>> pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (2, 1))
         >>> path = ToolPath(np.array([0.0, 1.0]), pose)
-        >>> answer_key("", path)
+        >>> evaluation_key("", path)
         ''
-        >>> answer_key("a wall", path) == answer_key("a wall", path) != answer_key("a file", path)
-        True
+        >>> key = evaluation_key("a wall", path)
+        >>> key == evaluation_key("a wall", path), key == evaluation_key("a file", path)
+        (True, False)
     """
     if not identity:
         return ""
@@ -77,44 +78,44 @@ def answer_key(identity: str, path: ToolPath) -> str:
     return digest.hexdigest()
 
 
-def plain(answer: ProcessResponse) -> ProcessResponse:
+def as_stored(response: ProcessResponse) -> ProcessResponse:
     """Return an answer as it would come out of the store, whose arrays are in C order.
 
     Sums of the same numbers in another order differ in their last digits.
     """
-    wrench, piece, stiffness = answer.wrench, answer.workpiece, answer.stiffness
+    wrench, piece, stiffness = response.wrench, response.workpiece, response.stiffness
     if piece is not None:
         fields = (
-            {name: _plain(values) for name, values in own.items()}
+            {name: _as_stored(values) for name, values in own.items()}
             for own in (piece.point_fields, piece.cell_fields)
         )
-        piece = Workpiece(_plain(piece.points), _plain(piece.cells), *fields)
+        piece = Workpiece(_as_stored(piece.points), _as_stored(piece.cells), *fields)
     return ProcessResponse(
-        WrenchHistory(_plain(wrench.time), _plain(wrench.wrench)),
+        WrenchHistory(_as_stored(wrench.time), _as_stored(wrench.wrench)),
         piece,
-        None if answer.period is None else float(answer.period),
-        None if stiffness is None else _plain(stiffness),
+        None if response.period is None else float(response.period),
+        None if stiffness is None else _as_stored(stiffness),
     )
 
 
-_plain = np.ascontiguousarray
+_as_stored = np.ascontiguousarray
 
 
-def encoded(answer: ProcessResponse, about: EntryInfo) -> memoryview:
+def encoded(response: ProcessResponse, about: EntryInfo) -> memoryview:
     """Return the content of an entry.
 
     Args:
-        answer: A `plain` one.
+        response: A `as_stored` one.
         about: Description beside it.
 
     Raises:
         TypeError: If the answer has an array of something else than numbers.
     """
-    piece = answer.workpiece
-    arrays: dict[str, Any] = {"time": answer.wrench.time, "wrench": answer.wrench.wrench}
-    header: dict[str, Any] = {"about": asdict(about), "period": answer.period}
-    if answer.stiffness is not None:
-        arrays["stiffness"] = answer.stiffness
+    piece = response.workpiece
+    arrays: dict[str, Any] = {"time": response.wrench.time, "wrench": response.wrench.wrench}
+    header: dict[str, Any] = {"about": asdict(about), "period": response.period}
+    if response.stiffness is not None:
+        arrays["stiffness"] = response.stiffness
     if piece is not None:
         arrays |= {"points": piece.points, "cells": piece.cells}
         for kind in _FIELDS:

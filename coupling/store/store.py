@@ -17,7 +17,7 @@ from filelock import FileLock, Timeout
 
 from coupling.errors import StoreError
 from coupling.events import Event, WarningEvent, Watch, unwatched
-from coupling.files.whole_file import PARTIAL, WholeFile
+from coupling.files.atomic_file import PARTIAL, AtomicFile
 from coupling.process.base import ProcessResponse
 from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
 
@@ -135,7 +135,7 @@ class Store:
                 owner.unlink()
             lock.release()
 
-    def room(self, key: str, size: int) -> WholeFile:
+    def room(self, key: str, size: int) -> AtomicFile:
         """Take room for an answer before it is computed; its key is to be held.
 
         Args:
@@ -148,9 +148,9 @@ class Store:
         with self._errors("written"):
             for left in self.folder.glob(f"{key}{ENTRY}.*{PARTIAL}"):
                 left.unlink(missing_ok=True)  # of a process that was killed
-            return WholeFile(self._file(key), size)
+            return AtomicFile(self._file(key), size)
 
-    def write(self, file: WholeFile, answer: ProcessResponse, about: EntryInfo) -> None:
+    def write(self, file: AtomicFile, response: ProcessResponse, about: EntryInfo) -> None:
         """Keep an answer, in the room that was taken for it.
 
         Raises:
@@ -158,7 +158,7 @@ class Store:
         """
         with self._errors("written"):
             try:
-                file.write([encoded(answer, about)])
+                file.write([encoded(response, about)])
             except TypeError as cause:
                 file.discard()
                 raise StoreError(f"the answer cannot be kept: {cause}") from cause
@@ -184,7 +184,7 @@ class Store:
 
     def _read(self, key: str) -> ProcessResponse | None:
         try:
-            answer = decoded(self._file(key).read_bytes(), key)
+            response = decoded(self._file(key).read_bytes(), key)
         except FileNotFoundError:
             return None
         except OSError as cause:
@@ -193,7 +193,7 @@ class Store:
             ) from cause
         with suppress(OSError):  # a store that may only be read
             os.utime(self._file(key))
-        return answer
+        return response
 
     def _found(self, key: str) -> ProcessResponse | None:
         """Return the answer that is kept, and set a damaged entry aside."""

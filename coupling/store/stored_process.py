@@ -12,7 +12,7 @@ from coupling.errors import StoreError
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
 from coupling.process.base import Process, ProcessResponse, ProcessWrapper
-from coupling.store.entry import EntryInfo, answer_key, plain, size_of
+from coupling.store.entry import EntryInfo, as_stored, evaluation_key, size_of
 from coupling.store.store import Store
 
 
@@ -66,7 +66,7 @@ class StoredProcess(ProcessWrapper):
         self._pending: dict[str, tuple[ProcessResponse, EntryInfo]] = {}
 
     @property
-    def unkept(self) -> int:
+    def not_stored(self) -> int:
         """Number of answers that could not be kept so far."""
         return len(self._pending)
 
@@ -78,20 +78,20 @@ class StoredProcess(ProcessWrapper):
             StoreError: If the store cannot be read, or has no room for another answer.
         """
         self.settle()
-        start, key = time.perf_counter(), answer_key(self.identity, path)
-        answer = None if self._store is None or not key else self._kept(self._store, key)
-        origin: Literal["computed", "store"] = "computed" if answer is None else "store"
-        if answer is None:
+        start, key = time.perf_counter(), evaluation_key(self.identity, path)
+        response = None if self._store is None or not key else self._kept(self._store, key)
+        origin: Literal["computed", "store"] = "computed" if response is None else "store"
+        if response is None:
             if self._store is None or not key:
-                answer = plain(self.process.evaluate(path))
+                response = as_stored(self.process.evaluate(path))
             else:
-                answer, origin = self._claimed(self._store, key, path)
+                response, origin = self._claimed(self._store, key, path)
         self._watch(StoredAnswer(key, origin, time.perf_counter() - start))
-        return answer
+        return response
 
     def seconds(self, path: ToolPath) -> float:
         """Return the time that the kept answer to a path took [s]; 0 where none is kept."""
-        key = answer_key(self.identity, path)
+        key = evaluation_key(self.identity, path)
         if self._store is None or not key:
             return 0.0
         about = self._pending[key][1] if key in self._pending else self._store.about(key)
@@ -101,9 +101,9 @@ class StoredProcess(ProcessWrapper):
         """Try again to keep what could not be kept."""
         if self._store is None:
             return
-        for key, (answer, about) in list(self._pending.items()):
+        for key, (response, about) in list(self._pending.items()):
             try:
-                self._store.write(self._store.room(key, 0), answer, about)
+                self._store.write(self._store.room(key, 0), response, about)
             except StoreError:
                 continue
             del self._pending[key]
@@ -115,13 +115,13 @@ class StoredProcess(ProcessWrapper):
         self, store: Store, key: str, path: ToolPath
     ) -> tuple[ProcessResponse, Literal["computed", "store"]]:
         """Return the answer, computed by this process or by another one that was quicker."""
-        with store.claimed(key) as answer:
-            if answer is not None:
-                return answer, "store"
+        with store.claimed(key) as response:
+            if response is not None:
+                return response, "store"
             file = store.room(key, size_of(path))
             start = time.perf_counter()
             try:
-                answer = plain(self.process.evaluate(path))
+                response = as_stored(self.process.evaluate(path))
                 changed = self._identify() != self.identity
             except BaseException:
                 file.discard()
@@ -129,16 +129,16 @@ class StoredProcess(ProcessWrapper):
             if changed:
                 file.discard()
                 self._watch(WarningEvent(_CHANGED))
-                return answer, "computed"
+                return response, "computed"
             tools, samples = path.pose.shape[:2]
             seconds = time.perf_counter() - start
             host, now = platform.node(), time.time()
             about = EntryInfo(key, self._name, samples, tools, seconds, host, now)
             try:
-                store.write(file, answer, about)
+                store.write(file, response, about)
             except StoreError as cause:
-                self._pending[key] = answer, about
+                self._pending[key] = response, about
                 self._watch(
                     WarningEvent(f"{cause}; the answer is used, and kept as soon as it can be")
                 )
-            return answer, "computed"
+            return response, "computed"

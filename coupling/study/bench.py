@@ -22,8 +22,8 @@ from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
 from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Coupling
-from coupling.study.bands import largest_in_parts, parts_of_path
 from coupling.study.parameters import SampledRobots, StudyParameters
+from coupling.study.statistics import largest_in_parts, parts_of_path
 
 # Parts of the path's time of which a sample keeps the largest deviation.
 PARTS = 400

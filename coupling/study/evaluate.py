@@ -8,13 +8,19 @@ import numpy as np
 from scipy.stats import rankdata
 
 from coupling.errors import StudyError
-from coupling.files.whole_file import WholeFile
+from coupling.files.atomic_file import AtomicFile
 from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
 from coupling.run.figures import versions
-from coupling.study.bands import DeviationBand, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, write_whole_table
+from coupling.study.statistics import (
+    DeviationBand,
+    influences,
+    parts_of_path,
+    quantile,
+    samples_for,
+)
 
 MEASURES = (
     "maximum",
@@ -61,7 +67,7 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
             np.column_stack([time[first], band.low, band.median, band.high, band.everywhere]),
         )
         found = _figures(study, samples, points, figures)
-        WholeFile(study.folder / FIGURES).write([found.text().encode()])
+        AtomicFile(study.folder / FIGURES).write([found.text().encode()])
     except OSError as cause:
         raise StudyError(
             f"{study.folder}: cannot be written: {cause.strerror or cause}: make room, and the same"

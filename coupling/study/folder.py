@@ -15,10 +15,10 @@ import numpy as np
 import tomlkit
 
 from coupling.errors import StudyError, one_of
+from coupling.files.atomic_file import PARTIAL, AtomicFile, write_atomically, writing
+from coupling.files.atomic_folder import exclusively
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import PARTIAL, WholeFile, write_whole, writing
-from coupling.files.whole_folder import alone
 from coupling.study.design import DESIGNS, GROWS
 from coupling.study.parameters import StudyParameters
 
@@ -40,7 +40,7 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
         StudyError: If another study works there, it holds something else, or it cannot be written.
     """
     with (
-        alone(folder, StudyError, lambda: "another study works in it"),
+        exclusively(folder, StudyError, lambda: "another study works in it"),
         writing(folder, StudyError),
     ):
         if folder.exists() and not folder.is_dir():
@@ -69,7 +69,7 @@ def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) 
     """
     text = StringIO()
     write_table(text, columns, values)
-    WholeFile(file).write([text.getvalue().encode()])
+    AtomicFile(file).write([text.getvalue().encode()])
 
 
 def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
@@ -125,7 +125,7 @@ def begin(
     """Begin a study of points, in their units, (n, k), without what one that never began has left."""
     (folder / ROWS).unlink(missing_ok=True)
     write_points(folder, points, names)
-    write_whole(folder / IDENTITY, tomlkit.dumps(dict(identity)), StudyError)
+    write_atomically(folder / IDENTITY, tomlkit.dumps(dict(identity)), StudyError)
 
 
 def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) -> None:

@@ -203,4 +203,4 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     other, none = (1.0, 0.0) if key == PHASE else (0.5, 1.0)
     own = tuple(other if i == joint else none for i in range(len(robot.description.joints)))
     changed: dict[str, Any] = {_field(key): own}
-    return ModelMismatch(**changed).shows(robot.description, robot.torque_curve, robot.drive)
+    return ModelMismatch(**changed).has_effect(robot.description, robot.torque_curve, robot.drive)

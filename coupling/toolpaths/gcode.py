@@ -79,7 +79,7 @@ class GcodePath(ToolPathTable):
         motion = Motion(list(self._driven()))
         instants = PathTimes.of(motion.ends, self.sample_s, corners)
         path = tool_path(part, instants.time, motion.at(instants.time))
-        return self._of_file(part, path, instants.asked)
+        return self._of_file(part, path, instants.sample_rows)
 
     def _driven(self) -> Iterator[Leg]:
         """Yield the motion of each stretch between two rests, and of waits behind the first."""

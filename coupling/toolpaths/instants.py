@@ -27,11 +27,11 @@ class PathTimes:
 
     Attributes:
         time: Times of the path, rising from 0 [s], (n,).
-        asked: Row numbers at which a process is evaluated, (k,).
+        sample_rows: Row numbers at which a process is evaluated, (k,).
     """
 
     time: np.ndarray
-    asked: np.ndarray
+    sample_rows: np.ndarray
 
     @classmethod
     def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> PathTimes:
@@ -47,13 +47,13 @@ class PathTimes:
 
         Example:
             >>> instants = PathTimes.of(np.array([0.03]), 0.012)
-            >>> len(instants.time), instants.time[instants.asked].round(9)
+            >>> len(instants.time), instants.time[instants.sample_rows].round(9)
             (10, array([0.  , 0.01, 0.02, 0.03]))
         """
         near = max(_NEAR * period, _NEAR_LONGEST * min(period, LONGEST))
         fixed = _apart(np.append(0.0, rests), corners, near)
-        asked = divided(fixed, period)[0]
-        return cls(*divided(asked, LONGEST))
+        sample_rows = divided(fixed, period)[0]
+        return cls(*divided(sample_rows, LONGEST))
 
 
 def _apart(kept: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:

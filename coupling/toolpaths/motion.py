@@ -103,7 +103,7 @@ class SegmentedPath(ToolPathTable):
         instants = PathTimes.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         path = tool_path(part, instants.time, moved[:, :3])
-        untilted = UntiltedPath(part, path, instants.asked)
+        untilted = UntiltedPath(part, path, instants.sample_rows)
         return untilted.headed(moved[:, 3]) if follows else untilted
 
     @abstractmethod

@@ -65,7 +65,7 @@ class ProgramPath(ToolPathTable):
             ]
         )
         path = ToolPath(instants.time, poses(moved[:, :3], turned)).transformed(part)
-        return self._of_file(part, path, instants.asked)
+        return self._of_file(part, path, instants.sample_rows)
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:
         """Return the stretches driven without a rest: at one speed, without a corner."""

@@ -49,9 +49,9 @@ class ToolPathTable(Schema, ABC):
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _of_file(self, part: Frame, path: ToolPath, asked: np.ndarray) -> UntiltedPath:
+    def _of_file(self, part: Frame, path: ToolPath, sample_rows: np.ndarray) -> UntiltedPath:
         """Return a path as a file gives it, with its feed where the tilt is measured from it."""
-        untilted = UntiltedPath(part, path, asked)
+        untilted = UntiltedPath(part, path, sample_rows)
         return untilted if self.tilt_frame == "part" else untilted.headed(headings_along(path))
 
     @property
@@ -87,7 +87,7 @@ class ToolPathTable(Schema, ABC):
             corners: Times at which the process is to be evaluated as well [s].
         """
         untilted = self.untilted(part, corners)
-        return Task(part, self._tilted(untilted), asked=untilted.asked)
+        return Task(part, self._tilted(untilted), sample_rows=untilted.sample_rows)
 
 
 def _require_slow_turns(path: ToolPath) -> None:

@@ -28,7 +28,7 @@ class Task:
     Attributes:
         part: base_from_part.
         forming: Desired path of the tool; in a cell, of the forming tool.
-        asked: Row numbers of it at which a process is evaluated, (k,); all of them unless given.
+        sample_rows: Row numbers of it at which a process is evaluated, (k,); all of them unless given.
         wall_angle: Angle of the wall from the sheet's plane [rad], or None where the path has none.
         step_down: Distance between two contours [m], or None.
         support: Task of the supporting tool of a cell, or None.
@@ -48,29 +48,29 @@ class Task:
     support: SupportingTool | None = None
     contact: np.ndarray = field(default_factory=APPROACH.copy)
     height: float = 0.0
-    asked: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
+    sample_rows: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     workspace: Path = field(default_factory=_temporary_folder)
     watch: Watch = unwatched
     remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if len(self.asked) == 0:
-            object.__setattr__(self, "asked", np.arange(len(self.forming.time)))
+        if len(self.sample_rows) == 0:
+            object.__setattr__(self, "sample_rows", np.arange(len(self.forming.time)))
 
     @property
     def sampled(self) -> Task:
         """The task at the times at which the process is evaluated."""
         return replace(
             self,
-            forming=self.forming.at_rows(self.asked),
-            support=None if self.support is None else self.support.at_rows(self.asked),
-            asked=np.arange(len(self.asked)),
+            forming=self.forming.at_rows(self.sample_rows),
+            support=None if self.support is None else self.support.at_rows(self.sample_rows),
+            sample_rows=np.arange(len(self.sample_rows)),
         )
 
     @property
     def motion(self) -> SampledPath:
         """Desired paths of all tools, with the rows at which a process is evaluated."""
-        return SampledPath(self.desired, self.asked)
+        return SampledPath(self.desired, self.sample_rows)
 
     @property
     def desired(self) -> ToolPath:

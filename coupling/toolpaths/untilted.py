@@ -24,13 +24,13 @@ class UntiltedPath:
     Attributes:
         part: base_from_part.
         path: Path of the tool's tip, in the world.
-        asked: Row numbers at which a process is evaluated, (k,).
+        sample_rows: Row numbers at which a process is evaluated, (k,).
         axes: Axes that lead and lean are measured in at its times, in the part, (n,); None: the part's.
     """
 
     part: Frame
     path: ToolPath
-    asked: np.ndarray
+    sample_rows: np.ndarray
     axes: Rotation | None = None
 
     @property
@@ -64,7 +64,7 @@ class UntiltedPath:
     @property
     def sampled(self) -> UntiltedPath:
         """The path where a process is evaluated, alone."""
-        rows = self.asked
+        rows = self.sample_rows
         axes = None if self.axes is None else self.axes[rows]
         return UntiltedPath(self.part, self.path.at_rows(rows), np.arange(len(rows)), axes)
 

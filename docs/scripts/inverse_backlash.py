@@ -92,7 +92,7 @@ def wrong_backlashes() -> str:
         run = run_compensation(case)
         told, alone = ([own.deviation for own in one.backlash] for one in (robot, light))
         found = [own.deviation for own in run.robustness if own.name.startswith("backlash")]
-        at_rest = max((gear.miss for gear in robot.gears if gear.at_risk), default=0.0)
+        at_rest = max((gear.backlash_error for gear in robot.gears if gear.at_risk), default=0.0)
         ratio = _largest(told) / _largest(found)
         rows.append(
             (

@@ -89,7 +89,7 @@ def cost(case: Case) -> Cost:
             return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
 
         forming = often(case.motion.path)
-        task = replace(case.task, forming=forming, asked=np.arange(len(time)))
+        task = replace(case.task, forming=forming, sample_rows=np.arange(len(time)))
         reference = couple(
             replace(
                 loop,

@@ -23,7 +23,7 @@ class Beyond:
         gear_errors: Amplitude at the tool of each of the two joints that move it most [m].
         waves: Their periods a turn of the joint.
         hysteresis: Width at the tool of that of the joint that moves it most [m].
-        drift: Displacement of the tool at the end of a pass [m].
+        drift: Displacement of the tool at the end of a run [m].
         seed: Of phases and directions.
     """
 

@@ -25,7 +25,7 @@ from docs.scripts.robots_with_backlash import (
     with_backlash,
 )
 
-# How much of a pass is measured [s].
+# How much of a run is measured [s].
 SECONDS = 12.0
 # Hidden robots of each case, by how many times what is known before, and noise of a coordinate [m].
 TIMES, NOISES, ROBOTS = (0.5, 1.0, 1.5), (1e-5, 2e-5, 3e-5), 5
@@ -37,7 +37,7 @@ ALL = Beyond(gear_errors=7e-5, hysteresis=3e-5, drift=5e-5)
 
 @dataclass(frozen=True)
 class Told:
-    """One parameter that a pass tells.
+    """One parameter that a run tells.
 
     Attributes:
         times: By how many times what is known before its robot was drawn.
@@ -53,7 +53,7 @@ class Told:
 
     @classmethod
     def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[Told]:
-        """Yield what a pass tells of a robot that is known."""
+        """Yield what a run tells of a robot that is known."""
         for own in found.parameters:
             if own.identifiable:
                 half = float(np.log(own.high / own.value))
@@ -81,7 +81,7 @@ def cases() -> dict[str, dict[str, Any]]:
 
 
 def coverage() -> str:
-    """Return how often the intervals of what one pass tells hold the truth."""
+    """Return how often the intervals of what one run tells hold the truth."""
     told: list[Told] = []
     for number, (name, data) in enumerate(cases().items()):
         with Shop(data) as shop:
@@ -89,7 +89,7 @@ def coverage() -> str:
                 count = ROBOTS * number + k
                 times, noise, seed = TIMES[count % 3], NOISES[count // 3 % 3], FIRST_SEED + count
                 truth = drawn(shop.robot, seed, times)
-                trial = Trial(noise=noise, seconds=SECONDS, passes=1)
+                trial = Trial(noise=noise, seconds=SECONDS, runs=1)
                 found = shop.found(truth, trial, seed)
                 own = list(Told.of(found, truth, times))
                 told += own
@@ -126,7 +126,7 @@ def _row(name: str, told: list[Told]) -> tuple[str, ...]:
 
 
 def beyond() -> str:
-    """Return what one pass tells where the robot does what its model does not know."""
+    """Return what one run tells where the robot does what its model does not know."""
     kinds = {
         "gear errors": replace(ALL, hysteresis=0.0, drift=0.0),
         "hysteresis": replace(ALL, gear_errors=0.0, drift=0.0),
@@ -141,7 +141,7 @@ def beyond() -> str:
         with Shop(cases()[name]) as shop:
             truth = hidden(shop.robot, seed)
             for kind, own in kinds.items():
-                trial = Trial(noise=2e-5, seconds=SECONDS, passes=1, beyond=replace(own, seed=seed))
+                trial = Trial(noise=2e-5, seconds=SECONDS, runs=1, beyond=replace(own, seed=seed))
                 found = shop.found(truth, trial, seed)
                 rows.append((f"{name}: {kind}", *_beyond_row(shop, truth, found)))
                 print(*rows[-1], found.refusal, flush=True)

@@ -1,4 +1,4 @@
-"""What angles and torques of motors add to a measured pass of the tool, for docs/learn.md."""
+"""What angles and torques of motors add to a measured run of the tool, for docs/learn.md."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.measurement import Measurement
-from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import changed, learnable
 from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
@@ -31,7 +31,7 @@ NOISE, ENCODER, TORQUE = 1e-5, 5e-6, 0.01
 
 @dataclass(frozen=True)
 class _Pass:
-    """What one pass told, and what the command after it leaves."""
+    """What one run told, and what the command after it leaves."""
 
     found: Learned
     left: Left
@@ -74,7 +74,7 @@ class MotorShop(Shop):
         return Left.of(self.off(run, self.real(run)[0]))
 
     def measured(self, with_columns: bool, own_frame: bool) -> _Pass:
-        """Return what a pass tells, with and without columns of motors."""
+        """Return what a run tells, with and without columns of motors."""
         path, moved = self.real(self._first)
         rng, at = np.random.default_rng(1), _unseen(self._first).world_from_base
         rows = np.flatnonzero(path.time <= path.time[-1] - CUT)
@@ -86,7 +86,7 @@ class MotorShop(Shop):
             told = np.hstack([moved.angle, moved.torque])[rows]
             told = told + noise * rng.standard_normal(told.shape)
             columns = tuple((kind, j) for kind in ("motor", "motor_torque") for j in moved.joints)
-            motors = MotorsSeen(columns, told, np.ones(len(columns)))
+            motors = MeasuredMotors(columns, told, np.ones(len(columns)))
         source = read_source(
             self._first, Measurement("measured.csv", path.time[rows], seen, None, motors)
         )
@@ -111,7 +111,7 @@ def motors() -> str:
         ),
     }
     head = (
-        *("max / rms [um]", "before", "columns of motors", "after one pass"),
+        *("max / rms [um]", "before", "columns of motors", "after one run"),
         *("friction: largest error, median half interval [%]", "held"),
     )
     rows: list[Sequence[str]] = []

@@ -79,7 +79,7 @@ def others() -> str:
             found = shop.learned(truth, Trial(), seed)
             left = (*map(str, found.left), str(_known(shop, data, truth)))
         rows.append((name, *left))
-    head = ("", "as its file says", "one pass", "two passes", "all of it known")
+    head = ("", "as its file says", "one run", "two runs", "all of it known")
     return table(head, rows)
 
 

@@ -121,7 +121,7 @@ class Shop:
         return Measurement("measured.csv", clock[rows], seen, held)
 
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
-        """Return what one pass under the file's command tells."""
+        """Return what one run under the file's command tells."""
         seen = self.seen(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
             return learn([read_source(self._first, seen)], LearnOptions(draws=trial.draws), models)
@@ -129,7 +129,7 @@ class Shop:
     def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
         """Return how far the tool of the file's and of the learned robot is from the real one's [m].
 
-        Rms along the pass, less a constant, of what the model knows of the real robot.
+        Rms along the run, less a constant, of what the model knows of the real robot.
         """
         real = self.moved(self._first, truth).position[0]
         factors = {own.name: own.written / own.start for own in found.parameters}
@@ -149,7 +149,7 @@ class Shop:
         run, sources = self._first, []
         path = self.moved(run, truth)
         off, found, seconds = [self.off(run, path)], [], []
-        for number in range(trial.passes):
+        for number in range(trial.runs):
             seen = self.seen(run, truth, trial, seed + number, path)
             sources.append(read_source(run, seen))
             begin = (time.perf_counter(), _cpu())

@@ -69,9 +69,9 @@ class Trial:
     Attributes:
         noise: Standard deviation of a coordinate [m].
         turn_noise: Standard deviation of an orientation [rad]; 0: positions only.
-        seconds: How much of a pass is measured [s].
+        seconds: How much of a run is measured [s].
         every: Every so many samples of 4 ms.
-        passes: Number of passes that are learned from.
+        runs: Number of runs that are learned from.
         draws: Simulated robots for the intervals.
         beyond: What the tool does beyond the model.
     """
@@ -80,7 +80,7 @@ class Trial:
     turn_noise: float = 0.0
     seconds: float = np.inf
     every: int = 1
-    passes: int = 2
+    runs: int = 2
     draws: int = 0
     beyond: Beyond | None = None
 
@@ -91,7 +91,7 @@ class Learning:
 
     Attributes:
         left: What the commands leave: that of the file, then those learned.
-        found: What was learned after each pass.
+        found: What was learned after each run.
         seconds: Time of each by the clock, and CPU time of all its processes together.
         off: Deviation under each command [m], (n, 3).
     """

@@ -47,7 +47,7 @@ TURN_NOISE = 2e-5
 
 @cache
 def _learned(seed: int) -> Learning:
-    """Return how a robot is learned in two passes."""
+    """Return how a robot is learned in two runs."""
     return cone().learned(hidden(cone().robot, seed), seed=seed)
 
 
@@ -66,18 +66,18 @@ def robots() -> str:
         )
         for number, found in enumerate(_hidden(), start=1)
     ]
-    head = ("robot", "as its file says", "one pass", "two passes", "time of the fits (CPU) [s]")
+    head = ("robot", "as its file says", "one run", "two runs", "time of the fits (CPU) [s]")
     return table(head, rows)
 
 
 def intervals() -> str:
-    """Return how far what one pass tells was off, and how often its interval held the truth."""
+    """Return how far what one run tells was off, and how often its interval held the truth."""
     return _of_intervals([own.found[0] for own in _hidden()])
 
 
 def orientations() -> str:
     """Return the same with orientations beside the positions."""
-    shop, trial = cone(), Trial(passes=1, turn_noise=TURN_NOISE)
+    shop, trial = cone(), Trial(runs=1, turn_noise=TURN_NOISE)
     found = [shop.learned(hidden(shop.robot, seed), trial, seed) for seed in SEEDS]
     return _of_intervals([own.found[0] for own in found])
 
@@ -116,16 +116,16 @@ def _of_intervals(found: Sequence[Learned]) -> str:
 
 
 def trials() -> str:
-    """Return what one pass is worth where something is other."""
-    shop, one = cone(), Trial(passes=1)
+    """Return what one run is worth where something is other."""
+    shop, one = cone(), Trial(runs=1)
     truth = hidden(shop.robot, SEEDS[0])
     cases = [
         ("noise 10 um, 250 Hz", truth, one),
-        ("noise 30 um", truth, Trial(noise=3e-5, passes=1)),
-        ("noise 100 um", truth, Trial(noise=1e-4, passes=1)),
-        ("noise 30 um, 50 Hz", truth, Trial(noise=3e-5, every=5, passes=1)),
-        ("orientations, 20 urad", truth, Trial(turn_noise=TURN_NOISE, passes=1)),
-        ("12 s measured", truth, Trial(seconds=12.0, passes=1)),
+        ("noise 30 um", truth, Trial(noise=3e-5, runs=1)),
+        ("noise 100 um", truth, Trial(noise=1e-4, runs=1)),
+        ("noise 30 um, 50 Hz", truth, Trial(noise=3e-5, every=5, runs=1)),
+        ("orientations, 20 urad", truth, Trial(turn_noise=TURN_NOISE, runs=1)),
+        ("12 s measured", truth, Trial(seconds=12.0, runs=1)),
         ("the wrench is 5 % more", changed(truth, force=1.05), one),
         ("its gaps have round edges", changed(truth, torque_curve="spline"), one),
         ("only the backlash is other, 20 % more", all_alike(shop.robot, "backlash", 1.2), one),
@@ -139,7 +139,7 @@ def trials() -> str:
     for name, data in others.items():
         with Shop(data) as other:
             rows.append((name, *_row(other.learned(hidden(other.robot, SEEDS[0]), one))))
-    return table(("", "before", "after one pass", ""), rows)
+    return table(("", "before", "after one run", ""), rows)
 
 
 def _row(found: Learning) -> tuple[str, str, str]:
@@ -166,7 +166,7 @@ def _second_robot() -> dict[str, Any]:
 def picture() -> str:
     """Draw how far the second robot's tool is off, before and after."""
     found, figure = _learned(SEEDS[1]), go.Figure()
-    names = ("as its file says", "after one pass", "after two")
+    names = ("as its file says", "after one run", "after two")
     for name, off, color in zip(names, found.off, ("#D55E00", "#56B4E9", "#0072B2"), strict=True):
         distance = 1e6 * np.linalg.norm(off - off.mean(axis=0), axis=1)
         figure.add_scatter(
@@ -181,7 +181,7 @@ def picture() -> str:
     save("learn", styled(figure, 900, 380))
     print(sequence(found.left))
     return (
-        "![Distance of the tool from its path before, after one and after two measured passes]"
+        "![Distance of the tool from its path before, after one and after two measured runs]"
         "(figures/learn.png)"
     )
 

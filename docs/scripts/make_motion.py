@@ -35,7 +35,7 @@ _UM = 1e6
 def recording(name: str) -> Recording:
     """Return a recording of the KR 300."""
     with tempfile.TemporaryDirectory() as folder:
-        return read_recording(converted(name, Path(folder)), 6)
+        return read_recording(converted(name, Path(folder)), load_robot(find_robot("kuka_kr300")))
 
 
 @cache

@@ -49,7 +49,7 @@ WITHOUT = tuple(
     for path, first in ((CONE, 31), (PYRAMID, 32), (ISO, 33))
     for seed, stiffness in ((first, 0.25), (first + 3, 0.5), (first + 6, 1.0))
 )
-# What is new in every pass: a shift and a drift [m].
+# What is new in every run: a shift and a drift [m].
 ANEW = replace(EXTRAS, again=1e-5)
 
 
@@ -72,7 +72,7 @@ OTHERS = {
     "file right, extras": Trial(CONE, 0),
     "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", backlash=1e-4),
     "backlash of 0.1 mrad": Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", backlash=1e-4),
-    "extras, and 10 um new in every pass": Trial(CONE, 52, 0.5, ANEW),
+    "extras, and 10 um new in every run": Trial(CONE, 52, 0.5, ANEW),
     "file right, geometry off by 0.3 mm over 0.1 m": Trial(
         CONE, 0, extras=replace(NONE, geometry=3e-4)
     ),
@@ -99,14 +99,14 @@ def _table(rows: list[tuple[Told, str]]) -> str:
     head = (
         "robot and path",
         "",
-        "rms after every pass [um]",
+        "rms after every run [um]",
         "largest [um]",
         "moves",
         "forecasts held",
     )
     lines = []
     for own, words in rows:
-        first, last = own.passes[0], own.passes[-1]
+        first, last = own.runs[0], own.runs[-1]
         held = own.held
         lines.append(
             (
@@ -114,7 +114,7 @@ def _table(rows: list[tuple[Told, str]]) -> str:
                 words,
                 own.row,
                 f"{1e6 * first.maximum:.0f} → {1e6 * last.maximum:.0f}",
-                ", ".join(p.move for p in own.passes[1:]),
+                ", ".join(p.move for p in own.runs[1:]),
                 f"{sum(held)} of {len(held)}",
             )
         )
@@ -127,30 +127,30 @@ def sums() -> str:
     held = [own for one in every for own in one.held]
     worst = [one.trial.name for one in every if not one.never_worse]
     commands = sum(one.commands_never_worse for one in every)
-    anew = _others()[list(OTHERS).index("extras, and 10 um new in every pass")]
+    anew = _others()[list(OTHERS).index("extras, and 10 um new in every run")]
     rows = [
-        ("histories of four passes", f"{len(every)}"),
+        ("histories of four runs", f"{len(every)}"),
         (
-            "last pass within 10 % of the best and below the first",
+            "last run within 10 % of the best and below the first",
             f"{len(every) - len(worst)}" + (f" (not: {'; '.join(worst)})" if worst else ""),
         ),
-        ("last command so, without what is new in each pass", f"{commands}"),
-        ("10 um new in every pass: left without that by each command [um]", anew.commands_row),
-        ("forecasts that held the next pass", f"{sum(held)} of {len(held)}"),
+        ("last command so, without what is new in each run", f"{commands}"),
+        ("10 um new in every run: left without that by each command [um]", anew.commands_row),
+        ("forecasts that held the next run", f"{sum(held)} of {len(held)}"),
         (
-            "with extras, largest rms after four passes [um]",
-            f"{1e6 * max(one.passes[-1].rms for one in _extras()):.1f}",
+            "with extras, largest rms after four runs [um]",
+            f"{1e6 * max(one.runs[-1].rms for one in _extras()):.1f}",
         ),
         (
-            "without, largest rms after two measured passes [um]",
-            f"{1e6 * max(one.passes[2].rms for one in _none()):.1f}",
+            "without, largest rms after two measured runs [um]",
+            f"{1e6 * max(one.runs[2].rms for one in _none()):.1f}",
         ),
     ]
     return table(("", ""), rows)
 
 
 def picture() -> str:
-    """Draw the distance from the path in every pass of one robot."""
+    """Draw the distance from the path in every run of one robot."""
     own = _extras()[0]
     figure = go.Figure()
     for number, distance in enumerate(own.distance, start=1):
@@ -166,7 +166,7 @@ def picture() -> str:
         title="distance of the tool from its path [um]", type="log", range=[-0.5, 3]
     )
     save("next", styled(figure, 1000, 420))
-    return "![Distance of the tool from its path in four passes](figures/next.png)"
+    return "![Distance of the tool from its path in four runs](figures/next.png)"
 
 
 PARTS = {

@@ -25,8 +25,8 @@ from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
-from coupling.place.selection import selected
-from coupling.report.place_page import changes, in_words, map_figures
+from coupling.place.station_choice import selected
+from coupling.report.place_report import changes, in_words, map_figures
 from coupling.report.style import style
 from coupling.robot.mismatch import ModelMismatch
 from coupling.run.execute import loop_of
@@ -119,7 +119,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
         correction = case.method.correct(loop_of(case, cell), case.motion)
         for factor in FACTORS:
             other = differing(cell, models, [ModelMismatch(backlash=(factor,))], "another backlash")
-            path = other.simulate(correction.joints, correction.answer.wrench, "dynamic")
+            path = other.simulate(correction.joints, correction.response.wrench, "dynamic")
             away = path.position[0] - correction.desired.position[0]
             mean = away.mean(axis=0)
             size = np.linalg.norm(away - mean, axis=1)
@@ -255,7 +255,7 @@ def learned() -> str:
         }
         for robot, truth in robots.items():
             for title, own in (("as it is", shop), ("placed", robust)):
-                found = own.learned(truth, Trial(passes=1))
+                found = own.learned(truth, Trial(runs=1))
                 refused = found.found[0].refusal
                 told = "refused: nothing to learn" if refused else f"{found.left[-1]}"
                 if own is shop:
@@ -263,7 +263,7 @@ def learned() -> str:
                 else:
                     both = f"{robust.left_by(file, truth)}"
                 rows[title].append((title, robot, f"{found.left[0]}", told, both))
-    head = ("cone", "robot", "before learning", "after one measured pass", "of the cone as it is")
+    head = ("cone", "robot", "before learning", "after one measured run", "of the cone as it is")
     return table(head, [row for own in rows.values() for row in own])
 
 

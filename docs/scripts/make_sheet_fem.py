@@ -38,7 +38,7 @@ def _verdict(run: Run) -> str:
         " each with what the robot takes.\n"
         f"Deviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
         f" process {process:.0f} um)\nand {after:.1f} um after, the process evaluated on the path really"
-        f" taken. Peak force {found.answer.wrench.peak_force:.0f} N.\n"
+        f" taken. Peak force {found.response.wrench.peak_force:.0f} N.\n"
     )
 
 
@@ -46,7 +46,7 @@ def _contours(case: Case, run: Run) -> str:
     """Return the mean force in every contour, after compensation."""
     part = case.task.part
     points = part.coordinates(run.desired.position[0])
-    force = part.rotation.inv().apply(run.correction.answer.wrench.force[0])
+    force = part.rotation.inv().apply(run.correction.response.wrench.force[0])
     depths = np.unique(points[:, 2].round(6))
     depths = depths[depths < 0.0][::-1]
     within = [flat for depth in depths if np.sum(flat := np.abs(points[:, 2] - depth) < 1e-7) > 100]

@@ -18,7 +18,7 @@ import plotly.graph_objects as go
 from benchmarks import study as benchmark
 from coupling.case.file import load_case
 from coupling.events import unwatched
-from coupling.report import study_page
+from coupling.report import study_report
 from coupling.results.study_result import StudySample
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -85,7 +85,7 @@ def cone() -> str:
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:
     """Return band and dots with a legend, which the report that they are made for has outside them."""
-    band, dots = study_page.bands(study), study_page.scatter(study, 1)
+    band, dots = study_report.bands(study), study_report.scatter(study, 1)
     legend = {"y": 1.02, "yanchor": "bottom", "x": 0.0, "traceorder": "reversed"}
     band.update_layout(width=640, height=440, showlegend=True, legend=legend)
     dots.update_layout(width=460, height=440)

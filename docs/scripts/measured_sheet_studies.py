@@ -49,11 +49,11 @@ class Forming:
     force: np.ndarray
 
     @classmethod
-    def of(cls, case: Case, answer: ProcessResponse) -> Forming:
+    def of(cls, case: Case, response: ProcessResponse) -> Forming:
         """Return it of an evaluation on the case's desired path."""
         part = case.task.part
         points = part.coordinates(case.desired.position[0])
-        force = part.rotation.inv().apply(answer.wrench.force[0])
+        force = part.rotation.inv().apply(response.wrench.force[0])
         own = around_axis(points, force)
         moves = np.linalg.norm(np.diff(points, axis=0), axis=1)
         moves[np.minimum(points[:-1, 2], points[1:, 2]) > -1e-6] = 0.0  # in the air
@@ -120,12 +120,12 @@ def _beyond(value: float, measured: float) -> str:
 
 def shape_table() -> str:
     """Return smallest thickness and the distance of the profiles from the measured ones."""
-    _, answer = stiff()
-    assert answer.workpiece is not None
-    thickness = 1e3 * answer.workpiece.cell_fields[THICKNESS]
+    _, response = stiff()
+    assert response.workpiece is not None
+    thickness = 1e3 * response.workpiece.cell_fields[THICKNESS]
     measured = 1e3 * columns("thickness")[:, 1]
     lines = [("smallest thickness", f"{measured.min():.3f} mm", f"{thickness.min():.3f} mm")]
-    corners = answer.workpiece.points
+    corners = response.workpiece.points
     side = round(np.sqrt(len(corners)))
     grid = corners.reshape(side, side, 3) - corners[0] * [0.0, 0.0, 1.0]
     cuts = {"RD": grid[:, side // 2][:, [0, 2]], "TD": grid[side // 2][:, [1, 2]]}

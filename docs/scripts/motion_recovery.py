@@ -13,11 +13,12 @@ from scipy.signal import lfilter
 
 from coupling.identification.motion.fit import fitted
 from coupling.identification.motion.moved_robot import MovedRobot
-from coupling.identification.motion.parameters import motion_parameters, with_numbers
+from coupling.identification.motion.parameters import motion_parameters
 from coupling.identification.motion.problem import MotionProblem, MovedRecording
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import sensor_parameters
 from coupling.inverse.servo import presliding
+from coupling.robot.parameters import with_values
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive
 
@@ -56,8 +57,8 @@ class Known:
         """Return the arm, and a start that is up to a fifth off in every number."""
         robot = arm()
         numbers = motion_parameters(robot, (0, 1))
-        off = [(p, p.start * rng.uniform(0.8, 1.25)) for p in numbers if p.start]
-        return cls(robot, with_numbers(robot, off))
+        off = {p.name: p.start * rng.uniform(0.8, 1.25) for p in numbers if p.start}
+        return cls(robot, with_values(robot, off))
 
 
 def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recording:

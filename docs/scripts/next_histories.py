@@ -1,4 +1,4 @@
-"""Robots that are measured pass after pass, and the commands that are computed from that."""
+"""Robots that are measured run after run, and the commands that are computed from that."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next.command import plan
+from coupling.identification.next.cutoff_choice import selected
 from coupling.identification.next.figures import figures
 from coupling.identification.next.inputs import inputs_folder, write_inputs
-from coupling.identification.next.options import FrameKnown, NextOptions
-from coupling.identification.next.selection import selected
-from coupling.identification.runs.measurement import read_seen
+from coupling.identification.next.options import FrameAccuracy, NextOptions
+from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
@@ -49,7 +49,7 @@ WIDTHS = {"stiffness": 0.15, "backlash": 0.3, "damping": 0.4}
 EXTRAS = Extras(hysteresis=3e-5, drift=5e-5, gear_errors=7e-5)
 NONE = Extras()
 # The frame is the robot's to this [m] and [rad].
-KNOWN = FrameKnown(5e-5, 5e-5)
+KNOWN = FrameAccuracy(5e-5, 5e-5)
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Trial:
         robot: Shipped robot.
         backlash: Half width of the backlash that its gears are given where they have none [rad].
         linear: The robot that moves has gears without backlash, four times as stiff.
-        passes: Number of passes.
+        runs: Number of runs.
     """
 
     path: Path3
@@ -97,7 +97,7 @@ class Trial:
     robot: str = "icme2008"
     backlash: float = 0.0
     linear: bool = False
-    passes: int = 4
+    runs: int = 4
 
     @property
     def name(self) -> str:
@@ -109,11 +109,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Measured:
-    """One pass.
+    """One run.
 
     Attributes:
         rms, maximum: Of the tool's true distance from its path [m].
-        repeats: Rms without what was new in this pass: what the command leaves [m].
+        repeats: Rms without what was new in this run: what the command leaves [m].
         forecast: What was expected; None of the first.
         move: How its command was found; "" of the first.
     """
@@ -121,7 +121,7 @@ class Measured:
     rms: float
     maximum: float
     repeats: float
-    forecast: PassForecast | None
+    forecast: RunForecast | None
     move: str
 
 
@@ -131,42 +131,42 @@ class Told:
 
     Attributes:
         trial: The trial.
-        passes: Its passes.
+        runs: Its runs.
         time: Times [s], (n,), of
-        distance: the true distance from the path in every pass [m], (passes, n).
+        distance: the true distance from the path in every run [m], (runs, n).
     """
 
     trial: Trial
-    passes: tuple[Measured, ...]
+    runs: tuple[Measured, ...]
     time: np.ndarray
     distance: np.ndarray
 
     @property
     def never_worse(self) -> bool:
-        """Whether the last pass is within a tenth of the best, and below the first."""
-        return _never_worse([own.rms for own in self.passes])
+        """Whether the last run is within a tenth of the best, and below the first."""
+        return _never_worse([own.rms for own in self.runs])
 
     @property
     def commands_never_worse(self) -> bool:
-        """Whether that is so of what the commands leave, without what was new in each pass."""
-        return _never_worse([own.repeats for own in self.passes])
+        """Whether that is so of what the commands leave, without what was new in each run."""
+        return _never_worse([own.repeats for own in self.runs])
 
     @property
     def held(self) -> list[bool]:
         """Whether each forecast held what was then measured."""
         return [
-            own.forecast.low <= own.rms <= own.forecast.high for own in self.passes if own.forecast
+            own.forecast.low <= own.rms <= own.forecast.high for own in self.runs if own.forecast
         ]
 
     @property
     def row(self) -> str:
-        """Rms after every pass [um]."""
-        return _row([own.rms for own in self.passes])
+        """Rms after every run [um]."""
+        return _row([own.rms for own in self.runs])
 
     @property
     def commands_row(self) -> str:
-        """Rms that every command leaves, without what was new in its pass [um]."""
-        return _row([own.repeats for own in self.passes])
+        """Rms that every command leaves, without what was new in its run [um]."""
+        return _row([own.repeats for own in self.runs])
 
 
 def _never_worse(left: list[float]) -> bool:
@@ -218,15 +218,15 @@ def told(trial: Trial) -> Told:
         fmu = ReplayedRobot(build_fmu(robot, folder / "true.fmu", BuildOptions("native")))
         settings = replace(hidden(robot, trial), curve=hidden(robot, trial).curve or "backlash")
         real = MeasuredRobot(fmu, Chain.read(file), settings, trial.extras)
-        passes, moves, sources, forecast, move = [], list[Moved](), [], None, ""
-        for number in range(1, trial.passes + 1):
+        runs, moves, sources, forecast, move = [], list[Moved](), [], None, ""
+        for number in range(1, trial.runs + 1):
             moved = real.measure(run, folder / f"measured{number}.csv", number)
             moves.append(moved)
             left = Measured(moved.rms(), moved.largest(), moved.repeats(), forecast, move)
-            passes.append(left)
-            if number == trial.passes:
+            runs.append(left)
+            if number == trial.runs:
                 break
-            sources.append(read_source(run, read_seen(folder / f"measured{number}.csv")))
+            sources.append(read_source(run, read_measurement(folder / f"measured{number}.csv")))
             with Models("native") as models:
                 options = NextOptions(KNOWN)
                 found = plan(sources, options, models)
@@ -240,9 +240,9 @@ def told(trial: Trial) -> Told:
                 move = "again" if found.judgement.again else found.move.kind
         time = moves[0].time
         distance = [np.linalg.norm(own.deviation, axis=1) for own in moves]
-    result = Told(trial, tuple(passes), time, np.array(distance))
+    result = Told(trial, tuple(runs), time, np.array(distance))
     print(
-        f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in passes)})", flush=True
+        f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in runs)})", flush=True
     )
     return result
 

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.place.placing import Placing, placing
-from coupling.place.selection import selected
 from coupling.place.settings import NAMES
+from coupling.place.station_choice import selected
 from coupling.robot.batch.part_placement import part_placements
 from docs.scripts.page import table
 from docs.scripts.runs import example

@@ -57,7 +57,7 @@ def _converged(run: Run) -> Run:
 
 def peak_force(run: Run, tool: int) -> float:
     """Return the largest force on a tool [N]."""
-    return run.correction.answer.wrench.tools[tool].peak_force
+    return run.correction.response.wrench.tools[tool].peak_force
 
 
 def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -90,9 +90,9 @@ def gap_ranges(run: Run) -> tuple[str, str]:
 def workpieces(case: Case, run: Run) -> dict[str, Workpiece]:
     """Return the workpieces of a corrected run; that before takes an evaluation where it had none."""
     found = run.correction
-    before = found.before.answer
+    before = found.before.response
     if before is None:
         samples = np.searchsorted(found.desired.time, case.desired.time)
         before = case.process.evaluate(found.before.path.at_rows(samples))
-    answers = {"before": before, "after": found.answer}
+    answers = {"before": before, "after": found.response}
     return {stage: a.workpiece for stage, a in answers.items() if a.workpiece is not None}

@@ -33,21 +33,23 @@ class BalancerCurve:
     @classmethod
     def through(cls, table: Table) -> BalancerCurve:
         """Return the curve through points [rad, N m]."""
-        return cls(CubicSpline(*np.array(table, dtype=float).T, bc_type="natural"))
+        spline = CubicSpline(*np.array(table, dtype=float).T, bc_type="natural")
+        first, last = spline.x[[0, -1]]
+        for end, beyond in ((last, last + 1.0), (first, first - 1.0)):
+            slope = spline(end, 1)
+            line = [0.0, 0.0, slope, spline(end) + slope * (min(end, beyond) - end)]
+            spline.extend(np.array(line)[:, None], np.array([beyond]))
+        return cls(spline)
 
     def torque(self, angle: np.ndarray) -> np.ndarray:
         """Return tau_b [N m] at angles [rad], of their shape."""
-        inside = self._inside(angle)
-        torque: np.ndarray = self.spline(inside) + self.spline(inside, 1) * (angle - inside)
+        torque: np.ndarray = self.spline(angle)
         return torque
 
     def slope(self, angle: np.ndarray) -> np.ndarray:
         """Return dtau_b/dphi [N m/rad] at angles [rad], of their shape."""
-        slope: np.ndarray = self.spline(self._inside(angle), 1)
+        slope: np.ndarray = self.spline(angle, 1)
         return slope
-
-    def _inside(self, angle: np.ndarray) -> np.ndarray:
-        return np.clip(angle, self.spline.x[0], self.spline.x[-1])
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,13 @@ class Chain:
         return selection
 
     @cached_property
+    def drive_selection(self) -> np.ndarray:
+        """Selection matrix of the drives, likewise, (n, angles)."""
+        selection = np.zeros((self.joint_count, self.model.nv))
+        selection[np.arange(self.joint_count), self.drive] = 1.0
+        return selection
+
+    @cached_property
     def elastic_names(self) -> tuple[str, ...]:
         """joint[i] or joint[i].tilt[k] for every elastic coordinate, in the order of x."""
         pairs = zip(self.elastic_joint + 1, self.elastic_tilt, strict=True)
@@ -86,11 +93,8 @@ class Chain:
             q: Drive angles [rad], (n,) or (samples, n).
             x: Elastic coordinates [rad], (m,) or (samples, m); None for the rigid robot.
         """
-        theta = np.zeros((*np.shape(q)[:-1], self.model.nv))
-        theta[..., self.drive] = q
-        if x is not None:
-            theta[..., self.elastic] += x
-        return theta
+        theta: np.ndarray = q @ self.drive_selection
+        return theta if x is None else theta + x @ self.selection
 
 
 def build_chain(robot: Robot) -> Chain:

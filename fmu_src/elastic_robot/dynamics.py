@@ -82,12 +82,12 @@ class Dynamics:
         model, data, torque = self.chain.model, self.data, np.empty_like(theta)
         for k in range(len(theta)):
             torque[k] = pin.rnea(model, data, theta[k], rate[k], acceleration[k])
-        if acting is not None:
+        if acting is not None and acting.acts:
             jacobian, position = self._tool(theta)
             total = acting.total(position)
             if acting.contact.holds:
                 total += self._contact_wrench(jacobian, position, rate, acting)
-            torque -= (total[:, None] @ jacobian)[:, 0]
+            torque -= (total[..., None, :] @ jacobian)[..., 0, :]
         self.chain.balancers.relieve(torque, theta)
         return torque.take(self.chain.elastic, axis=1)
 
@@ -176,7 +176,7 @@ class Dynamics:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
         own = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
         self.chain.balancers.relieve_gradient(own, theta)
-        if not (acting.is_sprung or acting.wrench.any()):
+        if not acting.acts:
             return -own[self._rows]
         jacobian = tcp_jacobian(self.chain, self.data, theta)
         turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - own)[self._rows]
@@ -201,8 +201,6 @@ class Dynamics:
 
     def _wrench(self, acting: ToolLoad) -> np.ndarray:
         """Return the wrench with the forces at rest at the angles of the last Jacobian, (6,)."""
-        if not acting.is_sprung:
-            return acting.wrench
         return acting.at_rest(self.data.oMf[self.chain.tcp].translation)
 
 

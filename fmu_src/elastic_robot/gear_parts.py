@@ -107,6 +107,8 @@ class Drive:
         integral_gain: Its integral gain Ki [N m/rad], >= 0.
         feed_forward: Part kff of the commanded rate that is fed forward.
         torque_limit: Largest torque of the motor [N m], > 0, or None for no limit.
+        torque_per_current: Torque per current of the motor [N m/A], > 0, or None where it is unknown; of
+            use where currents are measured.
 
     Raises:
         ValueError: If a value is out of its range.
@@ -124,6 +126,7 @@ class Drive:
     stribeck: float = 0.0
     stribeck_rate: float = 0.05
     torque_limit: float | None = None
+    torque_per_current: float | None = None
 
     def __post_init__(self) -> None:
         for key, unit in (
@@ -147,12 +150,13 @@ class Drive:
             raise ValueError(f"stribeck: expected at most 1, got {self.stribeck!r}")
         if self.load_friction >= 1.0:
             raise ValueError(f"load_friction: expected less than 1, got {self.load_friction!r}")
-        if self.torque_limit is not None:
-            limit = self.torque_limit
-            require_number("torque_limit", limit, minimum=0.0, open_end=True, unit="N m")
+        for key, unit in (("torque_limit", "N m"), ("torque_per_current", "N m/A")):
+            value = getattr(self, key)
+            if value is not None:
+                require_number(key, value, minimum=0.0, open_end=True, unit=unit)
 
     def friction_torque(
-        self, friction: float, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
+        self, friction: float | np.ndarray, part: np.ndarray, rate: np.ndarray, carried: np.ndarray
     ) -> np.ndarray:
         """Return f [N m] with F [N m], at s / a, q' [rad/s] and T [N m], any shape."""
         lost = self.stribeck * (1.0 - np.exp(-((rate / self.stribeck_rate) ** 2)))

@@ -79,6 +79,8 @@ class KinematicErrors:
 
     def slope(self, q: np.ndarray) -> np.ndarray:
         """Return du/dq = 1 + eps' [1] at q (..., n) [rad], (..., n)."""
+        if self.count == 0:
+            return np.ones_like(q)
         slope: np.ndarray = (self.amplitude * self.order * np.cos(self._turned(q))) @ self._owner
         return 1.0 + slope
 

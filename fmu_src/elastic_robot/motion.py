@@ -13,7 +13,8 @@ own (docs/model.md): the two share the equations, not their solution.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -22,9 +23,9 @@ from scipy.optimize import OptimizeResult
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
-from elastic_robot.hysteresis import HeldHysteresis, Hysteresis
+from elastic_robot.hysteresis import Hysteresis
 from elastic_robot.motors import NO_INSTANT, NO_MOTORS, MotorInstant, Motors, MotorState
-from elastic_robot.residual import OperatingPoint, elastic_torque, free_acceleration
+from elastic_robot.residual import free_acceleration
 from elastic_robot.settings import SETTINGS
 from elastic_robot.slipping import SlipPiece
 from elastic_robot.tool_load import Load, ToolLoad
@@ -33,9 +34,9 @@ from elastic_robot.torque_curves import TorqueCurve
 # Part of the local error allowed that DOP853 has to keep, for it is to judge other integrators; the
 # least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
 _ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
-# First step [s], which costs less to fail than to be found; and the most steps that are taken before a
-# motion is given up: these, and those for each second in it.
-_FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
+# First step [s], as long as an oscillation of 200 Hz allows: it costs less to fail than to be found.
+# And the most steps that are taken before a motion is given up: these, and those for each second in it.
+_FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 1.2e-3, 500, 1500
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
@@ -77,15 +78,34 @@ class State:
 
 @dataclass(frozen=True)
 class _Instant:
-    """Point of the equation of motion, and what the motors do there."""
+    """What acts on the elastic coordinates at an instant, and what the motors do.
 
-    point: OperatingPoint
+    Attributes:
+        drives: Motion of the drives at their gears' outputs [rad, rad/s, rad/s^2], (3, n).
+        acting: Loads on the tool.
+        carried: S + H + d x' [N m], (m,).
+        motors: The motors that move by themselves.
+    """
+
+    drives: np.ndarray
+    acting: ToolLoad
+    carried: np.ndarray
     motors: MotorInstant
 
 
 def _turn(place: int) -> _Event:
     """Return the event function of the zeros of one rate, at a place of what is integrated."""
     return lambda _, y: float(y[place])
+
+
+def _fall(ways: Callable[[float, bytes], np.ndarray], k: int) -> _Event:
+    """Return the event function of one of some ways that falls through zero, which ends a piece."""
+
+    def way(time: float, y: np.ndarray) -> float:
+        return float(ways(float(time), y.tobytes())[k])
+
+    way.terminal, way.direction = True, -1.0  # type: ignore[attr-defined]
+    return way
 
 
 def _overshot(
@@ -116,7 +136,7 @@ class DrivenMotion:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
-        hysteresis: Law of the elements of the gears.
+        law: Law of the elements of the gears, then of the motors' friction.
         motors: The motors that move by themselves.
         local_error: Error of x allowed in a step [rad].
     """
@@ -126,17 +146,13 @@ class DrivenMotion:
         dynamics: Dynamics,
         curve: TorqueCurve,
         damping: np.ndarray,
-        hysteresis: Hysteresis,
+        law: Hysteresis,
         motors: Motors,
         local_error: float,
     ) -> None:
         self._dynamics, self._curve, self._damping = dynamics, curve, damping
-        self._law, self._motors, self._local_error = (
-            motors.with_friction(hysteresis),
-            motors,
-            local_error,
-        )
-        self._m, self._e = len(damping), hysteresis.elements.count
+        self._law, self._motors, self._local_error = law, motors, local_error
+        self._m, self._e = len(damping), dynamics.chain.elements.count
 
     def advance(
         self, state: State, end: float, drives: Drives, load: Load, torque: np.ndarray
@@ -178,13 +194,13 @@ class DrivenMotion:
             left -= 1
             if left < 0:
                 raise given_up(time, f"needs more than {steps:.0f} steps")
-            now = instant(time, y)
-            x_rate = free_acceleration(self._dynamics, self._curve, self._damping, now.point)
-            rates = self._split(y)[1]
+            now, (coordinates, rates, _) = instant(time, y), self._split(y)
+            x, v = coordinates[: self._m], rates[: self._m]
+            of_x = free_acceleration(self._dynamics, now.drives, x, v, now.acting, now.carried)
             if not self._motors.drives:
-                return np.concatenate([rates, x_rate])
+                return np.concatenate([v, of_x])
             growth = self._motors.growth(now.motors, modes)
-            return np.concatenate([rates, x_rate, now.motors.acceleration, growth])
+            return np.concatenate([rates, of_x, now.motors.acceleration, growth])
 
         def bends(_: float, y: np.ndarray) -> float:
             return most - float(np.abs(y[: self._m]).max())
@@ -212,7 +228,8 @@ class DrivenMotion:
         bends.terminal = slips.terminal = True  # type: ignore[attr-defined]
         slips.direction = -1.0  # type: ignore[attr-defined]
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
-        jump, time, watched = SETTINGS.jump(self._local_error), start, True
+        jump, time = SETTINGS.jump(self._local_error), start
+        resting: set[int] = set()
         y = self._joined(state)
         coordinates, rates, _ = self._split(y)
         turns = [_turn(len(coordinates) + k) for k in self._law.elements.gears]
@@ -222,8 +239,9 @@ class DrivenMotion:
         while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
             piece = (time, min(end, drives.next_kink(time, jump)))
             modes = self._motors.modes(instant(time, y).motors)
-            edge = self._edge(time, y, instant, modes) if watched else None
-            events = [bends, *of_elements, *([] if edge is None else [edge])]
+            edges = dict(enumerate(self._edges(time, y, instant, modes)))
+            watched = [k for k in edges if k not in resting]
+            events = [bends, *of_elements, *(edges[k] for k in watched)]
             solved = solve(piece, y, events)
             overshot = _overshot(solved, range(2, 1 + len(of_elements)), ways)
             if overshot is not None:
@@ -238,7 +256,9 @@ class DrivenMotion:
             if changes:
                 slipping = slipping.after(*self._split(y)[:2])
             # Who grazes an edge, or rests on it, is not asked again where it stands.
-            watched = changes or time - piece[0] > _LATER
+            fell = zip(watched, solved.t_events[1 + len(of_elements) :], strict=True)
+            at_once = not changes and time - piece[0] <= _LATER
+            resting = resting | {k for k, times in fell if len(times)} if at_once else set()
         return self._state(end, y, state, slipping)
 
     def _split(self, y: np.ndarray) -> list[np.ndarray]:
@@ -255,8 +275,7 @@ class DrivenMotion:
     def _sizes(self) -> np.ndarray:
         """Return what of each part of it is as much as 1 rad of x."""
         count = 2 * (self._m + len(self._motors.drives))
-        of_servos = [drive.rate_gain * drive.position_gain for drive in self._motors.drives]
-        return np.append(np.ones(count), of_servos)
+        return np.append(np.ones(count), self._motors.stiffness)
 
     def _state(self, time: float, y: np.ndarray, start: State, slipping: SlipPiece) -> State:
         (x, way), (v, rate) = (np.split(part, [self._m]) for part in self._split(y)[:2])
@@ -273,44 +292,47 @@ class DrivenMotion:
         acting: ToolLoad,
         torque: np.ndarray,
     ) -> _Instant:
-        """Return the equation's point and what the motors do."""
+        """Return what acts, and what the motors do."""
         coordinates, rates, integral = self._split(y)
         m, errors = self._m, self._dynamics.chain.kinematic_errors
-        x, way, v, rate = coordinates[:m], coordinates[m:], rates[:m], rates[m:]
+        carried = self._curve.torque(coordinates[:m]) + self._damping * rates[:m]
         elongation = slipping.elongation_at(coordinates)
-        held = HeldHysteresis(self._law.torque(elongation)[:m], np.zeros(1), np.zeros(1))
-        motion = np.stack([x, v, np.zeros_like(x)])
-        point = OperatingPoint(commands, motion, acting, self._curve.region(x), held)
+        if self._law.acts:
+            carried = carried + self._law.torque(elongation)[:m]
         if not self._motors.drives:
-            return _Instant(replace(point, drives=errors.at_output(commands)), NO_INSTANT)
-        motors = MotorState(start.motors.angle + way, rate, integral, elongation[self._e :])
-        carried = elastic_torque(self._curve, self._damping, point)
+            return _Instant(errors.at_output(commands), acting, carried, NO_INSTANT)
+        angle, rate = start.motors.angle + coordinates[m:], rates[m:]
+        motors = MotorState(angle, rate, integral, elongation[self._e :])
         now = self._motors.at(commands, motors, carried, torque)
-        moved = self._motors.joined(commands, np.stack([motors.angle, rate, now.acceleration]))
-        return _Instant(replace(point, drives=errors.at_output(moved)), now)
+        moved = self._motors.joined(commands, np.array([angle, rate, now.acceleration]))
+        return _Instant(errors.at_output(moved), acting, carried, now)
 
-    def _edge(
+    def _edges(
         self,
         now: float,
         y: np.ndarray,
         instant: Callable[[float, np.ndarray], _Instant],
         modes: np.ndarray,
-    ) -> _Event | None:
-        """Return the event function of edges of backlash, a contact's plane and torque limits."""
+    ) -> list[_Event]:
+        """Return event functions, one for each edge of backlash, a contact's plane and a torque limit.
+
+        One for all, their least, would miss what falls through zero while another stands there.
+        """
         width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
-        holds = begin.point.acting.contact.holds
+        holds = begin.acting.contact.holds
         limits = len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
         if not (len(gears) or holds or limits):
-            return None
+            return []
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
             """Return distances of gears from backlash [rad] and of the contact from its plane [m]."""
             ways = np.abs(y[gears]) - width[gears]
             if holds:
-                point = instant(time, y).point
-                theta, rate, _ = self._dynamics.chain.theta(point.drives, point.motion)
-                depth, *_ = self._dynamics.contact_state(theta[None], rate[None], point.acting)
+                at = instant(time, y)
+                motion = np.array([part[: self._m] for part in self._split(y)[:2]])
+                theta, rate = self._dynamics.chain.theta(at.drives[:2], motion)
+                depth, *_ = self._dynamics.contact_state(theta[None], rate[None], at.acting)
                 ways = np.append(ways, depth)
             return ways
 
@@ -318,12 +340,13 @@ class DrivenMotion:
         later[: self._m] += _LATER * self._split(y)[1][: self._m]
         side = np.sign(beyond(now + _LATER, later))
 
-        def edge(time: float, y: np.ndarray) -> float:
+        @lru_cache(maxsize=1)  # which every event asks
+        def ways(time: float, bytes_of_y: bytes) -> np.ndarray:
+            y = np.frombuffer(bytes_of_y)
             ways = side * beyond(time, y)
-            if limits:
-                at = self._motors.ways(instant(time, y).motors, modes, begin.motors)
-                ways = np.append(ways, at)
-            return float(np.min(ways))
+            if not limits:
+                return ways
+            at = self._motors.ways(instant(time, y).motors, modes, begin.motors)
+            return np.append(ways, at)
 
-        edge.terminal, edge.direction = True, -1.0  # type: ignore[attr-defined]
-        return edge
+        return [_fall(ways, k) for k in range(len(ways(now, y.tobytes())))]

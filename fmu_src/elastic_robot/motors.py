@@ -10,7 +10,8 @@ grew and fall behind it if z waited, z grows as much as keeps it there (Filippov
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
 from functools import cached_property
 from typing import Literal, get_args
 
@@ -28,7 +29,9 @@ DriveKind = Literal["ideal", "servo", "torque"]
 DRIVES: tuple[DriveKind, ...] = get_args(DriveKind)
 # What z does: it grows as w has it, waits at the torque limit, or keeps the torque there.
 _GROWS, _WAITS, _KEEPS = 0, 1, 2
-_AT_LIMIT = 1e-9  # part of the torque limit within which a torque is at it
+# Part of the torque limit within which a torque is at it, and which a rate there must be in a second.
+_AT_LIMIT = 1e-9
+_STILL = 1e-9  # w that is as good as none, found to the spacing of times only [rad/s]
 
 
 @dataclass(frozen=True)
@@ -66,9 +69,27 @@ class MotorInstant:
     torque: np.ndarray
     acceleration: np.ndarray
 
+    @property
+    def heading(self) -> np.ndarray:
+        """What has the sign of w a little later, where w itself turns at least, (d,)."""
+        return np.where(np.abs(self.wanted) <= _STILL, self.turning, self.wanted)
+
 
 # What there is to say of a robot without moving motors, asked for in every evaluation.
 NO_INSTANT = MotorInstant(*np.zeros((5, 0)))
+
+
+class DriveColumns(Drive):
+    """All drives side by side: each number is an array, (d,), nan where there is no torque limit."""
+
+    @classmethod
+    def of(cls, drives: Sequence[Drive]) -> DriveColumns:
+        """Return those of drives."""
+        rows = np.array([astuple(drive) for drive in drives], dtype=float)
+        return cls(*rows.reshape(-1, len(fields(Drive))).T)
+
+    def __post_init__(self) -> None:
+        """The drives were looked at one by one."""
 
 
 @dataclass(frozen=True)
@@ -106,14 +127,16 @@ class Motors:
 
         Its torques and slopes are of use where the gears' are.
         """
+        if not self.drives:
+            return hysteresis
         of, m, one = hysteresis.elements, len(hysteresis.slip_torque), np.ones(len(self.drives))
         elements = Elements(
             np.append(of.coordinate, m + np.arange(len(one))),
             np.append(of.number, one.astype(int)),
-            np.append(of.slip_angle, self._number("slip_angle")),
+            np.append(of.slip_angle, self._each.slip_angle),
             np.append(of.share, one),
         )
-        slips = self.friction + self._number("load_friction")
+        slips = self.friction + self._each.load_friction
         return Hysteresis(elements, np.append(hysteresis.slip_torque, slips))
 
     def joined(self, commands: np.ndarray, motors: np.ndarray) -> np.ndarray:
@@ -141,15 +164,15 @@ class Motors:
             given: Torques of motors without servo [N m], (d,).
         """
         (q, qd, qdd), gears = commands[:, self.joint], carried[self.gear]
-        k_v, forward = self._number("position_gain"), self._number("feed_forward")
+        each = self._each
+        k_v, forward = each.position_gain, each.feed_forward
         wanted = k_v * (q - state.angle) + forward * qd - state.rate
-        asked = self._rate_gain * wanted + state.integral if self.servo else given
-        torque = np.clip(asked, -self.limit, self.limit) if self.servo else given
+        asked = each.rate_gain * wanted + state.integral if self.servo else given
+        torque = np.minimum(np.maximum(asked, -self.limit), self.limit) if self.servo else given
         rise = self.errors.slope(self.joined(commands[0], state.angle))[self.joint]
-        part = state.presliding / self._number("slip_angle")
-        each = zip(self.drives, self.friction, part, state.rate, gears, strict=True)
-        friction = np.array([drive.friction_torque(*own) for drive, *own in each])
-        acceleration = (torque + rise * gears - friction) / self._number("inertia")
+        part = state.presliding / each.slip_angle
+        friction = each.friction_torque(self.friction, part, state.rate, gears)
+        acceleration = (torque + rise * gears - friction) / each.inertia
         turning = k_v * (qd - state.rate) + forward * qdd - acceleration
         return MotorInstant(wanted, turning, asked, torque, acceleration)
 
@@ -158,18 +181,19 @@ class Motors:
         if not self.servo:
             return np.full(len(self.drives), _WAITS)
         side, room = np.sign(now.asked), self.room(now)
-        onwards = side * now.wanted > 0.0
+        onwards = side * now.heading > 0.0
         beyond = room < -_AT_LIMIT * self.limit
         at_limit = (np.abs(room) <= _AT_LIMIT * self.limit) & np.isfinite(self.limit)
         waiting, growing = side * self._by(now, _WAITS), side * self._by(now, _GROWS)
-        waits = onwards & (beyond | (at_limit & (waiting >= 0.0)))
-        keeps = onwards & at_limit & (waiting < 0.0) & (growing > 0.0)
+        falls = waiting < -_AT_LIMIT * self.limit
+        waits = onwards & (beyond | (at_limit & ~falls))
+        keeps = onwards & at_limit & falls & (growing > _AT_LIMIT * self.limit)
         return np.where(waits, _WAITS, np.where(keeps, _KEEPS, _GROWS))
 
     def growth(self, now: MotorInstant, modes: np.ndarray) -> np.ndarray:
         """Return z' [N m/s], (d,)."""
-        grows = self._number("integral_gain") * now.wanted
-        return np.choose(modes, [grows, 0.0 * grows, -self._rate_gain * now.turning])
+        keeps = np.where(modes == _KEEPS, -self._each.rate_gain * now.turning, 0.0)
+        return np.where(modes == _GROWS, self._each.integral_gain * now.wanted, keeps)
 
     def ways(self, now: MotorInstant, modes: np.ndarray, before: MotorInstant) -> np.ndarray:
         """Return what falls through zero where z goes on otherwise or the torque limit is passed.
@@ -186,7 +210,7 @@ class Motors:
         beyond = (self.room(before) < -_AT_LIMIT * self.limit) | (modes == _WAITS)
         stays = np.minimum(-side * self._by(now, _WAITS), side * self._by(now, _GROWS))
         to_limit = np.where(keeps, stays, np.where(beyond, -room, room))
-        onwards = np.sign(before.wanted) * now.wanted
+        onwards = np.sign(before.heading) * now.wanted
         return np.concatenate([to_limit[limited], onwards[limited & beyond & ~keeps]])
 
     def room(self, now: MotorInstant) -> np.ndarray:
@@ -198,24 +222,29 @@ class Motors:
         q, qd, qdd = commands[:, self.joint]
         none = np.zeros(len(q))
         now = self.at(commands, MotorState(q, qd, none, none), carried, none)
-        free = now.acceleration - now.torque / self._number("inertia")
-        return self._number("inertia") * (qdd - free) - self._rate_gain * now.wanted
+        inertia = self._each.inertia
+        free = now.acceleration - now.torque / inertia
+        return inertia * (qdd - free) - self._each.rate_gain * now.wanted
 
     @cached_property
     def limit(self) -> np.ndarray:
         """Torque limits [N m], infinite where there is none, (d,)."""
         return np.array([drive.torque_limit or np.inf for drive in self.drives])
 
-    @property
-    def _rate_gain(self) -> np.ndarray:
-        return self._number("rate_gain")
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness Kp Kv of the servos [N m/rad], (d,)."""
+        return np.multiply(self._each.rate_gain, self._each.position_gain)
+
+    @cached_property
+    def _each(self) -> DriveColumns:
+        return DriveColumns.of(self.drives)
 
     def _by(self, now: MotorInstant, mode: int) -> np.ndarray:
         """Return the rate of the torque that is asked for if all z were in one mode [N m/s], (d,)."""
-        return self._rate_gain * now.turning + self.growth(now, np.full(len(self.drives), mode))
-
-    def _number(self, key: str) -> np.ndarray:
-        return np.array([getattr(drive, key) for drive in self.drives])
+        return self._each.rate_gain * now.turning + self.growth(
+            now, np.full(len(self.drives), mode)
+        )
 
 
 def require_drives(robot: Robot, kind: str, quasistatic: bool, trajectory: bool = False) -> None:

@@ -85,17 +85,11 @@ def residual(
         damping: d [N m s/rad], (m,).
         point: State, drives and wrench to evaluate at.
     """
-    x = point.motion[0]
+    x, rate, _ = point.motion
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
     loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.acting)
-    return elastic_torque(curve, damping, point) + loads.reshape(x.shape)
-
-
-def elastic_torque(curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint) -> np.ndarray:
-    """Return S + H + d x' [N m], (m,) or (k, m); the arguments are those of `residual`."""
-    x, rate, _ = point.motion
-    torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
-    return torque + point.hysteresis.torque
+    carried: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
+    return carried + point.hysteresis.torque + loads.reshape(x.shape)
 
 
 def residual_derivatives(
@@ -168,16 +162,25 @@ def by_parameter(
 
 
 def free_acceleration(
-    dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint
+    dynamics: Dynamics,
+    drives: np.ndarray,
+    x: np.ndarray,
+    rate: np.ndarray,
+    acting: ToolLoad,
+    carried: np.ndarray,
 ) -> np.ndarray:
     """Return the x'' [rad/s^2] of one state that makes its residual zero, (m,).
 
-    The arguments are those of `residual`; the x'' of the point is not used.
+    Args:
+        dynamics: Forces of the robot.
+        drives: As of `OperatingPoint`, (3, n).
+        x, rate: Elastic coordinates and their rates [rad, rad/s], (m,).
+        acting: Loads on the tool.
+        carried: S + H + d x' [N m], (m,).
     """
-    chain, (x, rate, _) = dynamics.chain, point.motion
-    theta, theta_rate, of_drives = chain.theta(point.drives, np.array([x, rate, 0.0 * x]))[:, None]
-    loads = dynamics.loads(theta, theta_rate, of_drives, point.acting)[0]
-    torque = elastic_torque(curve, damping, point) + loads
+    motion = np.array([x, rate, np.zeros(len(x))])
+    theta, theta_rate, of_drives = dynamics.chain.theta(drives, motion)[:, None]
+    torque = carried + dynamics.loads(theta, theta_rate, of_drives, acting)[0]
     return np.linalg.solve(dynamics.mass_matrix(theta[0]), -torque)
 
 

@@ -87,6 +87,7 @@ class ElasticRobot(RobotOutputs):
         self._hysteresis = Hysteresis(self.chain.elements, parameters.hysteresis)
         kind = IDEAL if self._quasistatic else self._drive
         self._motors = Motors.of(self._robot, self.chain, parameters.friction, kind)
+        self._law = self._motors.with_friction(self._hysteresis)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -182,7 +183,7 @@ class ElasticRobot(RobotOutputs):
             self._dynamics,
             self._curve,
             damping,
-            self._hysteresis,
+            self._law,
             self._motors,
             self._local_error,
         )

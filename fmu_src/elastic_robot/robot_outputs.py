@@ -36,6 +36,7 @@ class RobotOutputs:
     _dynamics: Dynamics
     _curve: TorqueCurve
     _hysteresis: Hysteresis
+    _law: Hysteresis
     _motors: Motors
     _parameters: Parameters
     _quasistatic: bool
@@ -193,8 +194,7 @@ class RobotOutputs:
         """Return the law of all elements, the motors' behind the gears', elongations and rates."""
         state = self._now()
         elongation = np.append(state.elongation, state.motors.presliding)
-        law = self._motors.with_friction(self._hysteresis)
-        return law, elongation, np.append(state.v, state.motors.rate)
+        return self._law, elongation, np.append(state.v, state.motors.rate)
 
     def _instant(self) -> MotorInstant:
         """Return what the motors do."""
@@ -225,6 +225,8 @@ class RobotOutputs:
         """Return q, q', q'' of all motors, at rest in quasi-static mode, (3, n)."""
         if self._quasistatic:
             return self._held.commands * [[1.0], [0.0], [0.0]]
+        if not self._motors.drives:
+            return self._held.commands
         motors = self._now().motors
         motion = np.stack([motors.angle, motors.rate, self._instant().acceleration])
         return self._motors.joined(self._held.commands, motion)
@@ -235,11 +237,13 @@ class RobotOutputs:
 
     def _theta(self) -> np.ndarray:
         """Return the angles of the chain [rad], (angles,)."""
-        return self.chain.theta(self._at_output()[0], self._now().x)
+        u = self.chain.kinematic_errors.output_angle(self.motor_angle())
+        return self.chain.theta(u, self._now().x)
 
     def _theta_rate(self) -> np.ndarray:
-        """Return their rates [rad/s], (angles,)."""
-        return self.chain.theta(self._at_output()[1], self._now().v)
+        """Return their rates [rad/s], (angles,), of a robot that is not quasi-static."""
+        slope = self.chain.kinematic_errors.slope(self.motor_angle())
+        return self.chain.theta(slope * self.motor_rate(), self._now().v)
 
     def contact_force(self) -> np.ndarray:
         """Return the force of the contact on the tool [N], (3,); none where it is not touched."""
@@ -314,9 +318,10 @@ class RobotOutputs:
             motion[1] = state.v
         acting = self._held.acting.resting if self._quasistatic else self._held.acting
         hysteresis = self._hysteresis.held(state.elongation, state.v)
-        point = OperatingPoint(drives, motion, acting, self._curve.region(state.x), hysteresis)
-        motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
-        return point
+        motion[2] = free_acceleration(
+            self._dynamics, drives, motion[0], motion[1], acting, self._elastic_torque()
+        )
+        return OperatingPoint(drives, motion, acting, self._curve.region(state.x), hysteresis)
 
     def _now(self) -> State:
         if self._state is None:

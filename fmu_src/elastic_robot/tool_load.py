@@ -110,6 +110,11 @@ class ToolLoad:
         return self.contact.holds or self.has_spring
 
     @cached_property
+    def acts(self) -> bool:
+        """Whether anything acts."""
+        return self.is_sprung or bool(self.wrench.any())
+
+    @cached_property
     def has_spring(self) -> bool:
         """Whether there is a spring."""
         return self.stiffness is not NO_SPRING.stiffness and bool(self.stiffness.any())
@@ -130,6 +135,8 @@ class ToolLoad:
         Returns:
             (6,) or (k, 6) [N, N m].
         """
+        if not self.is_sprung:
+            return self.wrench
         stretch = self.anchor - position
         whole = np.empty((*stretch.shape[:-1], 6))
         whole[...] = self.wrench
@@ -177,19 +184,24 @@ class Load:
     contact: PlaneContact = NO_CONTACT
 
     @cached_property
-    def is_even(self) -> bool:
-        """Whether the wrench stays as it is."""
-        return self.rate is NO_RATE or not self.rate.any()
+    def _steady(self) -> ToolLoad | None:
+        """What acts at all times, if neither the wrench nor the anchor changes."""
+        if self.rate.any() or self.spring.velocity.any():
+            return None
+        spring = self.spring
+        return ToolLoad(
+            self.wrench, spring.position, spring.stiffness, self.contact, spring.velocity
+        )
 
     def at(self, seconds: float | np.ndarray) -> ToolLoad:
         """Return the loads at a time from the step's start [s], or at k of them, (k,)."""
-        wrench = self.wrench
-        if not self.is_even:
-            wrench = wrench + np.multiply.outer(seconds, self.rate)
-        if self.spring is NO_SPRING and not self.contact.holds:
-            return ToolLoad(wrench)
+        if self._steady is not None:
+            return self._steady
         spring = self.spring
-        way = np.multiply.outer(seconds, spring.velocity)
         return ToolLoad(
-            wrench, spring.position + way, spring.stiffness, self.contact, spring.velocity
+            self.wrench + np.multiply.outer(seconds, self.rate),
+            spring.position + np.multiply.outer(seconds, spring.velocity),
+            spring.stiffness,
+            self.contact,
+            spring.velocity,
         )

@@ -64,7 +64,7 @@ def test_what_is_said_without_a_run_is_what_its_replays_show(name, tmp_path):
         said = max(getattr(own.deviation, figure) for own in robot.backlash)
         shown = max(getattr(replays[own.name], figure) for own in robot.backlash)
         assert 1.0 / 1.5 < said / shown < 1.5, figure
-    at_rest = max(gear.miss for gear in robot.gears)
+    at_rest = max(gear.backlash_error for gear in robot.gears)
     assert name in AS_AT_REST or at_rest < max(own.maximum for own in replays.values()) / 1.5
 
 
@@ -82,7 +82,7 @@ def kept():
 
 def test_gears_that_keep_their_flank_are_off_by_a_fifth_of_their_half_width(kept):
     """The tool by the sum of J_i 0.2 B_i sign T_i, to the other side with less; to 1 %."""
-    assert not any(gear.changes for gear in kept.robot.gears)
+    assert not any(gear.reversals for gear in kept.robot.gears)
     model, loads = kept.moving.model, gear_loads(kept.moving, kept.wanted)
     theta = kept.moving.task(kept.wanted).guess[:: len(loads.time) // 100]
     rest = np.zeros((len(theta), model.size))

@@ -20,7 +20,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
-from coupling.report.check_page import joint_table
+from coupling.report.check_report import joint_table
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
 

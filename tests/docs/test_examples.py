@@ -141,7 +141,7 @@ def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):
     run = run_compensation(load_case(file))
     found, deviations = run.correction, Deviations.of(run)
     assert found.converged, found.reason
-    assert found.answer.wrench.peak_force > 300.0
+    assert found.response.wrench.peak_force > 300.0
     assert deviations.process.maximum > 1e-4
     assert deviations.before.maximum > 1e-3
     assert deviations.after.maximum <= 2e-6

@@ -74,15 +74,15 @@ def test_two_exports_at_once_do_not_mix(tmp_path, monkeypatch):
     """The second one comes while the first changes places: it is refused, the first one ends well."""
     from coupling.export import folder as writing
 
-    take_place = writing.take_place
+    replace_folder = writing.replace_folder
 
     def meanwhile(draft: Path, target: Path) -> None:
-        monkeypatch.setattr(writing, "take_place", take_place)
+        monkeypatch.setattr(writing, "replace_folder", replace_folder)
         with pytest.raises(ProgramError, match="krl: another command writes it: wait for its end"):
             put(target, "second")
-        take_place(draft, target)
+        replace_folder(draft, target)
 
-    monkeypatch.setattr(writing, "take_place", meanwhile)
+    monkeypatch.setattr(writing, "replace_folder", meanwhile)
     put(tmp_path / "krl", "first")
     assert (tmp_path / "krl" / "WAY.src").read_text() == "first"
     assert [file.name for file in tmp_path.iterdir()] == ["krl"]

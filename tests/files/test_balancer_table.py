@@ -15,7 +15,7 @@ from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.balancer_table import MOST_POINTS
 from coupling.files.robot_edit import RobotEdit
-from coupling.files.robot_file import balancers_in_words, load_robot
+from coupling.files.robot_file import load_robot, parts_in_words
 from elastic_robot.balancers import BalancerCurve
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
@@ -241,7 +241,7 @@ def test_robots_lists_it_and_a_written_file_keeps_it(tmp_path, command):
         f"{HEAD}{JOINT}{LIMITS}\n\n{table()}\n[sources]\n'joint.balancer' = 'a sheet'\n"
     )
     before = load_robot(file)
-    (words,) = balancers_in_words(file)
+    (words,) = parts_in_words(file)
     assert words == "joint[1].balancer: a gas spring that pulls with 2.4e+04 N at 1 m"
     told = command("robots", file).stdout
     assert words in " ".join(told.split())

@@ -10,7 +10,7 @@ import pytest
 from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.robot_edit import RobotEdit
-from coupling.files.robot_file import drives_in_words, kinematic_errors_in_words, load_robot
+from coupling.files.robot_file import load_robot, parts_in_words
 from coupling.fmu_export.index_html import index_html
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
@@ -141,11 +141,10 @@ def test_what_no_gear_can_be_is_refused_in_one_sentence(tmp_path, mistake):
 
 def test_robots_tells_what_the_numbers_come_to(tmp_path, command):
     file = two_joints(tmp_path, ELASTIC, "[joint.gear]\nefficiency = 0.8\n" + ERRORS + DRIVE)
-    (errors,) = kinematic_errors_in_words(file)
+    errors, drive = parts_in_words(file)
     assert errors == (
         "joint[2].gear: kinematic error 5e-05 rad 400 times a turn, 0.0001 rad 1 times a turn"
     )
-    (drive,) = drives_in_words(file)
     assert "in motion, 0.25 of the gear's torque; servo" in drive
     told = " ".join(command("robots", file).stdout.split())
     assert errors in told

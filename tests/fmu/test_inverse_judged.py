@@ -21,6 +21,7 @@ SHORT_CONE = {
     "radius_m       = 0.06": "radius_m = 0.02",
 }
 FAST_ISO = {"size_m   = 0.4": "size_m = 0.2\nsample_s = 0.004", "feed_m_s = 0.1": "feed_m_s = 0.5"}
+SHORT_SLOT = {"[0.14, 0.0, -0.003], [0.2, 0.0, 0.001]": "[0.08, 0.0, -0.003], [0.14, 0.0, 0.001]"}
 HELD_BACK = '[controller]\nmax_acceleration_rad_s2 = 15.0\ninterpolation = "cubic"\n'
 
 
@@ -35,7 +36,7 @@ def edited(name: str, changes: dict[str, str], tail: str = "") -> str:
         (edited("cone", SHORT_CONE), "icme2008", 10.0, 1.0),
         (edited("iso9283", FAST_ISO), "icme2008", 3.0, 0.7),
         (edited("iso9283", FAST_ISO, HELD_BACK), "icme2008", 10.0, 2.0),
-        (edited("milling_20000", {}), "icme2008", 2.0, 0.5),
+        (edited("milling_20000", SHORT_SLOT), "icme2008", 2.0, 0.5),
         (edited("cone", SHORT_CONE | {'"icme2008" ': f'"{KUKA}" '}), KUKA, 3.0, 0.5),
     ],
     ids=["cone, 1 kHz", "cone", "fast", "fast, held back", "milling", "cone of another robot"],

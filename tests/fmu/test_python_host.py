@@ -135,7 +135,7 @@ def test_an_output_is_computed_once_when_it_is_read_and_only_then(fmu, run_host)
 
 def test_many_instances_are_unloaded_and_the_process_ends_in_the_ordinary_way(fmu, run_host):
     for _ in range(5):
-        assert run_host("ends", fmu, 40).endswith("the end\n")
+        assert run_host("ends", fmu, 20).endswith("the end\n")
 
 
 def test_a_folder_may_have_any_name(fmu, tmp_path):

@@ -92,7 +92,7 @@ class Robots:
         return MeasuredPath(self.command, self.wrench, self.path, self.wanted, seen)
 
     def fitter(self, one: MeasuredPath) -> Fitter:
-        """What fits a pass."""
+        """What fits a run."""
         effect = ParameterEffect(self.robot, "backlash", self.parameters, one)
         return Fitter(FitProblem((self.fmu,), self.parameters, (one,), (effect,)))
 

@@ -2,6 +2,7 @@
 
 Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) without cancellation
 (docs/references.md, Martins2003).  It reads the description itself and shares no code with the project.
+States may be many at once, as in `OperatingPoint`.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Answer:
-    """Loads M theta'' + h - J^T w in the rows of x; the TCP's position, axes and velocities."""
+    """Loads M theta'' + h - J^T w in the rows of x; the TCP's position, axes and velocities.
+
+    Of k states every array has k as its first axis.
+    """
 
     loads: np.ndarray
     position: np.ndarray
@@ -56,10 +60,13 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
 
     The drives are motors, before their gears' kinematic errors.
     """
-    turn, point = np.eye(3, dtype=complex), np.zeros(3, dtype=complex)
-    velocity, acceleration, spin, spin_rate = np.zeros((4, 3), dtype=complex)
+    states = given.motion.shape[1:-1]
+    turn = np.zeros((*states, 3, 3), dtype=complex) + np.eye(3)
+    point, velocity, acceleration, spin, spin_rate = np.zeros((5, *states, 3), dtype=complex)
     axes, points, elastic, bodies, balanced = [], [], [], [], {}
-    free = iter(given.motion.T)
+    free = iter(np.moveaxis(given.motion, -1, 0))
+    one_for_all = given.drives.ndim < given.motion.ndim
+    drives = given.drives[:, None] if one_for_all else given.drives
 
     def shifted(arm):
         centripetal = cross(spin, cross(spin, arm))
@@ -71,8 +78,8 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
 
     def rotate(axis, motion, is_elastic):
         nonlocal turn, spin, spin_rate
-        angle, rate, rate_of_rate = motion
-        z = turn @ axis
+        angle, (rate, rate_of_rate) = motion[0], motion[1:, ..., None]
+        z = turn @ np.array(axis)
         spin_rate = spin_rate + z * rate_of_rate + cross(spin, z) * rate
         spin = spin + z * rate
         turn = turn @ rodrigues(np.array(axis), angle)
@@ -80,11 +87,11 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
 
     def load(body: Body):
         place, _, of_centre = shifted(turn @ np.array(body.com))
-        inertia = turn @ body.inertia_matrix @ turn.T
-        moment = inertia @ spin_rate + cross(spin, inertia @ spin)
+        inertia = turn @ body.inertia_matrix @ turn.swapaxes(-1, -2)
+        moment = times(inertia, spin_rate) + cross(spin, times(inertia, spin))
         bodies.append((len(axes), place, body.mass * (of_centre - given.gravity), moment))
 
-    for joint, drive in zip(robot.joints, given.drives.T, strict=True):
+    for joint, drive in zip(robot.joints, np.moveaxis(drives, -1, 0), strict=True):
         point, velocity, acceleration = shifted(turn @ np.array(joint.origin))
         is_elastic, output = joint.stiffness is not None, behind_gear(joint, drive)
         motion = output + next(free) if is_elastic else output
@@ -97,7 +104,7 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     if robot.payload is not None:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
-    force = given.wrench[:3] + given.spring_matrix @ (given.anchor - tcp)
+    force = given.wrench[:3] + times(given.spring_matrix, given.anchor - tcp)
     bodies.append((len(axes), tcp, -force, -given.wrench[3:]))
     # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
     torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)
@@ -106,9 +113,9 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
             _, place, force, moment = bodies.pop()
             moment_beyond = moment_beyond + cross(place, force) + moment
             force_beyond = force_beyond + force
-        turning = axes[i] @ (moment_beyond - cross(points[i], force_beyond))
-        torques.insert(0, turning - balanced.get(i, 0.0))
-    return Answer(np.array(torques)[np.array(elastic)], tcp, turn, tcp_velocity, spin)
+        turning = axes[i] * (moment_beyond - cross(points[i], force_beyond))
+        torques.insert(0, turning.sum(axis=-1) - balanced.get(i, 0.0))
+    return Answer(np.array(torques)[np.array(elastic)].T, tcp, turn, tcp_velocity, spin)
 
 
 def behind_gear(joint: Joint, drive: np.ndarray) -> np.ndarray:
@@ -126,6 +133,8 @@ def behind_gear(joint: Joint, drive: np.ndarray) -> np.ndarray:
 def balance(table: tuple[tuple[float, float], ...], angle: complex) -> complex:
     """Torque of a balancer: the piece of a natural spline where the real part of the angle lies."""
     spline = CubicSpline(*np.array(table).T, bc_type="natural")
+    if np.ndim(angle):
+        return np.array([balance(table, one) for one in angle])
     (first, last), at = spline.x[[0, -1]], np.real(angle)
     if first <= at <= last:
         piece = min(int(np.searchsorted(spline.x, at, side="right")) - 1, len(table) - 2)
@@ -135,15 +144,19 @@ def balance(table: tuple[tuple[float, float], ...], angle: complex) -> complex:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a x b of single vectors; np.cross takes ten times as long."""
-    (a1, a2, a3), (b1, b2, b3) = a.tolist(), b.tolist()
-    return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
+    """a x b; np.cross takes several times as long."""
+    (a1, a2, a3), (b1, b2, b3) = a.T, b.T
+    return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1]).T
 
 
-def rodrigues(axis: np.ndarray, angle: complex) -> np.ndarray:
+def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def rodrigues(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     x, y, z = axis
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
+    k, angle = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), angle[..., None, None]
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
 
 
 def torque(curve: str, given: Numbers) -> np.ndarray:
@@ -169,12 +182,10 @@ def residual(robot: Robot, curve: str, given: Numbers) -> np.ndarray:
 def acceleration(robot: Robot, curve: str, given: Numbers) -> np.ndarray:
     """The x'' that makes the residual zero; the residual is affine in x''."""
     x, rate, _ = given.motion
-
-    def at(x_acceleration):
-        return residual(robot, curve, changed(given, motion=np.stack([x, rate, x_acceleration])))
-
-    bias = at(np.zeros(len(x)))
-    mass = np.array([at(unit) - bias for unit in np.eye(len(x))]).reshape(len(x), len(x)).T
+    units = np.eye(len(x) + 1, len(x), -1)  # none, and each alone
+    motion = np.array(np.broadcast_arrays(x, rate, units))
+    bias, *columns = residual(robot, curve, changed(given, motion=motion))
+    mass = np.reshape(columns, (len(x), len(x))).T - bias[:, None]
     return np.linalg.solve(mass, -bias)
 
 

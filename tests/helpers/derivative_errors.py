@@ -128,7 +128,11 @@ def residual_errors(case: Case) -> Iterator[tuple[str, float]]:
 
 def state_space_errors(case: Case) -> Iterator[tuple[str, float]]:
     """Of x'' and of the TCP's pose and velocity, in motion, along one change of states and inputs."""
-    case.point.motion[2] = free_acceleration(*case.model())
+    x, rate, _ = case.point.motion
+    carried = case.curve.torque(x) + case.parameters.damping * rate
+    case.point.motion[2] = free_acceleration(
+        case.dynamics, case.point.drives, x, rate, case.point.acting, carried
+    )
     a, b, c, d = linearise(*case.model()).by_motors(case.by_motor).state_space
     m, directions = case.chain.elastic_count, case.directions
     moved = along(

@@ -103,14 +103,15 @@ class Flow:
         )
 
     def drives(self, time: complex) -> np.ndarray:
-        q, qd, qdd = self.numbers.drives
-        return np.array([q + time * (qd + 0.5 * time * qdd), qd + time * qdd, qdd])
+        """Their motion at a time, or at k of them, (3, n) or (3, k, n)."""
+        (q, qd, qdd), t = self.numbers.drives, np.asarray(time)[..., None]
+        return np.array([q + t * (qd + 0.5 * t * qdd), qd + t * qdd, qdd + 0.0 * t])
 
     def _laws(self, law, x: np.ndarray) -> np.ndarray:
         given = zip(
-            self.knots, self.piece, x, self.numbers.stiffness, self.numbers.backlash, strict=True
+            self.knots, self.piece, x.T, self.numbers.stiffness, self.numbers.backlash, strict=True
         )
-        return np.array([law(len(k) + 1, p, y, s, b) for k, p, y, s, b in given])
+        return np.array([law(len(k) + 1, p, y, s, b) for k, p, y, s, b in given]).T
 
     def torque(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """S(x) + d x' on the pieces that the coordinates are on."""
@@ -121,7 +122,8 @@ class Flow:
         return self._laws(piece_slope, x)
 
     def residual(self, time: complex, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        anchor = self.numbers.anchor + time * self.numbers.anchor_velocity
+        """Of one state, (m,), or of k, (k, m), at times (k,)."""
+        anchor = self.numbers.anchor + np.asarray(time)[..., None] * self.numbers.anchor_velocity
         motion = np.array([x, v, a])
         at = changed(self.numbers, drives=self.drives(time), motion=motion, anchor=anchor)
         loads = evaluate(self.robot, at).loads
@@ -161,7 +163,7 @@ class Flow:
         for passes in range(40):
             x = self.x + h * NODES[:, None] * self.v + h * h * TWICE @ a
             v = self.v + h * ONCE @ a
-            r = [self.residual(self.time + h * c, *z) for c, *z in zip(NODES, x, v, a, strict=True)]
+            r = self.residual(self.time + h * NODES, x, v, a)
             step = (inverse @ np.ravel(r)).reshape(a.shape)
             a = a - step
             sizes = [

@@ -139,7 +139,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
     """Evaluate a process with a store, and be killed at a stage of writing its entry."""
     import numpy as np
 
-    from coupling.files import whole_file
+    from coupling.files import atomic_file
     from coupling.path.histories import ToolPath, WrenchHistory
     from coupling.process import ProcessResponse
     from coupling.store import Store, StoredProcess
@@ -162,9 +162,9 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
         def __getattr__(self, name: str) -> object:
             return getattr(os, name)
 
-    whole_file.os = Os()
+    atomic_file.os = Os()
     if stage == "renamed":
-        whole_file.sync_folder = die
+        atomic_file.sync_folder = die
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
     path = ToolPath(np.linspace(0.0, 1.0, 50), pose)
     StoredProcess(Dying(), Store(folder)).evaluate(path)
@@ -173,7 +173,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
 def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     """Export a program of one file, and be killed at a stage of writing its folder."""
     from coupling.export.folder import write_export
-    from coupling.files import whole_file, whole_folder
+    from coupling.files import atomic_file, atomic_folder
 
     def die(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -196,9 +196,9 @@ def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     class Syncing(Os):
         fsync = staticmethod(die if stage == "written" else os.fsync)
 
-    whole_folder.os, whole_file.os = Renaming(), Syncing()
+    atomic_folder.os, atomic_file.os = Renaming(), Syncing()
     if stage == "in place":
-        whole_folder.sync_folder = die
+        atomic_folder.sync_folder = die
     exported, options = one_program(text)
     write_export(folder, [exported], options, overwrite=True)
 

@@ -1,7 +1,7 @@
 """A robot to be measured: the FMU with other parameters, and what no model of it has.
 
 Its tool goes where the FMU's goes under a run's command, and beyond that by hysteresis (a play operator
-on a joint's angle), drift over the pass, errors of gears that turn with a drive, and a displacement that
+on a joint's angle), drift over the run, errors of gears that turn with a drive, and a displacement that
 depends on where it is.  What a device sees of that has noise.  Shares no code with the project.
 """
 
@@ -31,9 +31,9 @@ class Extras:
             each way.
         gear_errors: Amplitude at the tool [m], one each of two joints.
         waves: Periods of these a turn of the joint.
-        drift: Displacement of the tool at the end of a pass [m].
+        drift: Displacement of the tool at the end of a run [m].
         geometry: Displacement that grows linearly with the place, so large at 0.1 m from the middle [m].
-        again: Standard deviation of what is new in every pass, a drift [m].
+        again: Standard deviation of what is new in every run, a drift [m].
         noise: Standard deviation of a measured coordinate [m].
         seed: Of phases and directions.
     """
@@ -50,7 +50,7 @@ class Extras:
 
 @dataclass(frozen=True)
 class Moved:
-    """Where a tool was, was to be, and what was new in the pass [m], (n, 3), base axes, at times [s]."""
+    """Where a tool was, was to be, and what was new in the run [m], (n, 3), base axes, at times [s]."""
 
     time: np.ndarray
     position: np.ndarray
@@ -68,7 +68,7 @@ class Moved:
         return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
     def repeats(self) -> float:
-        """Rms distance that the command leaves without what was new in this pass [m]."""
+        """Rms distance that the command leaves without what was new in this run [m]."""
         off = self.deviation - self.anew
         return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
@@ -130,7 +130,7 @@ class MeasuredRobot:
     extras: Extras
 
     def moved(self, folder: Path, number: int = 0) -> Moved:
-        """Return where the tool goes under the command of a run folder, in pass `number`."""
+        """Return where the tool goes under the command of a run folder, in run `number`."""
         desired, loads = read_table(folder / "desired.csv"), read_table(folder / "wrench.csv")
         time = np.arange(desired["time"][0], desired["time"][-1] + 1e-9, STEP)
         wrench = _straight(loads["time"], columns(loads, WRENCH), time)
@@ -143,7 +143,7 @@ class MeasuredRobot:
         return Moved(time, poses[:, :3] + self._beyond(time, q, wanted) + anew, wanted, anew)
 
     def measure(self, folder: Path, file: Path, number: int = 0, until: float = np.inf) -> Moved:
-        """Write what a device sees of a pass, and return what it really was."""
+        """Write what a device sees of a run, and return what it really was."""
         moved = self.moved(folder, number)
         rng = np.random.default_rng([self.extras.seed, number, 7])
         seen = moved.position + self.extras.noise * rng.standard_normal(moved.position.shape)
@@ -152,13 +152,13 @@ class MeasuredRobot:
         return moved
 
     def _anew(self, time: np.ndarray, number: int) -> np.ndarray:
-        """Return what is new in a pass [m], (n, 3): a shift and a drift."""
+        """Return what is new in a run [m], (n, 3): a shift and a drift."""
         anew = np.random.default_rng([self.extras.seed, number, 5]).standard_normal((2, 3))
         share = (time - time[0]) / (time[-1] - time[0])
         return self.extras.again * (anew[0] + share[:, None] * anew[1])
 
     def _beyond(self, time: np.ndarray, q: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return what the tool does beyond the FMU's in every pass [m], (n, 3)."""
+        """Return what the tool does beyond the FMU's in every run [m], (n, 3)."""
         own, rng = self.extras, np.random.default_rng([self.extras.seed, 3])
         levers = self.chain.levers(q)
         reach = np.linalg.norm(levers, axis=2).mean(axis=0) * np.ptp(q, axis=0)

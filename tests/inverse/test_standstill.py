@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.standstill import standing
+from coupling.inverse.links import equilibrium_angles
 
 
 def test_a_symmetric_robot_stands_symmetric_with_its_tool_on_the_pose():
@@ -16,7 +16,7 @@ def test_a_symmetric_robot_stands_symmetric_with_its_tool_on_the_pose():
     q = np.array([0.0, 0.24, 0.63, 0.0, -0.87, 0.0])
     (position,), (axes,) = model.placement(model.chain.theta(q[None]))
     rotation, load = Rotation.from_matrix(axes), np.array([0.0, 0, -300.0, 0, 0, 0])
-    theta = standing(model, q, position, rotation, load)[None]
+    theta = equilibrium_angles(model, q, position, rotation, load)[None]
     rest = np.zeros_like(theta)
     state = model.state(theta, rest, rest, load[None])
     np.testing.assert_allclose(state.position[0], position, atol=1e-14)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pendulum import held, pendulum
-from random_robots import driven, make_robot
+from random_robots import driven, limited, make_robot
 
 from elastic_robot.errors import ParameterError
 from elastic_robot.gear_parts import Drive
@@ -55,6 +57,23 @@ def test_a_servo_slides_along_its_limit_as_tiny_steps_do():
     _, q, _, rate, z = tiny_steps(drive, jump, 0.06, 40009)
     apart = np.abs(np.array([q, rate, z]) - motor)
     assert np.all(apart < [5e-7, 5e-5, 0.5]), apart
+
+
+@pytest.mark.parametrize(("step", "pieces"), [(3, 40), (19, 40)])
+def test_what_falls_through_zero_beside_another_edge_is_seen(step, pieces):
+    """A servo keeps its torque at the limit while gears pass their backlash: once, and in pieces."""
+    robot = limited(driven(make_robot(11, 4), np.random.default_rng(11)), 60.0)
+    robot, ends = replace(robot, gravity=(0.0, 0.0, 0.0)), []
+    for last in (1, pieces):
+        model, time = ElasticRobot(robot, "backlash", tolerance=1e-10, drive="servo"), 0.0
+        model.reset(0.0, held(np.zeros(4)), Load())
+        for k in range(step):
+            load = Load(np.array([np.sin(0.7 * k), 0.0, np.cos(0.3 * k), 0.0, 0.0, 0.0]) * 200.0)
+            for _ in range(last if k == step - 1 else 1):
+                time += 4e-3 / (last if k == step - 1 else 1)
+                model.step(time, held(np.full(4, 2e-3)), load)
+        ends.append(np.concatenate([model.deflection(), model.motor_angle()]))
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-11)
 
 
 def test_a_state_is_kept_as_arrays_and_goes_on_bit_for_bit():

@@ -118,14 +118,14 @@ def test_what_energy_a_free_decay_loses_its_elements_have_rubbed_away(seed):
     assert of.count > 2
     slip_torque = model.parameters.hysteresis[of.coordinate] * of.share
     model.reset(0.0, held(np.full(n, 0.3)), Load(), undeflected=True)
-    before, rubbed, slipped = energy(model), 0.0, np.zeros(of.count)
+    before, with_friction, slipped = energy(model), 0.0, np.zeros(of.count)
     for k in range(200):
         model.step(2e-4 * (k + 1), held(np.full(n, 0.3)), Load())
         way = model.deflection()[of.coordinate] - model.elongation()
-        rubbed, slipped = rubbed + float(slip_torque @ np.abs(way - slipped)), way
+        with_friction, slipped = with_friction + float(slip_torque @ np.abs(way - slipped)), way
     moving = before - energy(model)
-    assert rubbed > 1e-3
-    assert moving == pytest.approx(rubbed, rel=1e-9)
+    assert with_friction > 1e-3
+    assert moving == pytest.approx(with_friction, rel=1e-9)
 
 
 def moving(robot: Robot, curve: str = "linear", **options) -> ElasticRobot:

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from native_fmu import SANITIZERS, build_linked, build_master, run_master
 from native_pair import Pair
-from random_robots import driven, make_robot
+from random_robots import driven, limited, make_robot
 from trajectory_files import COLUMNS, DATA, INTEGERS, READ, npz
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -57,10 +57,10 @@ def of2(pair) -> tuple[str, str]:
 
 @pytest.fixture(scope="module", params=["plain", "driven"])
 def small(request, tmp_path_factory) -> dict[str, Path]:
-    """A random robot of two joints, by version of FMI; with motors, friction and hysteresis in both."""
+    """A random robot of two joints, by version of FMI; with limited motors, friction and hysteresis."""
     folder, robot = tmp_path_factory.mktemp("small"), make_robot(4, 2)
     if request.param == "driven":
-        robot = driven(robot, np.random.default_rng(4))
+        robot = limited(driven(robot, np.random.default_rng(4)), 60.0)
     return {
         fmi: build_fmu(robot, folder / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
         for fmi in STANDARDS

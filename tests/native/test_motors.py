@@ -32,7 +32,7 @@ def test_motors_move_as_in_python(tmp_path, seed, joints):
     rng = np.random.default_rng(seed)
     robot = driven(make_robot(seed, joints), rng)
     q, slipped = rng.uniform(-0.5, 0.5, joints), set()
-    both = Both(robot, tmp_path, q, "servo", tolerance=1e-8)
+    both = Both(robot, tmp_path, q, "servo", tolerances=(1e-8,))
     began = both.model.deflection(), both.model.motor_angle()
     whole = np.array([joint.drive.slip_angle for joint in robot.joints if joint.drive])
     for _ in range(12):
@@ -55,39 +55,93 @@ def test_errors_of_slipping_motors_follow_the_tolerance(tmp_path, seed, joints):
     rng = np.random.default_rng(seed)
     robot = driven(make_robot(seed, joints), rng)
     q, forces = rng.uniform(-0.5, 0.5, joints), rng.normal(size=(6, 3)).repeat(5, axis=0) * 400.0
-    tolerances, errors = (1e-6, 1e-7, 1e-8, 1e-9), []
-    for tolerance in tolerances:
-        folder = tmp_path / str(tolerance)
-        folder.mkdir()
-        both = Both(robot, folder, q, "servo", tolerance=tolerance, exact=1e-10)
-        paths = [both.of_both("tcp")]
-        for force in forces:
-            both.step(4e-3, q, 0.0 * q, [*force, 0.0, 0.0, 0.0])
-            paths.append(both.of_both("tcp"))
-        found, exact = np.array(paths)[:, :, :3].swapaxes(0, 1)
-        errors.append(np.abs(found - exact).max())
-    assert np.all(np.array(errors) < 1e-2 * np.array(tolerances))
+    tolerances = (1e-6, 1e-7, 1e-8, 1e-9)
+    both = Both(robot, tmp_path, q, "servo", tolerances=tolerances, exact=1e-10)
+    paths = [both.of_all("tcp")]
+    for force in forces:
+        both.step(4e-3, q, 0.0 * q, [*force, 0.0, 0.0, 0.0])
+        paths.append(both.of_all("tcp"))
+    found, exact = (np.array(path)[..., :3] for path in zip(*paths, strict=True))
+    errors = np.abs(found - exact[:, None]).max(axis=(0, 2))
+    assert np.all(errors < 1e-2 * np.array(tolerances))
     assert errors[2] < 0.1 * errors[0]
     assert np.ptp(exact, axis=0).max() > 1e-4
 
 
-@pytest.mark.parametrize(("tolerance", "allowed"), [(1e-6, 1e-6), (1e-10, 5e-8)])
-@pytest.mark.parametrize("curve", ["linear", "backlash"])
-@pytest.mark.parametrize("seed", [5, 8])
-def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, tolerance, allowed):
-    """Jumps of the command beyond what 100 N m can do: torques stay at, leave and slide along it.
-
-    The FMU shortens steps over such bends, the model ends one there.
-    """
-    robot = limited(driven(make_robot(seed, 3), np.random.default_rng(seed)), 100.0)
+def beyond_the_limits(seed: int, joints: int, limit: float, folder, **options) -> Both:
+    """A random weightless robot whose servos have a torque limit [N m], in both."""
+    robot = limited(driven(make_robot(seed, joints), np.random.default_rng(seed)), limit)
     robot = replace(robot, gravity=(0.0, 0.0, 0.0))
-    q, at_limit = np.zeros(3), []
-    both = Both(robot, tmp_path, q, "servo", curve, tolerance=tolerance)
+    return Both(robot, folder, np.zeros(joints), "servo", **options)
+
+
+@pytest.mark.parametrize(
+    ("seed", "curve", "limit", "jump", "force"),
+    [
+        (5, "linear", 100.0, 0.01, 0.0),
+        (8, "backlash", 100.0, 0.01, 0.0),
+        (11, "backlash", 60.0, 0.002, 200.0),
+    ],
+)
+def test_servos_at_their_limits_move_as_in_python(tmp_path, seed, curve, limit, jump, force):
+    """Torques stay at their limits, leave them and are kept there: to a fiftieth of any tolerance."""
+    joints, at_limit, tolerances = 4 if force else 3, [], (1e-6, 1e-8, 1e-10)
+    both = beyond_the_limits(
+        seed, joints, limit, tmp_path, curve=curve, tolerances=tolerances, exact=1e-11
+    )
     for k in range(40):
-        both.step(4e-3, q + 0.01 * (k < 20), 0.0 * q, np.zeros(6))
-        both.require_same(allowed, "deflection", "motor_angle")
-        at_limit.append(np.abs(both.model.motor_torque()) > 100.0 * (1.0 - 1e-9))
+        wrench = force * np.array([np.sin(0.7 * k), 0.0, np.cos(0.3 * k), 0.0, 0.0, 0.0])
+        both.step(4e-3, np.full(joints, jump * (k < 20)), np.zeros(joints), wrench)
+        both.require_same(2e-2 * np.array(tolerances), "deflection", "motor_angle")
+        at_limit.append(np.abs(both.model.motor_torque()) > limit * (1.0 - 1e-9))
     assert 0.05 < np.mean(at_limit) < 0.95
+
+
+@pytest.mark.parametrize(("seed", "joints", "limit"), [(8, 3, 60.0), (11, 4, 60.0)])
+def test_derivatives_pass_torque_limits(tmp_path, seed, joints, limit):
+    """By a force, of motors, integrals and torques too, against central differences: to 1e-5."""
+    both = beyond_the_limits(seed, joints, limit, tmp_path, tolerances=(1e-10,))
+    fmu, slave, laws = both.fmu, both.slaves[0], set()
+    rows = [both.names[k] for k in ("deflection", "motor_angle", "motor_rate", "servo_integral")]
+    rows.append(both.names["motor_torque"])
+    names = [name for row in rows for name in row]
+    told = dict.fromkeys(both.names["q_cmd"], 2e-3)
+    for k in range(15):
+        time = 4e-3 * k
+        fmu.set(slave, {**told, "force.z": 200.0 * np.sin(0.7 * k), "force.x": 200.0})
+        before, ends = slave.getFMUstate(), []
+        slave.doStep(time, 4e-3)
+        after = slave.getFMUstate()
+        at = np.abs(fmu.get(slave, *rows[-1])) >= limit * (1.0 - 1e-12)
+        laws.update(at.tolist())
+        found = slave.getDirectionalDerivative(fmu.of(names), fmu.of(["force.z"]), [1.0])
+        for side in (1.0, -1.0):
+            slave.setFMUstate(before)
+            fmu.set(slave, {"force.z": fmu.get(slave, "force.z")[0] + 0.01 * side})
+            slave.doStep(time, 4e-3)
+            ends.append(np.array(fmu.get(slave, *names)))
+        slave.setFMUstate(after)
+        differences = (ends[0] - ends[1]) / 0.02
+        places = np.split(np.arange(len(names)), np.cumsum([len(row) for row in rows])[:-1])
+        for place in places:
+            scale = np.abs(differences[place]).max()
+            np.testing.assert_allclose(
+                np.array(found)[place], differences[place], rtol=0, atol=1e-5 * scale + 1e-9
+            )
+    assert laws == {False, True}
+
+
+@pytest.mark.parametrize("seed", [4, 9])
+def test_robots_that_their_motors_cannot_hold_fall_as_in_python(tmp_path, seed):
+    """Half a radian from their commands links weigh otherwise than at these."""
+    robot = limited(driven(make_robot(seed, 3), np.random.default_rng(seed)), 20.0)
+    q = np.array([0.3, -0.2, 0.4])
+    both = Both(robot, tmp_path, q, "servo", tolerances=(1e-8,), exact=1e-10)
+    for _ in range(36):
+        both.step(12e-3, q, 0.0 * q, [0.0, 0.0, -400.0, 0.0, 0.0, 0.0])
+    both.require_same(1e-8, "deflection", "motor_angle")
+    command = [q[int(name[-2]) - 1] for name in both.names["motor_angle"]]
+    assert np.abs(both.model.motor_angle() - command).max() > 0.3
 
 
 def test_a_servo_follows_late_by_rate_over_gain(tmp_path):
@@ -185,9 +239,9 @@ def test_free_motors_keep_their_energy(tmp_path):
 
 
 def test_a_saved_state_continues_identically(tmp_path):
-    """In the middle of slipping and sticking, from bytes, in another instance."""
+    """In the middle of slipping, sticking and a torque at its limit, from bytes, in another instance."""
     rng = np.random.default_rng(5)
-    fmu = built(driven(make_robot(5, 3), rng), tmp_path)
+    fmu = built(limited(driven(make_robot(5, 3), rng), 100.0), tmp_path)
     one, other = (fmu.start(fmu.slave(), np.zeros(3), drive="servo") for _ in range(2))
     names = [v.name for v in fmu.description.modelVariables if v.causality == "output"]
 
@@ -197,7 +251,8 @@ def test_a_saved_state_continues_identically(tmp_path):
             slave.doStep(k * 4e-3, 4e-3)
         return fmu.get(slave, *names)
 
-    go(one, 0, 25)
+    ended = dict(zip(names, go(one, 0, 25), strict=True))
+    assert 100.0 in {abs(value) for name, value in ended.items() if name.startswith("motor_torque")}
     state = one.getFMUstate()
     saved = one.serializeFMUstate(state)
     other.setFMUstate(other.deSerializeFMUstate(saved))

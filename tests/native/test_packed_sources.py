@@ -19,23 +19,23 @@ from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 MAIN = """
 #define USE(name) void run_##name(const char *token, const char *resources, unsigned z);
 USE(Left)
-USE(Right)
+USE(Right_One)
 int main(int count, char **given)
 {
     (void)count;
     run_Left(given[1], given[2], (unsigned)atoi(given[3]));
-    run_Right(given[4], given[5], (unsigned)atoi(given[6]));
+    run_Right_One(given[4], given[5], (unsigned)atoi(given[6]));
     return 0;
 }
 """
 
 
 class Packed:
-    """A robot's FMU with sources, unpacked."""
+    """A robot's FMU with sources, unpacked, and each of them compiled by itself."""
 
     def __init__(self, robot, folder: Path, name: str, fmi: str) -> None:
         options = BuildOptions("native", sources=True, fmi=fmi, name=name)
-        self.name, self.folder = name, folder / name
+        self.name, self.fmi, self.folder = name, fmi, folder / name
         self.file = build_fmu(robot, folder / f"{name}.fmu", options)
         fmpy.extract(str(self.file), unzipdir=str(self.folder))
         self.sources = self.folder / "sources"
@@ -45,31 +45,32 @@ class Packed:
         variables = {v.name: v.valueReference for v in self.description.modelVariables}
         self.z = variables["tcp.z"]
         self.given = [self.description.guid, resources, str(self.z)]
-
-    def objects(self, folder: Path, *flags: str) -> list[str]:
-        """Compile every C file by itself."""
-        made = []
+        self.objects = []
         for source in sorted(self.sources.rglob("*.c")):
-            made.append(str(folder / f"{self.name}_{source.stem}.o"))
-            command = [compiler(), "-std=c99", "-O0", "-c", *flags, "-o", made[-1], str(source)]
+            self.objects.append(str(folder / f"{self.name}_{source.stem}.o"))
+            command = [compiler(), "-std=c99", "-O0", "-c", "-o", self.objects[-1], str(source)]
             subprocess.run(command, check=True)
-        return made
 
 
-@pytest.mark.parametrize("fmi", ["2", "3"])
-def test_two_robots_are_linked_into_one_program(tmp_path, fmi):
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory) -> list[Packed]:
+    """Two robots in FMUs of either version of FMI, their sources compiled."""
+    folder = tmp_path_factory.mktemp("packed")
+    return [
+        Packed(make_robot(k, 2 + k), folder, name, fmi)
+        for k, (name, fmi) in enumerate((("Left", "2"), ("Right_One", "3")), 1)
+    ]
+
+
+def test_two_robots_are_linked_into_one_program(fmus, tmp_path):
     """FMI 2, 2.1.1, FMI 3, 2.2.2: "several FMUs might be present at the same time in an executable ...
     the names of the functions in different FMUs must be different": "prefixed with the model
-    identifier"."""
-    fmus = [
-        Packed(make_robot(k, 2 + k), tmp_path, name, fmi)
-        for k, name in enumerate(("Left", "Right"), 1)
-    ]
+    identifier".  One is of FMI 2, the other of FMI 3."""
     objects = []
     for fmu in fmus:
-        objects += fmu.objects(tmp_path)
+        objects += fmu.objects
         use = tmp_path / f"use_{fmu.name}.o"
-        flags = [f"-DNAME={fmu.name}", f"-DFMI={fmi}", f"-I{fmu.sources / 'fmi'}"]
+        flags = [f"-DNAME={fmu.name}", f"-DFMI={fmu.fmi}", f"-I{fmu.sources / 'fmi'}"]
         file = str(TESTS / "native" / "static_use.c")
         command = [compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", *flags]
         subprocess.run([*command, "-o", str(use), file], check=True)
@@ -91,18 +92,18 @@ def test_two_robots_are_linked_into_one_program(tmp_path, fmi):
     assert said[0] != said[1]
 
 
-def test_every_name_with_external_linkage_begins_with_the_identifier(example, tmp_path):
+def test_every_name_with_external_linkage_begins_with_the_identifier(fmus):
     found = shutil.which("nm")
     if found is None:
         pytest.skip("needs nm")
-    objects = Packed(example, tmp_path, "Some_Robot", "2").objects(tmp_path)
-    said = subprocess.run(
-        [found, "--extern-only", "--defined-only", *objects], capture_output=True, text=True
-    )
-    names = re.findall(r"^[0-9a-f]+ [A-Z] (\S+)$", said.stdout, re.M)
-    assert len(names) > 100
-    assert {name for name in names if not name.startswith("Some_Robot_")} == set()
-    assert "Some_Robot_fmi2DoStep" in names
+    for fmu in fmus:
+        said = subprocess.run(
+            [found, "--extern-only", "--defined-only", *fmu.objects], capture_output=True, text=True
+        )
+        names = re.findall(r"^[0-9a-f]+ [A-Z] (\S+)$", said.stdout, re.M)
+        assert len(names) > 100
+        assert {name for name in names if not name.startswith(f"{fmu.name}_")} == set()
+        assert f"{fmu.name}_fmi{fmu.fmi}DoStep" in names
 
 
 @pytest.mark.parametrize("kind", KINDS)

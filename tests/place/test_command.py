@@ -24,7 +24,7 @@ from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.process.base import ProcessResponse
-from coupling.report.place_page import write_place_report
+from coupling.report.place_report import write_place_report
 from coupling.run.execute import run_coupling
 
 FREE = {

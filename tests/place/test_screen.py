@@ -18,9 +18,9 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.place.moved import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
-from coupling.place.selection import selected
 from coupling.place.settings import NAMES, CellLayout
-from coupling.robot.batch.following import Targets, following, led, reached
+from coupling.place.station_choice import selected
+from coupling.robot.batch.following import Targets, angles_from_home, following, reached
 from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.gear_loads import diagnose_robots
@@ -98,7 +98,7 @@ def test_a_robot_finds_the_poses_that_it_has_been_in(name):
     assert came.mean() > 0.97
     again = own.posture(found[:, came], none[:, came])
     np.testing.assert_allclose(again.tip, posture.tip[:, came], atol=1e-7)
-    far, came = led(own, targets, home)
+    far, came = angles_from_home(own, targets, home)
     assert came.mean() > 0.97
     np.testing.assert_allclose(own.posture(far, none).tip[:, came], posture.tip[:, came], atol=1e-7)
 
@@ -107,7 +107,7 @@ def test_a_pose_that_is_out_of_reach_is_said_to_be():
     own = SerialRobot(load_robot(shipped_robots()["icme2008"]))
     here = own.posture(np.zeros((6, 1)), np.zeros((3, 1)))
     away = Targets(here.tip + np.array([[9.0], [0.0], [0.0]]), here.tool, np.zeros((3, 1)))
-    _, came = led(own, away, np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0]))
+    _, came = angles_from_home(own, away, np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0]))
     assert not came.any()
 
 
@@ -172,7 +172,9 @@ def test_margins_are_those_of_the_diagnosis(cone):
     (gears,) = diagnose_robots(cone.case.robots, cone.case.desired, wrench)
     exact = np.array([gear.margin for gear in gears])
     np.testing.assert_allclose(figures.margin[0], exact, atol=0.03 * figures.swing[0].max())
-    np.testing.assert_allclose(figures.miss[0], [gear.miss for gear in gears], rtol=5e-3)
+    np.testing.assert_allclose(
+        figures.backlash_error[0], [gear.backlash_error for gear in gears], rtol=5e-3
+    )
 
 
 def test_a_part_turned_with_its_robot_is_the_same_part(cone):

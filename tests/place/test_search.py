@@ -78,8 +78,8 @@ def figures(**changed: list) -> ScreenFigures:
         "compliance": [1e-6] * 3,
         "margin": [[50.0, 50.0]] * 3,
         "swing": [[100.0, 100.0]] * 3,
-        "miss": [[40e-6, 20e-6]] * 3,
-        "slip_miss": [[0.0, 0.0]] * 3,
+        "backlash_error": [[40e-6, 20e-6]] * 3,
+        "hysteresis_error": [[0.0, 0.0]] * 3,
         "motor_share": [0.0] * 3,
     }
     return ScreenFigures(**{name: np.array(value) for name, value in (plain | changed).items()})

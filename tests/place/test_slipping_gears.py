@@ -65,8 +65,8 @@ def test_what_slip_torques_30_percent_off_do_is_bounded_by_the_figure(slipping, 
     figures = slipping.screen(slipping.stations).figures(slipping.present[None])
     file = build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))
     torques = {i + 1: torque for i, torque in enumerate(SLIP) if torque}
-    misses = dict(zip(torques, figures.slip_miss[0], strict=True))
-    assert figures.slip_miss.shape == (1, len(torques))
+    misses = dict(zip(torques, figures.hysteresis_error[0], strict=True))
+    assert figures.hysteresis_error.shape == (1, len(torques))
     with RobotFmu(file, "linear") as fmu:
 
         def tool(*gears: int, factor: float) -> np.ndarray:
@@ -94,7 +94,7 @@ def test_what_the_process_moves_is_at_most_that_of_gears_whose_elements_slip(sli
     with RobotFmu(file, "linear") as fmu:
         paths = [fmu.simulate(command, own, "quasistatic").position[0] for own in (wrench, none)]
     moved = np.linalg.norm(paths[0] - paths[1], axis=1).max()
-    width = float(np.sum(figures.slip_miss)) / 0.3
+    width = float(np.sum(figures.hysteresis_error)) / 0.3
     assert figures.deviation[0] - width < moved < 1.02 * figures.deviation[0]
 
 
@@ -107,7 +107,7 @@ def test_the_figure_of_a_loop_is_that_of_elements_that_stick_or_slip():
     lever = np.full((2, 2), 1.5)
     swing = np.array([[10.0, 10.0], [1e5, 1e5]])
     expected = 0.3 * 1.5 / k * np.array([[10.0 * K / (k + K), 0.0], [2.0 * F, 0.0]])
-    np.testing.assert_allclose(loops.slip_miss(swing, lever), expected, rtol=1e-14)
+    np.testing.assert_allclose(loops.hysteresis_error(swing, lever), expected, rtol=1e-14)
 
 
 def test_elements_hold_a_gear_in_its_backlash_and_narrow_the_margin(monkeypatch):

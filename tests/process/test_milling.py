@@ -347,7 +347,7 @@ def test_milling_case_shortened_couples_through_the_dynamic_fmu(tmp_path, speed)
     assert run.correction.converged, run.correction.reason
     assert case.mode == "dynamic"
     # It sags by about 1.5 mm into the work, half as deep as the case's cut.
-    assert 100.0 < run.correction.answer.wrench.peak_force < 1000.0
+    assert 100.0 < run.correction.response.wrench.peak_force < 1000.0
     assert Deviations.of(run).process.maximum > 1e-6
 
 

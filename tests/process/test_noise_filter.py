@@ -18,10 +18,9 @@ from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass, noise_share
-from coupling.path.noise import noise_level
 from coupling.process import ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequency
-from coupling.process.smoothing import SmoothedProcess
+from coupling.process.smoothing import SmoothedProcess, noise_level
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of

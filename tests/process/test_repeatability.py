@@ -59,13 +59,13 @@ def test_rounding_is_no_difference_and_a_little_one_does_not_disturb():
     force = np.tile([0.0, 0.0, 300.0], (10, 1))
     rounded = Repeatability.of(answer(force), answer(force * (1.0 + 1e-9)))
     little = Repeatability.of(answer(force), answer(force * (1.0 + 1e-5)))
-    assert rounded.alike
+    assert rounded.identical
     assert "alike" in rounded.sentence()
-    assert not little.alike
+    assert not little.identical
     assert not little.disturbs
     assert "differently, by up to 0.003 N" in little.sentence()
     none = Repeatability.of(answer(0.0 * force), answer(0.0 * force))
-    assert none.alike
+    assert none.identical
     assert not none.disturbs
 
 

@@ -17,7 +17,7 @@ from coupling.path.histories import ToolPath
 from coupling.process import ElasticWall
 from coupling.process.checked import CheckedProcess
 from coupling.process.external import ExternalProgram
-from coupling.process.frames import answer_in_base
+from coupling.process.frames import response_in_base
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_rotvec([0.3, -0.4, 0.9]))
 # A wall of 1e5 N/m at z = 0 of the part; what it prints is in part axes.
@@ -81,7 +81,7 @@ def test_a_stiffness_turns_with_its_frame(frame):
     path = ToolPath(time, np.hstack([rng.normal(size=(9, 3)), turns.as_quat()]))
     axes = {"base": Rotation.identity(9), "part": PART.rotation, "tool": path.rotations[0]}[frame]
     values, own = rng.normal(size=(9, 12)), rng.normal(size=(9, 3))
-    told = answer_in_base(frame, np.column_stack([path.time, values]), path, PART).stiffness
+    told = response_in_base(frame, np.column_stack([path.time, values]), path, PART).stiffness
     xx, xy, xz, yy, yz, zz = values[:, 6:].T
     x, y, z = own.T
     work = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z)

@@ -11,7 +11,7 @@ import pytest
 from line_case import line_case
 
 from coupling.errors import ResultError
-from coupling.report.compare_page import comparison_page, comparison_summary
+from coupling.report.compare_report import comparison_page, comparison_summary
 from coupling.report.comparison import Comparison, command_difference
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run

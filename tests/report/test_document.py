@@ -17,7 +17,7 @@ from coupling.report import plotly_js as module
 from coupling.report.document import document
 from coupling.report.plotly_js import plotly_js
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.terminal import tell
+from coupling.report.terminal import print_sections
 
 IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
@@ -45,7 +45,7 @@ def test_terminal_and_page_tell_the_same_and_the_page_says_how_to_read_it():
         *warned(["it is hot"], ["it is late"]),
     ]
     with console.capture() as told:
-        tell(console, sections)
+        print_sections(console, sections)
     said, text = told.get(), html.unescape(document("", sections))
     cells = ("[um] & more.", "second", "Gears", "One of", "joint 1", "< 0.25", "12", "after")
     for words in (*cells, "Warning: it is hot", "Remark: it is late"):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from coupling import results
 from coupling.errors import ResultError
-from coupling.results.result_file import ResultFile
+from coupling.results.base import ResultFile
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState
 

@@ -96,7 +96,7 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
         write_run(tmp_path, case, found)
         done = FinishedRun(found, read_run(tmp_path), 0)
         monkeypatch.setattr(runs, "console", said)
-        runs.tell_run(done, tmp_path)
+        runs.print_run(done, tmp_path)
         text = said.export_text(styles=True)
         assert ("\x1b[33m" in text) is (first != "Converged")
         lines = re.sub(r"\x1b\[[0-9;]*m", "", text).strip().splitlines()

@@ -143,7 +143,7 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     )
     np.testing.assert_allclose(support.opening(result.path), opening, rtol=1e-6)
     borne = share * force - stiffness * opening
-    on_forming, on_support = result.answer.wrench.force[..., 2]
+    on_forming, on_support = result.response.wrench.force[..., 2]
     np.testing.assert_allclose(on_support, borne, rtol=1e-6)
     pinch = borne - share * force
     np.testing.assert_allclose(on_forming, -force - pinch, rtol=1e-6)
@@ -269,7 +269,7 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
 def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(finished, tmp_path):
     """In result.json, on the terminal and in the report; it has no workpiece of its own."""
     case, run, _ = finished
-    before = replace(run.correction.before, answer=None, how="one-way")
+    before = replace(run.correction.before, response=None, how="one-way")
     one_way = replace(run, correction=replace(run.correction, before=before))
     write_run(tmp_path, case, one_way)
     assert json.loads((tmp_path / "result.json").read_text())["before"] == "one-way"
@@ -285,7 +285,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     case, run, _ = finished
     found = run.correction
     fine = SampledPath.of(found.desired).refined(0.0021)
-    desired, rows = fine.path, fine.asked
+    desired, rows = fine.path, fine.sample_rows
     assert len(rows) == len(found.desired.time) < len(desired.time)
     finer = replace(
         found,
@@ -294,7 +294,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         before=replace(found.before, path=SampledPath.of(run.before).refined(0.0021).path),
         correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
         achieved=SampledPath.of(found.achieved).refined(0.0021).path,
-        answer=ProcessResponse(found.answer.wrench.refined(desired.time)),
+        response=ProcessResponse(found.response.wrench.refined(desired.time)),
     )
     gap = _gap(case, finer)
     np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
@@ -352,7 +352,7 @@ def test_the_supporting_tool_takes_its_share_of_the_force(finished):
     """Within what the pinch adds at 1e5 N/m over a gap that is right to 20 um: 2 N."""
     _, run, _ = finished
     forming, support = (
-        np.linalg.norm(force, axis=1).max() for force in run.correction.answer.wrench.force
+        np.linalg.norm(force, axis=1).max() for force in run.correction.response.wrench.force
     )
     assert support == pytest.approx(0.5 * forming, abs=4.0)
     assert forming > 100.0

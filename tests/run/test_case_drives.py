@@ -21,9 +21,9 @@ from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.runs.measurement import Measurement
-from coupling.identification.runs.source import read_source, require_alike
+from coupling.identification.runs.source import read_source, require_comparable
 from coupling.path.deviation import measure
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
@@ -151,7 +151,7 @@ def test_coupling_moves_the_motors_as_well(tmp_path):
     case = case_of(tmp_path, SERVO)
     run = run_coupling(case)
     file = build_fmu(case.robots[0].description, tmp_path / "own.fmu", BuildOptions("native"))
-    wrench = run.correction.answer.wrench
+    wrench = run.correction.response.wrench
     with RobotFmu(file, "backlash") as fmu:
         paths = {
             drive: fmu.simulate(run.correction.joints, wrench, "dynamic", {"drive": drive})
@@ -177,7 +177,7 @@ def test_runs_with_and_without_servos_are_not_learned_together(finished):
     own = read_source(folder, Measurement("seen.csv", np.arange(2.0), np.zeros((2, 3))))
     assert own.drive == "servo"
     with pytest.raises(LearnError, match=r"expected drive = 'servo' as in .*, got 'ideal'"):
-        require_alike([own, replace(own, drive="ideal")])
+        require_comparable([own, replace(own, drive="ideal")])
 
 
 def test_an_archive_for_other_masters_moves_the_motors(tmp_path):

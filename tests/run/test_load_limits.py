@@ -22,7 +22,7 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.expected import EXPECTED, MISTAKEN, remark, remarks
-from coupling.run.load_limits import passed
+from coupling.run.load_limits import exceeded
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 ICME = find_robot("icme2008")
@@ -77,7 +77,7 @@ def test_each_rating_warns_above_itself_and_not_below(example):
 
     def names(payload=None, **rated: float) -> list[str]:
         ratings = Ratings(payload, {1: GearTorque(**rated)} if rated else {})
-        return [warning.name for warning in passed(ratings, wanted.wrench, gears)]
+        return [warning.name for warning in exceeded(ratings, wanted.wrench, gears)]
 
     assert names() == []
     assert names(payload=2001.0) == []
@@ -92,7 +92,7 @@ def test_a_warning_says_joint_value_time_and_limit(example):
     wanted = held_still(example, [0.0, 2000.0, 0.0])
     gears = diagnose(MovingRobot(example, "linear"), wanted)
     ratings = Ratings(1500.0, {1: GearTorque(peak=3000.0)})
-    force, gear = map(str, passed(ratings, wanted.wrench, gears, "support"))
+    force, gear = map(str, exceeded(ratings, wanted.wrench, gears, "support"))
     assert force == (
         "support: the tool is pushed with 2000 N at t = 0.000 s; the robot's rated load is 1500 N"
     )

@@ -16,7 +16,7 @@ from motor_file import with_motors
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.checked import checked
-from coupling.errors import PlanningError
+from coupling.errors import PlanningError, SimulationError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
@@ -26,14 +26,16 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
+from coupling.process import ProcessResponse
 from coupling.report.drives import drives
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.gear_loads import wanted_of
-from coupling.run.motor_demands import COLD, WARM
+from coupling.run.motor_demands import COLD, WARM, explained_by_motors
 from coupling.run.motor_loads import motor_load
+from coupling.run.repeated_evaluation import RememberedProcess
 from coupling.run.stored_run import read_run
 from elastic_robot.gear_parts import Drive
 
@@ -149,6 +151,37 @@ def test_a_path_that_asks_for_more_than_a_motor_has_is_refused(tmp_path, mode, m
     assert "Converged" not in said
 
 
+@pytest.mark.parametrize("force", [0.0, 4000.0])
+def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_is_too_weak(
+    tmp_path, force
+):
+    """8 of 12 kN m hold the weight; 4 kN at 1.7 m from the joint are too much; else the reason stays."""
+    case = load_case(line(tmp_path, 12000.0))
+
+    class Pressing:
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
+            load = np.zeros((1, len(path.time), 6))
+            load[:, :, 2] = -force
+            return ProcessResponse(WrenchHistory(path.time, load))
+
+    asked, failed = RememberedProcess(Pressing()), SimulationError("needs steps below 2e-11 s")
+    asked.evaluate(case.desired)
+    with (
+        pytest.raises((PlanningError, SimulationError)) as error,
+        explained_by_motors(case, asked),
+    ):
+        raise failed
+    if not force:
+        assert error.value is failed
+        return
+    said = re.fullmatch(
+        r"joint 2: its motor is asked for (\S+) N m at t = \S+ s; it gives 12000 N m at most, \S+ N m"
+        r" less, under the process: slow down the path, or expect the robot to fall",
+        str(error.value),
+    )
+    assert 12000.0 < float(said[1]) < 8000.0 + 1.2 * 1.7 * force
+
+
 def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
     """Its simulation has no motors: it says which joint, when and how much, and exits with 1."""
     file = line(tmp_path, 5000.0, 'drive = "ideal"')
@@ -178,7 +211,7 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
     """Coupled, motors that saturate move as they can; the demand is that without their limit."""
     case = load_case(line(tmp_path, 9000.0))
     run = run_coupling(case)
-    wrench = run.correction.answer.wrench
+    wrench = run.correction.response.wrench
     found = told(case, run.correction.joints, wrench, tmp_path, "servo")
     beyond = {i: most for i, (most, *_) in found.items() if most > 9000.0}
     assert beyond

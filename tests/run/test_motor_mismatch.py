@@ -16,7 +16,7 @@ from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.report.page import run_summary
+from coupling.report.run_report import run_summary
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
@@ -90,9 +90,9 @@ def test_factors_of_motors_are_those_of_their_description():
     assert one.joints[2].drive == replace(drive, friction=10.0, viscous=6.0)
     assert [j.drive for k, j in enumerate(one.joints) if k != 2] == [drive] * 4
     for difference in (ModelMismatch(friction=(1.3,)), ModelMismatch(servo_gain=(0.8,))):
-        assert difference.shows(moved, "backlash", "servo")
-        assert not difference.shows(moved, "backlash", "ideal")
-        assert not difference.shows(robot, "backlash", "servo")
+        assert difference.has_effect(moved, "backlash", "servo")
+        assert not difference.has_effect(moved, "backlash", "ideal")
+        assert not difference.has_effect(robot, "backlash", "servo")
     with pytest.raises(ValueError, match="servo_gain: expected finite factors > 0"):
         ModelMismatch(servo_gain=(0.0,))
 
@@ -201,7 +201,7 @@ def test_other_kinematic_errors_are_those_of_turned_phasors(tmp_path):
     hand = turned_by_hand(robot, 1.5, 0.7)
     np.testing.assert_allclose(sines_of(own.description(robot)), sines_of(hand), rtol=1e-14)
     assert own.parameters(robot, "backlash") == {}
-    assert all(own.shows(robot, "backlash", drive) for drive in ("ideal", "servo"))
+    assert all(own.has_effect(robot, "backlash", drive) for drive in ("ideal", "servo"))
     assert not any(
         j.kinematic_error for j in ModelMismatch(kinematic_error=(0,)).description(robot).joints
     )
@@ -210,7 +210,7 @@ def test_other_kinematic_errors_are_those_of_turned_phasors(tmp_path):
         i != 2 for i in range(6)
     ]
     bare = load_robot(find_robot("icme2008"))
-    assert not own.shows(bare, "backlash", "servo")
+    assert not own.has_effect(bare, "backlash", "servo")
     with pytest.raises(ValueError, match="kinematic_error_phase: expected finite"):
         ModelMismatch(kinematic_error_phase=(np.nan,))
     with pytest.raises(ValueError, match="kinematic_error_phase: expected one number, or 6"):
@@ -228,7 +228,7 @@ def test_a_run_has_a_row_of_kinematic_errors_with_an_unknown_phase(tmp_path):
     other = turned_by_hand(case.robots[0].description, 1.0, 0.5 * np.pi)
     file = build_fmu(other, tmp_path / "own.fmu", BuildOptions("native"))
     with RobotFmu(file, "backlash") as fmu:
-        path = fmu.simulate(run.correction.joints, run.correction.answer.wrench, "dynamic")
+        path = fmu.simulate(run.correction.joints, run.correction.response.wrench, "dynamic")
     assert rows[name] == pytest.approx(measure(path, run.correction.desired).maximum, abs=1e-12)
     assert rows[name] > 20e-6
     bare = run_compensation(case_of(tmp_path, 'drive = "ideal"'))

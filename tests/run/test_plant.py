@@ -134,7 +134,7 @@ def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
     assert left < 1e-5 < 1e-3 < run.plant.deviation().maximum
     robot = load_case(file).plant.robots[0].description
     with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
-        wrench = run.plant.coupling.answer.wrench
+        wrench = run.plant.coupling.response.wrench
         path = fmu.simulate(run.correction.joints, wrench, "dynamic", {"drive": "servo"})
     at = np.searchsorted(path.time, run.plant.path.time)
     np.testing.assert_allclose(run.plant.path.pose, path.at_rows(at).pose, rtol=0, atol=1e-12)
@@ -162,8 +162,8 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     run = run_compensation(case)
     assert run.plant.coupling.converged
     rows = np.searchsorted(run.desired.time, case.desired.time)
-    answer = case.process.evaluate(run.plant.path.at_rows(rows)).wrench
-    expected = interpolated(run.desired.time, answer.time, 1.2 * answer.wrench, axis=1)
+    response = case.process.evaluate(run.plant.path.at_rows(rows)).wrench
+    expected = interpolated(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
     met = run.plant.wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     alone = run_compensation(loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2"))

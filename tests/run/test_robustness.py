@@ -24,8 +24,8 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.report import write_report
 from coupling.report.along import deviation
-from coupling.report.page import run_summary
-from coupling.report.terminal import tell
+from coupling.report.run_report import run_summary
+from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member
 from coupling.robot.mismatch import ModelMismatch
@@ -44,7 +44,7 @@ from elastic_robot.gear_parts import StopElement
 NAMES = [
     variation.name
     for variation in VARIATIONS
-    if variation.difference.shows(load_robot(find_robot("icme2008")), "backlash", "ideal")
+    if variation.difference.has_effect(load_robot(find_robot("icme2008")), "backlash", "ideal")
     or variation.force != 1.0
 ]
 
@@ -61,7 +61,7 @@ def finished(tmp_path_factory) -> tuple[Case, Run, Path, str]:
             run = run_compensation(case, view.watch)
         write_run(out, case, run)
         write_report(out)
-        tell(console, run_summary(read_run(out)))
+        print_sections(console, run_summary(read_run(out)))
     return case, run, out, said.get()
 
 
@@ -120,7 +120,7 @@ def test_what_means_nothing_is_left_out(tmp_path, example):
         ("[[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]]", "[[0.0, 0.0, 0.02], [0.06, 0.0, 0.02]]"),
     )
     run = run_compensation(linear)
-    assert run.correction.answer.wrench.peak_force == 0.0
+    assert run.correction.response.wrench.peak_force == 0.0
     assert [row.name for row in run.robustness] == [
         name for name in NAMES if "backlash" not in name and "force" not in name
     ]
@@ -241,11 +241,11 @@ def test_what_the_gears_go_through_is_told_without_a_command(finished):
         assert gear["backlash_reversals"] == passed.count(gear["joint"])
     answer = case.process.evaluate(case.desired)
     (alone,) = diagnose_robots(case.robots, case.desired, answer.wrench)
-    assert [g.changes for g in alone] == [g["backlash_reversals"] for g in told["gears"]]
+    assert [g.reversals for g in alone] == [g["backlash_reversals"] for g in told["gears"]]
     at_risk = [gear for gear in run.gears[0] if gear.at_risk]
     assert at_risk
     for gear in at_risk:
-        assert re.search(rf"joint {gear.joint} +{gear.changes} +{gear.in_backlash:.2f} ", said)
+        assert re.search(rf"joint {gear.joint} +{gear.reversals} +{gear.in_backlash:.2f} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Torques and reversals of the gears" in page
 

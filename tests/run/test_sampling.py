@@ -75,7 +75,7 @@ def seen(case: Case) -> Seen:
             return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
 
         forming = told(case.motion.path)
-        task = replace(case.task, forming=forming, asked=np.arange(len(time)))
+        task = replace(case.task, forming=forming, sample_rows=np.arange(len(time)))
         often = replace(loop, process=case.process_table.process(task), tolerance=EXACT)
         often = replace(often, scheme=case.coupling.new_scheme())
         reference = couple(often, found.joints, told(found.achieved))

@@ -20,6 +20,7 @@ from coupling.sheet_fem.interface import Interface
 from coupling.sheet_fem.macro_elements import MacroElements, fill_cells
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
+from tests.helpers.full_matrix import full_of
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -92,7 +93,7 @@ def test_a_bordered_band_is_solved_as_the_full_matrix(elements, apart, spread, g
     matrix = Bordered(band.of(index, parts, n, width), across, outer)
     right = rng.normal(size=(n + m, 3))
     np.testing.assert_allclose(matrix.solve(right), np.linalg.solve(full, right), rtol=1e-9)
-    np.testing.assert_allclose(matrix.times(right[:, 0]), full @ right[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(full_of(matrix) @ right[:, 0], full @ right[:, 0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("band", [GeneralBanded, SymmetricBanded])
@@ -136,7 +137,7 @@ def test_cells_do_what_the_fine_sheet_does_to_moves_of_coarse_splines(plate):
     followed = np.einsum(
         "eij,ej->ei", stiffness, coarse.reshape(-1, 3)[splines.patches].reshape(-1, 27)
     )
-    fine = whole.residual, whole.stiffness.times(splines.fine(coarse).ravel())
+    fine = whole.residual, full_of(whole.stiffness) @ splines.fine(coarse).ravel()
     for found, nodal in zip((force, followed), fine, strict=True):
         at_splines = np.zeros((coarse.size // 3, 3))
         np.add.at(at_splines, splines.patches, found.reshape(-1, 9, 3))
@@ -157,7 +158,7 @@ def test_a_condensed_far_field_answers_as_all_coarse_and_fine_unknowns_together(
     state = sheet.flat()
     state = replace(state, points=state.points + 1e-7 * rng.normal(size=state.points.shape) * free)
     whole = assemble(assemble.everywhere, state, (), state)
-    columns = [whole.stiffness.times(unit) for unit in np.eye(len(whole.residual))]
+    columns = full_of(whole.stiffness).T
     box = Box(8, 18, 9, 19)
     interface = Interface.of(CoarseSplines.of((24, 24)), box, free)
     inside = box.inside(free.shape)

@@ -18,13 +18,14 @@ pytest.importorskip("numba")
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
 from coupling.process import PROCESSES
+from coupling.sheet_fem.contact import elastic_slip
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
-from coupling.sheet_fem.friction import elastic_slip
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.state import SheetState
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
+from tests.helpers.full_matrix import full_of
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -123,11 +124,11 @@ def test_whole_tangent_with_friction_is_the_derivative_of_the_residual(drag):
         ahead = assembled(points + step * direction).residual
         behind = assembled(points - step * direction).residual
         numeric = (ahead - behind) / (2.0 * step)
-        exact = stiffness.times(direction.ravel())
+        exact = full_of(stiffness) @ direction.ravel()
         assert np.linalg.norm(numeric - exact) < 1e-5 * np.linalg.norm(exact)
         np.testing.assert_allclose(stiffness.solve(exact), direction.ravel(), atol=1e-8)
     other = np.where(moving, rng.normal(size=points.shape), 0.0).ravel()
-    there, back = other @ exact, direction.ravel() @ stiffness.times(other)
+    there, back = other @ exact, direction.ravel() @ full_of(stiffness) @ other
     assert abs(there - back) > 1e-6 * abs(there), "friction makes it unsymmetric"
 
 

@@ -20,6 +20,7 @@ from coupling.sheet_fem.return_mapping import plane_stress
 from coupling.sheet_fem.section import CrossSection, section
 from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
+from tests.helpers.full_matrix import full_of
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 ELASTIC = Material(70e9, 0.33, 1e15, 1.0, 0.0)
@@ -193,7 +194,7 @@ def test_whole_tangent_is_the_derivative_of_the_residual():
         ahead, _ = residual(sheet, points + step * direction, tool)
         behind, _ = residual(sheet, points - step * direction, tool)
         numeric = (ahead - behind) / (2.0 * step)
-        exact = stiffness.times(direction.ravel())
+        exact = full_of(stiffness) @ direction.ravel()
         assert np.linalg.norm(numeric - exact) < 2e-6 * np.linalg.norm(exact)
 
 

@@ -12,6 +12,7 @@ pytest.importorskip("numba")
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
+from tests.helpers.full_matrix import full_of
 
 ELASTIC = Material(70e9, 0.33, 3e8, 1.0, 0.0)  # as long as nothing yields
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
@@ -181,7 +182,7 @@ def test_the_tangent_of_a_rounded_edge_is_the_derivative_of_its_force():
     change = np.random.default_rng(16).normal(size=points.shape) * free
     h = 1e-9
     forces = [pushed(points + sign * h * change).residual for sign in (1.0, -1.0)]
-    expected = pushed(points).stiffness.times(change.ravel())
+    expected = full_of(pushed(points).stiffness) @ change.ravel()
     np.testing.assert_allclose(
         (forces[0] - forces[1]) / (2.0 * h), expected, atol=1e-5 * np.abs(expected).max()
     )

@@ -19,7 +19,7 @@ from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
 from coupling.process import PROCESSES, ProcessResponse
-from coupling.report.page import write_report
+from coupling.report.run_report import write_report
 from coupling.run.execute import run_coupling
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
@@ -243,7 +243,7 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     run = run_coupling(case)
     assert run.correction.converged, run.correction.reason
     into_part = case.task.part.rotation.inv()
-    forming, behind = (into_part.apply(force) for force in run.correction.answer.wrench.force)
+    forming, behind = (into_part.apply(force) for force in run.correction.response.wrench.force)
     assert forming[:, 2].max() > 100.0
     assert behind[:, 2].min() < -50.0
     assert np.all(forming[:, 2] >= -1e-9)

@@ -84,7 +84,7 @@ def test_the_process_is_asked_twice_on_the_desired_path_and_on_the_one_really_ta
     assert measure(process.seen[1], desired).maximum < 1e-9
     # The paths are told on the controller's cycle, the process sees its own samples.
     assert len(found.desired.time) == 251
-    assert found.achieved.time.shape == found.answer.wrench.time.shape == (251,)
+    assert found.achieved.time.shape == found.response.wrench.time.shape == (251,)
     assert found.before.how == "one-way"
 
 

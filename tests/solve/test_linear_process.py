@@ -108,7 +108,7 @@ def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
     samples = np.linspace(0.0, 1.0, 51)
     sampled = ToolPath(samples, upright(drives[::40]))
     fine = SampledPath.of(sampled).refined(0.004)
-    told, rows = fine.path, fine.asked
+    told, rows = fine.path, fine.sample_rows
     loop = Loop(robot, wall, "quasistatic", Robin())
     found = couple(loop, command, unloaded_path(loop, command, told.time), rows)
     assert found.converged, found.reason

@@ -65,9 +65,9 @@ class Untold:
     identity: str = ""
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
-        answer = self.process.evaluate(path)
-        told = None if self.factor is None else self.factor * answer.stiffness
-        return replace(answer, stiffness=told)
+        response = self.process.evaluate(path)
+        told = None if self.factor is None else self.factor * response.stiffness
+        return replace(response, stiffness=told)
 
 
 def coupled(
@@ -147,14 +147,14 @@ def test_the_answer_does_not_depend_on_the_stiffness(seed):
 
     class Other(Robin):
         def moved(self, robot, command, seen, mode):
-            stiffer = replace(seen.answer, stiffness=seen.answer.stiffness + more)
-            return super().moved(robot, command, replace(seen, answer=stiffer), mode)
+            stiffer = replace(seen.response, stiffness=seen.response.stiffness + more)
+            return super().moved(robot, command, replace(seen, response=stiffer), mode)
 
     result = coupled(robot, wall, most=2000, scheme=Other())
     assert result.converged, result.reason
     expected = closed_form(robot, pressing())
     np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1e-8)
-    acting = result.answer.wrench.on(result.path).force
+    acting = result.response.wrench.on(result.path).force
     np.testing.assert_allclose(acting, wall.evaluate(result.path).wrench.force, rtol=0, atol=1e-2)
 
 
@@ -185,8 +185,8 @@ def test_the_stiffness_that_a_law_tells_is_its_derivative(name):
     rows = np.sort(rng.choice(len(case.desired.time), 300, replace=False))
     thin = replace(case.desired.at_rows(rows))
     path = thin.displaced(2e-4 * rng.normal(size=(*thin.pose.shape[:2], 6)))
-    answer = case.process.evaluate(path)
-    told, pressed = answer.stiffness, np.any(answer.wrench.force[-1], axis=1)
+    response = case.process.evaluate(path)
+    told, pressed = response.stiffness, np.any(response.wrench.force[-1], axis=1)
     assert np.count_nonzero(pressed) > 100
     assert np.count_nonzero(np.trace(told, axis1=1, axis2=2)) > 100
     step, count = 1e-8, len(path.pose)

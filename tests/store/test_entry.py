@@ -16,7 +16,14 @@ from coupling.path.workpiece import Workpiece
 from coupling.process import ProcessResponse
 from coupling.process import base as process_base
 from coupling.store import Store, entry
-from coupling.store.entry import DamagedError, EntryInfo, answer_key, decoded, encoded, plain
+from coupling.store.entry import (
+    DamagedError,
+    EntryInfo,
+    as_stored,
+    decoded,
+    encoded,
+    evaluation_key,
+)
 
 KEY = "a" * 64
 ABOUT = EntryInfo(KEY, "a wall", 3, 1, 12.5, "host", 1.8e9)
@@ -43,7 +50,7 @@ def answer(**changes: object) -> ProcessResponse:
 
 
 def content(kept: ProcessResponse) -> bytes:
-    return bytes(encoded(plain(kept), ABOUT))
+    return bytes(encoded(as_stored(kept), ABOUT))
 
 
 def parts(found: ProcessResponse) -> dict[str, np.ndarray]:
@@ -84,14 +91,14 @@ def test_every_bit_of_an_answer_survives(lacking):
 )
 def test_any_numbers_in_any_order_survive(wrench, order):
     kept = answer(wrench=WrenchHistory(np.arange(3.0), np.asarray(wrench, order=order)))
-    require_equal(decoded(content(kept), KEY), plain(kept))
+    require_equal(decoded(content(kept), KEY), as_stored(kept))
 
 
 def test_a_computed_answer_has_the_layout_of_a_kept_one():
     """Sums of the same numbers in another order would differ in their last digits."""
     kept = answer(stiffness=np.asfortranarray(RNG.standard_normal((2, 3, 3, 3))))
     assert not kept.stiffness.flags.c_contiguous
-    assert all(values.flags.c_contiguous for values in parts(plain(kept)).values())
+    assert all(values.flags.c_contiguous for values in parts(as_stored(kept)).values())
 
 
 def test_every_flipped_bit_is_noticed_or_changes_nothing():
@@ -173,14 +180,14 @@ def test_the_key_tells_process_path_and_physics_apart(monkeypatch):
     nearly.pose[0, 2, 1] = 5e-324  # the smallest number above zero
     later = ToolPath(path().time + 2.0**-40, path().pose)
     keys = {
-        answer_key("wall", path()),
-        answer_key("wall 2", path()),
-        answer_key("wall", nearly),
-        answer_key("wall", later),
-        answer_key("wall", path(4)),
-        answer_key("wall", path(3, tools=2)),
+        evaluation_key("wall", path()),
+        evaluation_key("wall 2", path()),
+        evaluation_key("wall", nearly),
+        evaluation_key("wall", later),
+        evaluation_key("wall", path(4)),
+        evaluation_key("wall", path(3, tools=2)),
     }
     monkeypatch.setattr(entry, "PHYSICS", process_base.PHYSICS + 1)
-    keys.add(answer_key("wall", path()))
+    keys.add(evaluation_key("wall", path()))
     assert len(keys) == 7
     assert all(len(key) == 64 for key in keys)

@@ -16,11 +16,11 @@ from killing import die_while_keeping, start_function, wait_until
 
 from coupling.errors import ProcessError, StoreError
 from coupling.events import Event, WarningEvent
-from coupling.files import whole_file
+from coupling.files import atomic_file
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
 from coupling.store import Store, StoredAnswer, StoredProcess, WaitingForOther
-from coupling.store.entry import answer_key
+from coupling.store.entry import evaluation_key
 
 
 def path(shift: float = 0.0) -> ToolPath:
@@ -58,7 +58,7 @@ def test_a_path_is_evaluated_once_by_all_who_ask(store, told):
     assert [s.asked for s in springs] == [[0.0], []]
     assert all(np.array_equal(a.wrench.wrench, found[0].wrench.wrench) for a in found)
     assert [event.origin for event in told] == ["computed", "store", "store"]
-    assert {event.key for event in told} == {answer_key("springs", path())}
+    assert {event.key for event in told} == {evaluation_key("springs", path())}
 
 
 def test_a_store_is_of_processes_that_answer_alike(store):
@@ -82,7 +82,9 @@ def test_without_a_store_keys_are_told_all_the_same(told):
     process = StoredProcess(Springs(), None, told.append)
     for _ in range(2):
         process.evaluate(path())
-    assert [(e.origin, e.key) for e in told] == [("computed", answer_key("springs", path()))] * 2
+    assert [(e.origin, e.key) for e in told] == [
+        ("computed", evaluation_key("springs", path()))
+    ] * 2
 
 
 def test_a_process_that_fails_leaves_nothing(store):
@@ -189,7 +191,7 @@ def test_no_room_is_found_before_the_work(store, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     springs = Springs()
-    monkeypatch.setattr(whole_file.os, "posix_fallocate", full)
+    monkeypatch.setattr(atomic_file.os, "posix_fallocate", full)
     with pytest.raises(StoreError, match=r"store cannot be written: No space left on device"):
         StoredProcess(springs, store).evaluate(path())
     assert springs.asked == []
@@ -205,15 +207,15 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
     springs = Springs()
     process = StoredProcess(springs, store, told.append)
     with monkeypatch.context() as faults:
-        faults.setattr(whole_file.os, "fsync", full)
+        faults.setattr(atomic_file.os, "fsync", full)
         answer = process.evaluate(path())
         assert np.array_equal(process.evaluate(path()).wrench.wrench, answer.wrench.wrench)
-    assert (springs.asked, process.unkept, store.entries()) == ([0.0], 1, [])
+    assert (springs.asked, process.not_stored, store.entries()) == ([0.0], 1, [])
     warnings = [event.text for event in told if isinstance(event, WarningEvent)]
     assert len(warnings) == 1
     assert "No space left on device; the answer is used" in warnings[0]
     process.settle()
-    assert (process.unkept, len(store.entries())) == (0, 1)
+    assert (process.not_stored, len(store.entries())) == (0, 1)
     StoredProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 1
 
@@ -257,7 +259,7 @@ def test_an_entry_is_used_last_when_it_is_read_last(store):
     for age, entry in enumerate(store.entries()):
         os.utime(entry.file, (1e9 + age, 1e9 + age))
     process.evaluate(path(1))
-    assert store.entries()[-1].key == answer_key("springs", path(1))
+    assert store.entries()[-1].key == evaluation_key("springs", path(1))
 
 
 def test_an_answered_event_says_how_long_it_took(store, told):

@@ -83,7 +83,7 @@ def test_a_process_is_asked_at_rests_and_as_often_as_wanted(kind, tmp_path):
 def test_instants_keep_what_they_promise(durations, period, corners):
     rests = np.cumsum(durations)
     instants = PathTimes.of(rests, period, np.array(corners))
-    asked = instants.time[instants.asked]
+    asked = instants.time[instants.sample_rows]
     assert asked[0] == 0.0
     assert asked[-1] == rests[-1]
     assert np.isin(rests, asked).all()
@@ -97,7 +97,7 @@ def test_instants_keep_what_they_promise(durations, period, corners):
 
 def test_corners_that_stand_free_are_instants():
     instants = PathTimes.of(np.array([1.0]), 0.02, np.array([0.333, 0.7, 0.7005]))
-    asked = instants.time[instants.asked]
+    asked = instants.time[instants.sample_rows]
     assert np.isin([0.333, 0.7], asked).all()
     assert 0.7005 not in asked
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from random_robots import make_robot
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
@@ -17,6 +18,7 @@ from coupling.files.csv_table import POSE_COLUMNS, read_table, write_table
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
 from elastic_robot.chain import build_chain
@@ -174,6 +176,28 @@ def test_inverse_kinematics_returns_to_the_path(example):
     deviation = ToolPath(path.time, poses).deviation_from(path)
     assert np.abs(deviation).max() < 2e-10
     assert np.abs(np.diff(joints.q[0], axis=0)).max() < 0.01
+
+
+@given(st.integers(0, 10**6), st.integers(2, 6))
+def test_a_plan_is_the_motion_that_made_the_path(seed, joints):
+    """Of random robots, with a kink on the way: to 1e-10 in the pose, whatever it takes to plan it."""
+    rng = np.random.default_rng(seed)
+    robot, time = make_robot(seed, joints), np.linspace(0.0, 1.0, 301)
+    wave = np.sin(
+        2.0 * np.pi * np.outer(time, rng.uniform(0.2, 0.6, joints)) + rng.normal(size=joints)
+    )
+    q = rng.uniform(-1.0, 1.0, joints) + 0.15 * wave + 0.2 * np.abs(time - 0.4771)[:, None]
+    planner = InverseKinematics(robot, q[0])
+    path = ToolPath(time, planner.poses(q))
+    serial = SerialRobot(robot)
+    posture = serial.posture(q.T, np.zeros((3, len(time))))
+    scaled = np.concatenate([posture.lever / serial.reach, posture.axis], axis=1)
+    least = np.linalg.svd(scaled.transpose(2, 1, 0), compute_uv=False).min()
+    assume(least > 1e-2)
+    for own in (path, path.at_rows(np.arange(100))):
+        found = planner.plan(own).q[0]
+        np.testing.assert_allclose(found, q[: len(found)], rtol=0, atol=2e-10 / least)
+        assert np.abs(ToolPath(own.time, planner.poses(found)).deviation_from(own)).max() < 2e-10
 
 
 def _line(*points, part=FLAT):

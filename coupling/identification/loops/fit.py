@@ -13,7 +13,7 @@ from coupling.identification.static.measurements import MeasurementNoise, Measur
 from coupling.identification.static.prediction import Prediction
 
 # Fits, each with the weights that the one before gives, and when these have settled.
-_PASSES, _SETTLED = 5, 1e-3
+_ITERATIONS, _SETTLED = 5, 1e-3
 _MOST_EVALUATIONS = 100
 # Slip angles of a gear that the file has without elements, over those at the start: larger than half of
 # its wind-up in the loops they would be no hysteresis but a stiffness.
@@ -35,7 +35,7 @@ def loop_fitted(
     def linearised() -> LinearProblem:
         return LinearProblem.of(*whitened(measured, prediction, values, white), elasticity.start)
 
-    for _ in range(_PASSES):
+    for _ in range(_ITERATIONS):
         noise = noise.estimated(measured.deflection - prediction.deflection)
         white = whitening(noise, prediction.by_wrench)
         weighted = white * weight[:, None, None]

@@ -82,7 +82,7 @@ def identify_loops(
         weak = [j for j in weak if not supports[j].supported]
         if not weak:
             break
-        dropped += [_told(own[j], float(fit.values[j]), supports[j]) for j in weak]
+        dropped += [_candidate_test(own[j], float(fit.values[j]), supports[j]) for j in weak]
         gone = {joint_of(own[j]) for j in weak}
         wider, shaped = without_elements(wider, gone), shaped - gone
     found = _judged(fit, supports, shaped, measured, options, rms_start)
@@ -113,7 +113,7 @@ def _fitted(
     }
 
 
-def _told(own: RobotParameter, value: float, tested: Evidence) -> CandidateTest:
+def _candidate_test(own: RobotParameter, value: float, tested: Evidence) -> CandidateTest:
     return CandidateTest(Candidate(own.name, joint_of(own), None), value, tested)
 
 

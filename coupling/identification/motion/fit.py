@@ -17,8 +17,8 @@ from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.verdict import quantile
 
-# Passes, each with the channels weighed by what is left of them: most steps, and what settles them.
-_PASSES = ((5, 1e-2), (8, 1e-4))
+# Iterations, each with the channels weighed by what is left of them: most steps, and what settles them.
+_ITERATIONS = ((5, 1e-2), (8, 1e-4))
 # The solver starts so far inside its bounds.
 _INSIDE = 1e-6
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
@@ -59,7 +59,7 @@ def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
     if x is None:
         x = _with_beside(problem, problem.start)
     converged = True
-    for most, settled in _PASSES:
+    for most, settled in _ITERATIONS:
         problem = reweighed(problem, x)
         if not len(x):
             break

@@ -26,7 +26,7 @@ from coupling.identification.motion.sensors import (
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
-_MOST_PASSES = 4
+_MOST_ITERATIONS = 4
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def identify_motion(
         others = tuple(replace(one, lines=lines) for one in others)
         first = fitted(replace(sized(first), moved=moved), first.x)
         fit, stays = first, np.ones(len(parameters), dtype=bool)
-        for _ in range(_MOST_PASSES):
+        for _ in range(_MOST_ITERATIONS):
             own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
             if own.all():
                 break

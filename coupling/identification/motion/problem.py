@@ -17,11 +17,7 @@ import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
-from coupling.identification.motion.parameters import (
-    MotionParameter,
-    dry_friction,
-    with_numbers,
-)
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import (
     SensorParameter,
@@ -32,6 +28,7 @@ from coupling.identification.motion.sensors import (
     worn,
 )
 from coupling.inverse.servo import presliding
+from coupling.robot.parameters import dry_friction, with_values
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
@@ -158,8 +155,9 @@ class MotionProblem:
 
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
-        values = map(MotionParameter.outward, self.parameters, x.tolist())
-        return with_numbers(self.robot, zip(self.parameters, values, strict=True))
+        own = zip(self.parameters, x.tolist(), strict=True)
+        values = {p.name: p.in_robot(x) for p, x in own if not isinstance(p, SensorParameter)}
+        return with_values(self.robot, values)
 
     def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
         """Return the prediction of a recording by values as the fit counts [1], (P,)."""

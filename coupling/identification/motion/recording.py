@@ -10,6 +10,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
+from coupling.identification.motor_currents import torque_per_current
+from elastic_robot.description import Robot
 
 TIME = "time"
 # Steps of time may differ by this part of their mean; a row that is missing differs by all of it.
@@ -60,20 +62,28 @@ def is_recording(path: Path) -> bool:
     return TIME in header and any(name.startswith("motor") for name in header)
 
 
-def read_recording(path: Path, joints: int) -> Recording:
+def read_recording(path: Path, robot: Robot) -> Recording:
     """Read a motion (columns: docs/motion.md).
 
     Args:
         path: CSV file; lines that begin with # are comments, other columns are ignored.
-        joints: Number of the robot's joints.
+        robot: The robot, for its number of joints and the torque constants of its motors.
 
     Raises:
         IdentifyError: With file, line, column, what was expected and what was got.
     """
-    table = MeasuredTable.read(path, IdentifyError)
+    table, joints = MeasuredTable.read(path, IdentifyError), len(robot.joints)
     motor, torque, link = (
         [f"{what}[{i + 1}]" for i in range(joints)] for what in ("motor", "motor_torque", "link")
     )
+    factors = np.ones(joints)
+    for i, name in enumerate(torque):
+        current = f"motor_current[{i + 1}]"
+        if name not in table.header and current in table.header:
+            try:
+                torque[i], factors[i] = current, torque_per_current(robot, i)
+            except ValueError as cause:
+                raise IdentifyError(f"{path}: {cause}") from cause
     table.require((TIME, *motor, *torque))
     more = f"motor[{joints + 1}]"
     if more in table.header:
@@ -98,7 +108,7 @@ def read_recording(path: Path, joints: int) -> Recording:
     moved = table.of(motor)
     if not np.ptp(moved, axis=0).any():
         raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
-    return Recording(path.name, time, moved, table.of(torque), links)
+    return Recording(path.name, time, moved, table.of(torque) * factors, links)
 
 
 def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit
 from coupling.identification.motion.identification import Judged, MotionIdentification
-from coupling.identification.motion.parameters import dry_friction
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import SAYS, fitted_head
 from coupling.identification.verdict import KEPT, interval_words
@@ -22,6 +21,7 @@ from coupling.results.motion_result import (
     TermResult,
     WindUpShareResult,
 )
+from coupling.robot.parameters import dry_friction
 
 _DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
 
@@ -124,13 +124,13 @@ def _known(value: float) -> float | None:
 
 
 def moved_text(
-    found: MotionIdentification, told: MotionResult, start: Path, target: Path, source: str
+    found: MotionIdentification, figures: MotionResult, start: Path, target: Path, source: str
 ) -> str:
     """Return the robot file with what was identified.
 
     Args:
         found: The identification.
-        told: Its figures.
+        figures: Its figures.
         start: The start file.
         target: Path of the new one.
         source: Words on what was recorded, for [sources].
@@ -144,7 +144,7 @@ def moved_text(
     file = RobotEdit(start, found.robot)
     says = f"{SAYS['identify']}, {source}"
     own = {p.name: p for p in found.first.problem.parameters if not isinstance(p, SensorParameter)}
-    results = {p.name: p for p in told.parameters if p.name in own}
+    results = {p.name: p for p in figures.parameters if p.name in own}
     robot = found.identified_robot
     for name, result in results.items():
         remark = _remark(result)
@@ -179,10 +179,10 @@ def moved_text(
         file.set_number("payload.com", list(robot.payload.com), says, "")
     kept = [
         p.name
-        for p in told.parameters
+        for p in figures.parameters
         if not p.identified and p.name.startswith(("joint", "payload"))
     ]
-    return file.text(fitted_head(start, "identify", source, _left(told), kept), target)
+    return file.text(fitted_head(start, "identify", source, _left(figures), kept), target)
 
 
 def _write_dry(
@@ -204,9 +204,9 @@ def _write_dry(
         file.set_number(f"{place}friction.stiction_Nm", slipping + sticking, says, "")
 
 
-def _left(told: MotionResult) -> str:
+def _left(figures: MotionResult) -> str:
     lines = []
-    for one in told.recordings:
+    for one in figures.recordings:
         words = "predicted" if one.held_out else "fitted"
         left = ", ".join(f"{1e6 * own:.0f}" for own in one.wind_up_rad if own is not None)
         torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.identification.motion.parameters import MotionParameter, dry_friction
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
+from coupling.robot.parameters import dry_friction
 from elastic_robot.description import Robot
 
 # Slow error of an encoder [rad]: standard deviation of its first harmonic, and how many there are.  That
@@ -40,7 +41,6 @@ class SensorParameter(MotionParameter):
     """
 
     start: float = 0.0
-    put: Callable[[Robot, float], Robot] = field(default=lambda robot, _: robot, repr=False)
     signed: bool = True
     prior: float = 1.0
     kind: str = ""

@@ -1,4 +1,4 @@
-"""The next command of a robot that was measured: what is learned of the passes, and by which move."""
+"""The next command of a robot that was measured: what is learned of the runs, and by which move."""
 
 from __future__ import annotations
 
@@ -10,20 +10,19 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.causes import Cause, causes, largest, no_parameters
-from coupling.identification.next.contraction import Contraction
 from coupling.identification.next.history import History
-from coupling.identification.next.moves import NextStep, PassComparison, moves, next_repeating
+from coupling.identification.next.moves import NextStep, compared_runs, moves, next_repeating
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
-from coupling.identification.next.size import DeviationSize
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
+from coupling.results.next_result import Contraction, DeviationSize, RunComparison
 from coupling.run.models import Models
 
-# Passes from which parameters are learned without being told to; the second one where the first told
+# Runs from which parameters are learned without being told to; the second one where the first told
 # nothing, or where its fit left so much more than the variance of noise: it may have ended beside.
 _LEARNED_FROM, _BESIDE = 2, 3.0
 # Turns of parameters and of what they do not explain; variance of what is left by that of noise, below
@@ -38,21 +37,21 @@ class CommandPlan:
     """How the next command is to be computed.
 
     Attributes:
-        history: The passes.
+        history: The runs.
         moves: All moves, the best one first.
         move: The one that is taken.
-        judgement: The last pass beside the best one.
+        judgement: The last run beside the best one.
         repeating: Part that is corrected along the path; None: nothing.
-        learned: Result of learning parameters from these passes; None where that was not done.
+        learned: Result of learning parameters from these runs; None where that was not done.
         options: Options that it was found with.
-        hypotheses: Hypotheses on what is new in every pass, and on how wrong the model is.
+        hypotheses: Hypotheses on what is new in every run, and on how wrong the model is.
         causes: Likely causes of the deviation beyond the model, the largest first.
     """
 
     history: History
     moves: tuple[NextStep, ...]
     move: NextStep
-    judgement: PassComparison
+    judgement: RunComparison
     repeating: RepeatablePart | None
     learned: Learned | None
     options: NextOptions
@@ -65,8 +64,8 @@ class CommandPlan:
         return self.move.model.contraction
 
     @property
-    def told_from(self) -> int:
-        """Number of the pass that the next one is told from."""
+    def reference(self) -> int:
+        """Number of the run that the next one is told from."""
         back = self.judgement.worse or self.judgement.again
         return self.judgement.best if back else self.judgement.last
 
@@ -107,7 +106,7 @@ def plan(
     ranked = moves(history, known, options.absolute, before)
     history = history.beside(ranked[0].model.x)
     told = compared(history, ranked[0].model, every, before).hypotheses
-    judgement = PassComparison.of(history, options.absolute, told.rms)
+    judgement = compared_runs(history, options.absolute, told.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
@@ -132,10 +131,10 @@ def plan(
 
 
 def _worth_learning(history: History, first: bool) -> bool:
-    """Return whether parameters are to be learned of passes without being asked for.
+    """Return whether parameters are to be learned of runs without being asked for.
 
     Args:
-        history: The passes.
+        history: The runs.
         first: Whether none have been learned so far.
     """
     if len(history.runs) > _LEARNED_FROM:
@@ -145,7 +144,7 @@ def _worth_learning(history: History, first: bool) -> bool:
 
 
 def _learned(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
-    """Return what the passes tell of the parameters, behind what no parameter explains.
+    """Return what the runs tell of the parameters, behind what no parameter explains.
 
     The two hide each other: a fit takes hysteresis or an error of a gear for parameters, and a wrong
     backlash looks like these.  So they are found by turns, parameters first, until noise alone is left
@@ -155,7 +154,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
     told = [
-        replace(run.source, seen=replace(run.source.seen, position=run.told))
+        replace(run.source, seen=replace(run.source.seen, position=run.tcp_positions))
         for run in history.runs
     ]
     best = learn(told, replace(own, start=history.start), models, watch)
@@ -180,6 +179,6 @@ def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:
         found = causes(history, x, number)
         moved = no_parameters(found, run.source.seen.time + run.clock)
         some = some or bool(np.any(moved))
-        seen = replace(run.source.seen, position=run.told - moved)
+        seen = replace(run.source.seen, position=run.tcp_positions - moved)
         cleaned.append(replace(run.source, seen=seen))
     return cleaned if some else None

@@ -16,6 +16,7 @@ from scipy.linalg import eigh
 
 from coupling.errors import LearnError
 from coupling.inverse.link_model import LinkModel
+from coupling.results.next_result import Contraction
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
@@ -127,44 +128,6 @@ class _Posture:
         return float(np.sqrt(squares[0]) / (2.0 * np.pi))
 
 
-@dataclass(frozen=True)
-class Contraction:
-    """Gain and filter, and what they leave of a deviation at worst.
-
-    Attributes:
-        gain: g.
-        cutoff: Frequency of which the filter leaves half [Hz].
-        learned: Largest part left up to the cutoff.
-        everywhere: Largest part left at any frequency.
-        worst_frequency: Frequency at which that is left [Hz].
-        lowest_mode: Lowest eigenfrequency of the model on its path [Hz].
-        robots: Number of pairs of a robot that is possible and a posture that were looked at.
-    """
-
-    gain: float
-    cutoff: float
-    learned: float
-    everywhere: float
-    worst_frequency: float
-    lowest_mode: float
-    robots: int
-
-    @property
-    def holds(self) -> bool:
-        """Whether what is left shrinks where it is learned, and grows nowhere."""
-        return self.learned <= LEARNED and self.everywhere <= EVERYWHERE
-
-    @property
-    def sentence(self) -> str:
-        """What it says, in a sentence."""
-        return (
-            f"gain {self.gain:g}, below {self.cutoff:g} Hz (lowest mode {self.lowest_mode:.1f} Hz): at"
-            f" {self.robots} pairs of a robot that is possible and a posture of the path at most"
-            f" {100 * self.learned:.0f} % of a deviation up to there are left after the next run, and"
-            f" at most {100 * self.everywhere:.1f} % at {self.worst_frequency:.1f} Hz, where most is"
-        )
-
-
 def contraction(responses: Responses, gain: float, cutoff: float) -> Contraction:
     """Return what a gain and a cutoff [Hz] leave at worst.
 
@@ -173,14 +136,16 @@ def contraction(responses: Responses, gain: float, cutoff: float) -> Contraction
     frequency = responses.frequency
     left = responses.left(gain, 1.0 / (1.0 + (frequency / cutoff) ** 8))
     low = frequency <= cutoff
+    learned, everywhere = float(left[low].max()), float(left.max())
     return Contraction(
         gain,
         cutoff,
-        float(left[low].max()),
-        float(left.max()),
+        learned,
+        everywhere,
         float(frequency[left.argmax()]),
         responses.lowest_mode,
         len(responses.ratio),
+        holds=learned <= LEARNED and everywhere <= EVERYWHERE,
     )
 
 

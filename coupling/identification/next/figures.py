@@ -6,11 +6,11 @@ import numpy as np
 
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
-from coupling.results.forecast import PassForecast
-from coupling.results.next_result import NextPassResult, NextResult, PathCorrectionResult
+from coupling.results.forecast import RunForecast
+from coupling.results.next_result import NextResult, NextRunResult, PathCorrectionResult
 
 
-def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextResult:
+def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
     """Return the figures of a plan; SI.
 
     Args:
@@ -22,7 +22,7 @@ def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextRes
         found,
         found.options,
         sentences=sentences(found),
-        passes=[_pass(run) for run in found.history.runs],
+        runs=[_run(run) for run in found.history.runs],
         parameters_refused="" if found.learned is None else found.learned.refusal,
         correction=beyond
         and PathCorrectionResult.of(
@@ -32,14 +32,14 @@ def figures(found: CommandPlan, forecast: PassForecast | None = None) -> NextRes
     )
 
 
-def _pass(run: MeasuredRun) -> NextPassResult:
-    told, time = run.source.forecast, run.seen.time
+def _run(run: MeasuredRun) -> NextRunResult:
+    forecast, time = run.source.forecast, run.seen.time
     thin = slice(None, None, max(1, len(time) // 2000))
-    return NextPassResult.of(
+    return NextRunResult.of(
         run,
         from_s=time[0],
         to_s=time[-1],
-        forecast=told and told.model_copy(update={"robots": ()}),
+        forecast=forecast and forecast.model_copy(update={"robots": ()}),
         time=time[thin],
         distance_m=np.linalg.norm(run.deviation[thin], axis=1),
     )
@@ -62,7 +62,7 @@ def sentences(found: CommandPlan) -> list[str]:
 
 
 def _verdict(found: CommandPlan) -> str:
-    """Return how the last pass was, beside the best one and its forecast."""
+    """Return how the last run was, beside the best one and its forecast."""
     runs, judgement = found.history.runs, found.judgement
     last, best = runs[judgement.last], runs[judgement.best]
     if judgement.worse:
@@ -71,14 +71,15 @@ def _verdict(found: CommandPlan) -> str:
             f" only {_rms(found, best)}: back to the command of {best.source.folder.name}, with half of"
             " what was measured under it taken off"
         )
-    told = last.source.forecast
-    if told is None:
+    forecast = last.source.forecast
+    if forecast is None:
         return f"The last command left {_rms(found, last)} rms."
-    left = last.size.rms if told.absolute else last.size.rms_less_constant
-    state = "as forecast" if told.low <= left <= told.high else "not as forecast"
-    better = "better" if left < told.low else "worse"
+    left = last.size.rms if forecast.absolute else last.size.rms_less_constant
+    state = "as forecast" if forecast.low <= left <= forecast.high else "not as forecast"
+    better = "better" if left < forecast.low else "worse"
     word = state if state == "as forecast" else f"{better} than forecast"
-    return f"The last command left {_um(left)} rms, {word} ({_um(told.low)} to {_um(told.high)})."
+    ends = f"{_um(forecast.low)} to {_um(forecast.high)}"
+    return f"The last command left {_um(left)} rms, {word} ({ends})."
 
 
 def _move(found: CommandPlan) -> str:
@@ -91,14 +92,14 @@ def _move(found: CommandPlan) -> str:
             " less: what is left are gears in their backlash, noise, or what does not repeat"
         )
     if found.judgement.worse:
-        return f"{move.words}, by half, from the best pass"
+        return f"{move.words}, by half, from the best run"
     others = [own for own in found.moves if own is not move]
     left = found.left(move.size)
     if len(found.history.runs) > 1 and move.predicted:
-        why = f"forecast the last pass before it was measured to {_um(left)} rms"
+        why = f"forecast the last run before it was measured to {_um(left)} rms"
         compared = ", ".join(f"{own.words} to {_um(found.left(own.size))}" for own in others)
     else:
-        why = f"would have left {_um(left)} rms of the last pass"
+        why = f"would have left {_um(left)} rms of the last run"
         compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
     return f"{move.words}, which {why}" + (f" ({compared})" if compared else "")
 

@@ -1,7 +1,7 @@
 """What the next command will leave, told by robots that are possible.
 
 A robot s that is possible has beyond its model what was measured less what it does under the command
-that was measured.  If it does that again, the next pass is
+that was measured.  If it does that again, the next run is
 
     measured + s(next command) - s(command that was measured),
 
@@ -23,7 +23,7 @@ from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 
 # Forecasts that are drawn, and what of them the interval holds.
 _DRAWN, _INTERVAL = 4000, (0.05, 0.95)
@@ -33,7 +33,7 @@ _UNTOLD = 0.15
 
 def forecast(
     found: CommandPlan, command: JointPath, wrench: WrenchHistory, watch: Watch = unwatched
-) -> PassForecast:
+) -> RunForecast:
     """Return what a command is expected to leave.
 
     Args:
@@ -46,7 +46,7 @@ def forecast(
         SimulationError: If the robot cannot be simulated.
     """
     history, model, beyond = found.history, found.move.model, found.repeating
-    number, absolute = found.told_from, found.options.absolute
+    number, absolute = found.reference, found.options.absolute
     run = history.runs[number]
     time, low = run.seen.time, seen_below(run.seen.time)
 
@@ -75,8 +75,8 @@ def forecast(
     spread = np.array([_mean(time, own, own) for own in off])[robot]
     squares = square + 2.0 * np.sqrt(drawn.factor) * crossed + drawn.factor * spread
     doubt = run.size.doubt
-    # What was new in that pass is in what is left of it, but for the part w that the command takes off;
-    # of two new ones with the squares n^2 the next pass has 1 + w^2, what is left (1 - w)^2.
+    # What was new in that run is in what is left of it, but for the part w that the command takes off;
+    # of two new ones with the squares n^2 the next run has 1 + w^2, what is left (1 - w)^2.
     weight = 0.0 if beyond is None or not beyond.weights else beyond.weights[-1]
     own = rng.chisquare(VALUES, _DRAWN) / VALUES
     squares += (own + 2.0 * weight - 1.0) * drawn.new
@@ -84,13 +84,13 @@ def forecast(
     along = np.sqrt(max(square, 0.0) * drawn.new / VALUES)
     squares += 2.0 * along * rng.standard_normal(_DRAWN)
     if beyond is not None:
-        # The command takes off noise of the very pass that it is told from; in the next one it is there.
+        # The command takes off noise of the very run that it is told from; in the next one it is there.
         squares += 6.0 * run.noise**2 * beyond.own_noise
     squares += doubt * rng.standard_normal(_DRAWN)
     rms = np.sqrt(np.maximum(squares, 0.0)) * np.exp(_UNTOLD * rng.standard_normal(_DRAWN))
     least, most = np.quantile(rms, _INTERVAL)
     largest = [np.linalg.norm(left + own, axis=1).max() for own in off]
-    return PassForecast(
+    return RunForecast(
         rms=float(np.median(rms)),
         low=float(least),
         high=float(most),

@@ -9,10 +9,10 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.identification.next.measured_run import MeasuredRun
-from coupling.identification.next.options import FrameKnown
+from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.parameters import changed, factors_between, learnable
-from coupling.identification.runs.source import MeasuredFile, require_alike
+from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
@@ -36,14 +36,14 @@ class History:
     """
 
     sources: tuple[MeasuredFile, ...]
-    known: FrameKnown
+    known: FrameAccuracy
     parameters: tuple[RobotParameter, ...]
     fmu: RobotFmu
     runs: tuple[MeasuredRun, ...] = ()
     _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sources: Sequence[MeasuredFile], known: FrameKnown, models: Models) -> History:
+    def of(cls, sources: Sequence[MeasuredFile], known: FrameAccuracy, models: Models) -> History:
         """Return the history of runs and what was measured under their commands.
 
         Args:
@@ -54,7 +54,7 @@ class History:
         Raises:
             LearnError: If a measurement is none of its run, or the runs are of other robots or paths.
         """
-        require_alike(sources)
+        require_comparable(sources)
         _require_one_path(sources)
         first = sources[0]
         fmu = models.of(first.robot, first.torque_curve, first.drive).fmu

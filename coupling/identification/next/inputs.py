@@ -10,8 +10,8 @@ from typing import Any
 import tomlkit
 
 from coupling.errors import CaseError, LearnError
+from coupling.files.atomic_file import write_atomically
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import write_whole
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.runs.results import figures, learned_text
@@ -31,13 +31,13 @@ def inputs_folder(run: Path) -> Path:
     return run.with_name(f"{run.name}_inputs")
 
 
-def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
+def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
         folder: Folder of the inputs, which is made.
         found: Plan of the next command.
-        told: The plan's figures.
+        result: The plan's figures.
 
     Raises:
         LearnError: If something cannot be written.
@@ -52,13 +52,13 @@ def write_inputs(folder: Path, found: CommandPlan, told: NextResult) -> Path:
     if beyond is not None:
         discrepancy = folder / DISCREPANCY
         run = found.history.runs[0]
-        write_whole(
+        write_atomically(
             discrepancy, _seen_from_world(run, beyond.discrepancy(found.history)), LearnError
         )
     last = found.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_whole(folder / PLAN, told.text() + "\n", LearnError)
-    write_whole(folder / CASE, text, LearnError)
+    write_atomically(folder / PLAN, result.text() + "\n", LearnError)
+    write_atomically(folder / CASE, text, LearnError)
     return folder / CASE
 
 
@@ -67,8 +67,8 @@ def _robot_file(folder: Path, found: CommandPlan) -> Path:
     model, runs = found.move.model, found.history.runs
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
-        write_whole(target, learned_text(found.learned, target), LearnError)
-        write_whole(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
+        write_atomically(target, learned_text(found.learned, target), LearnError)
+        write_atomically(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
         return target
     return runs[model.since].source.file
 

@@ -9,20 +9,21 @@ from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
-from coupling.identification.next.options import FrameKnown
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.options import FrameAccuracy
+from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.alignment import aligned, clock_offset
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import noise_of
 from coupling.identification.runs.source import MeasuredFile
 from coupling.path.histories import ToolPath
+from coupling.results.next_result import DeviationSize
 
 # What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
 _IDENTIFIABLE = 1e-4
 # Samples around one by whose median it is judged, how far beside it is an outlier, by the noise and at
 # least [m], and how many may be, as a part.
 _AROUND, _FAR, _FAR_OFF, _MOST_LOST = 7, 10.0, 1e-4, 0.05
-# Passes that find clock and frame.
+# Iterations that find clock and frame.
 _ROUNDS = 3
 
 
@@ -55,7 +56,7 @@ class MeasuredRun:
         return self.source.stored.desired
 
     @property
-    def told(self) -> np.ndarray:
+    def tcp_positions(self) -> np.ndarray:
         """Positions of the TCP as they came, less the probe's tip, base axes [m], (samples, 3)."""
         time = self.source.seen.time + self.clock
         path = SimulatedPath(self.desired)
@@ -70,10 +71,10 @@ class MeasuredRun:
     @property
     def size(self) -> DeviationSize:
         """Size of that."""
-        return DeviationSize.of(self.seen.time, self.deviation, self.noise)
+        return deviation_size(self.seen.time, self.deviation, self.noise)
 
     @classmethod
-    def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameKnown) -> MeasuredRun:
+    def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameAccuracy) -> MeasuredRun:
         """Return a run on its command's clock and in the robot's frame.
 
         Args:
@@ -147,7 +148,7 @@ def _kept(name: str, beyond: np.ndarray) -> np.ndarray:
 
 
 def _columns(
-    place: np.ndarray, rate: np.ndarray, held: np.ndarray, known: FrameKnown
+    place: np.ndarray, rate: np.ndarray, held: np.ndarray, known: FrameAccuracy
 ) -> np.ndarray:
     """Return what turn, clock and, where it is looked for, the tip do to positions, less their mean.
 

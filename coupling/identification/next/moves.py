@@ -11,11 +11,12 @@ from coupling.identification.next.history import History
 from coupling.identification.next.possible import PossibleRobot
 from coupling.identification.next.repeatability import VALUES, Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, repeating
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
+from coupling.results.next_result import DeviationSize, RunComparison
 
-# A move by a robot that was fitted to the pass that judges it is to be better by this part.
+# A move by a robot that was fitted to the run that judges it is to be better by this part.
 _FITTED = 0.9
-# A pass is worse than another by this factor of the rms, and by so many standard deviations of noise.
+# A run is worse than another by this factor of the rms, and by so many standard deviations of noise.
 _WORSE, _DOUBTS = 1.1, 2.0
 
 
@@ -26,8 +27,8 @@ class NextStep:
     Attributes:
         kind: "path", "parameters" or "both".
         model: The robot that the command is computed for.
-        size: Size of the deviation that it left, or would have left, of the last pass.
-        predicted: Whether the last pass had no part in it.
+        size: Size of the deviation that it left, or would have left, of the last run.
+        predicted: Whether the last run had no part in it.
     """
 
     kind: str
@@ -52,17 +53,17 @@ class NextStep:
 def moves(
     history: History, models: Sequence[PossibleRobot], absolute: bool, before: Hypotheses
 ) -> list[NextStep]:
-    """Return every move with what it would have left of the last pass, the best one first.
+    """Return every move with what it would have left of the last run, the best one first.
 
-    From the second pass on each move says from the passes before where the tool is in the last one,
-    which is then compared.  A single pass tells what the moves leave of itself: learning along the path
+    From the second run on each move says from the runs before where the tool is in the last one,
+    which is then compared.  A single run tells what the moves leave of itself: learning along the path
     what is faster than the cutoff.
 
     Args:
-        history: The passes.
+        history: The runs.
         models: Robots; the first is the file's.
         absolute: Whether the constant counts.
-        before: Hypotheses on what is new in a pass, before any is compared.
+        before: Hypotheses on what is new in a run, before any is compared.
     """
     last = len(history.runs) - 1
     found = []
@@ -75,7 +76,7 @@ def moves(
         )
         if number:
             run = seen.runs[last]
-            alone = DeviationSize.of(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
+            alone = deviation_size(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
             found.append(NextStep("parameters", model, alone, predicted))
 
     def judged(move: NextStep) -> float:
@@ -86,49 +87,32 @@ def moves(
 
 
 def _left_by_path(history: History, model: PossibleRobot, before: Hypotheses) -> DeviationSize:
-    """Return what learning along the path would have left of the last pass."""
+    """Return what learning along the path would have left of the last run."""
     last = len(history.runs) - 1
     run, beyond = history.runs[last], history.beyond(last, model.x)
     known = repeating(history, model, range(max(last, 1)), before)
     rest = beyond - known.at(run.seen.time)
-    left = DeviationSize.of(run.seen.time, rest[:, :3], run.noise)
+    left = deviation_size(run.seen.time, rest[:, :3], run.noise)
     if last > 0:
         return left
     return replace(left, rms=known.left, rms_less_constant=known.left)
 
 
-@dataclass(frozen=True)
-class PassComparison:
-    """The last pass beside the best one.
+def compared_runs(history: History, absolute: bool, new: float = 0.0) -> RunComparison:
+    """Return the last run of a history beside its best one.
 
-    Attributes:
-        best: Number of the pass that left least, from 0.
-        last: Number of the last one.
-        worse: Whether the last one left more than the best one, beyond what is chance.
-        again: Whether the best one's command is given again, as nothing is expected to leave less.
+    Args:
+        history: The runs.
+        absolute: Whether the constant counts: the frame is known.
+        new: Rms of what is new in every run [m].
     """
-
-    best: int
-    last: int
-    worse: bool
-    again: bool = False
-
-    @classmethod
-    def of(cls, history: History, absolute: bool, new: float = 0.0) -> PassComparison:
-        """Return the judgement on a history.
-
-        Args:
-            history: The passes.
-            absolute: Whether the constant counts: the frame is known.
-            new: Rms of what is new in every pass [m].
-        """
-        sizes = [run.size for run in history.runs]
-        left = [own.rms if absolute else own.rms_less_constant for own in sizes]
-        best, last = int(np.argmin(left)), len(left) - 1
-        # A vector r with a new one n of few components in it has the square r^2 + n^2 + 2 r n.
-        own = (2.0 * left[best] + new) * new / np.sqrt(VALUES)
-        doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), own))
-        return cls(best, last, worse(left[last], left[best], doubt))
+    sizes = [run.size for run in history.runs]
+    left = [own.rms if absolute else own.rms_less_constant for own in sizes]
+    best, last = int(np.argmin(left)), len(left) - 1
+    # A vector r with a new one n of few components in it has the square r^2 + n^2 + 2 r n.
+    own = (2.0 * left[best] + new) * new / np.sqrt(VALUES)
+    doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), own))
+    return RunComparison(best, last, worse(left[last], left[best], doubt))
 
 
 def worse(rms: float, best: float, doubt: float) -> bool:
@@ -143,21 +127,21 @@ def worse(rms: float, best: float, doubt: float) -> bool:
 
 
 def next_repeating(
-    history: History, move: NextStep, judgement: PassComparison, before: Hypotheses
+    history: History, move: NextStep, judgement: RunComparison, before: Hypotheses
 ) -> RepeatablePart | None:
     """Return what is corrected along the path beyond the model; None where the move corrects nothing.
 
-    Where the last pass was worse than the best one it is that one's correction, and half of what that
-    pass tells beside it.
+    Where the last run was worse than the best one it is that one's correction, and half of what that
+    run tells beside it.
     """
     if not move.learns_path:
         return None
     if not judgement.worse:
         return repeating(history, move.model, range(len(history.runs)), before)
     gain = 0.5 * move.model.contraction.gain
-    told = repeating(history, move.model, (judgement.best,), before, gain)
+    found = repeating(history, move.model, (judgement.best,), before, gain)
     corrected = history.runs[judgement.best].source.discrepancy
     if corrected is None:
-        return told
-    kept = (1.0 - told.weights[0]) * corrected.at(told.time)
-    return replace(told, deviation=told.deviation + kept)
+        return found
+    kept = (1.0 - found.weights[0]) * corrected.at(found.time)
+    return replace(found, deviation=found.deviation + kept)

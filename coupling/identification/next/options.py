@@ -15,7 +15,7 @@ _ROBOT_OFF, _ROBOT_TURNED = 5e-4, 5e-4
 
 
 @dataclass(frozen=True)
-class FrameKnown:
+class FrameAccuracy:
     """How well the measuring frame is known: standard deviations from the robot's base frame.
 
     Attributes:
@@ -34,10 +34,10 @@ class FrameKnown:
         Both may be off; each gets its share of the variance.
 
         Example:
-            >>> shift, turn = FrameKnown(5e-5, 5e-5).of_device(np.full(3, 1e-4), np.zeros(3))
+            >>> shift, turn = FrameAccuracy(5e-5, 5e-5).of_device(np.full(3, 1e-4), np.zeros(3))
             >>> shift.round(8).tolist()
             [9.9e-07, 9.9e-07, 9.9e-07]
-            >>> FrameKnown().of_device(np.full(3, 1e-4), np.zeros(3))[0].tolist()
+            >>> FrameAccuracy().of_device(np.full(3, 1e-4), np.zeros(3))[0].tolist()
             [0.0001, 0.0001, 0.0001]
         """
         return (
@@ -54,7 +54,7 @@ def _share(known: float, robot: float) -> float:
     return 1.0 if np.isinf(known) else known**2 / (known**2 + robot**2)
 
 
-ANYWHERE = FrameKnown(np.inf, np.inf)
+ANYWHERE = FrameAccuracy(np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class NextOptions:
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
     """
 
-    known: FrameKnown = field(default_factory=FrameKnown)
+    known: FrameAccuracy = field(default_factory=FrameAccuracy)
     move: str = "auto"
     cutoff: float | None = None
     seed: int = 1

@@ -1,4 +1,4 @@
-"""Robots that passes are compared with, and those that are possible about each of them."""
+"""Robots that runs are compared with, and those that are possible about each of them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.identification.next.contraction import GAIN, Contraction, Responses, chosen
+from coupling.identification.next.contraction import GAIN, Responses, chosen
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.learning import Learned
 from coupling.identification.runs.parameters import factors_between, prior_of, robot_with
 from coupling.identification.runs.residual import UnexplainedPart
+from coupling.results.next_result import Contraction
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -29,14 +30,14 @@ _SCALES, _LIKELY = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.06), 2.0
 
 @dataclass(frozen=True)
 class PossibleRobot:
-    """A robot that passes are compared with.
+    """A robot that runs are compared with.
 
     Attributes:
         name: Name, in words.
         x: Log factors of the parameters [1], (P,).
-        since: Number of passes that it was fitted to; 0 of the file's.
+        since: Number of runs that it was fitted to; 0 of the file's.
         robots: Log factors of robots that are possible about it [1], (s, P).
-        scales: Shares of the way towards each of them of robots that do in the passes what this one
+        scales: Shares of the way towards each of them of robots that do in the runs what this one
             does, (s,).
         contraction: Filter and gain of learning along the path with it.
         left_over: Variance of what its fit left, by that of noise.
@@ -52,7 +53,7 @@ class PossibleRobot:
 
     @property
     def close(self) -> np.ndarray:
-        """Log factors of possible robots that do in the passes what this one does [1], (s, P)."""
+        """Log factors of possible robots that do in the runs what this one does [1], (s, P)."""
         near: np.ndarray = self.x + self.scales[:, None] * (self.robots - self.x)
         return near
 
@@ -73,15 +74,15 @@ def earlier_models(history: History, options: NextOptions) -> list[PossibleRobot
         if any(np.allclose(x, own, rtol=0.0, atol=1e-9) for own in known):
             continue
         names = [own.name for own in history.parameters]
-        told, scales = run.source.forecast, tuple[float, ...]()
-        if told is not None and all(set(own) == set(names) for own in told.robots):
-            robots = np.log([[own[name] for name in names] for own in told.robots])
-            scales = told.scales
+        forecast, scales = run.source.forecast, tuple[float, ...]()
+        if forecast is not None and all(set(own) == set(names) for own in forecast.robots):
+            robots = np.log([[own[name] for name in names] for own in forecast.robots])
+            scales = forecast.scales
         else:
             robots = _possible(x, np.diag(prior_of(history.parameters) ** 2), options.seed)
         name = f"of {run.source.folder.name}"
         own = _model(history, name, number, x, robots, scales, options)
-        found.append(own if told is None else replace(own, left_over=told.left_over))
+        found.append(own if forecast is None else replace(own, left_over=forecast.left_over))
     return found
 
 
@@ -101,9 +102,9 @@ def learned_model(history: History, learned: Learned, options: NextOptions) -> P
 def _scales(
     history: History, x: np.ndarray, robots: np.ndarray, left: UnexplainedPart
 ) -> tuple[float, ...]:
-    """Return how far towards each robot what it does in the passes stays as likely as its parameters.
+    """Return how far towards each robot what it does in the runs stays as likely as its parameters.
 
-    Parameters that are as far off as their covariance says change the passes by as much as noise moves a
+    Parameters that are as far off as their covariance says change the runs by as much as noise moves a
     fit, which is P / n of its variance in each of n samples.  Where a gear crosses its backlash at
     another time they change them by more: the covariance, a matter of small changes, does not know that.
     """
@@ -119,7 +120,7 @@ def _scales(
 
 
 def _change(history: History, x: np.ndarray, other: np.ndarray) -> float:
-    """Return the mean square of what another robot does else in the passes, by coordinate [m^2].
+    """Return the mean square of what another robot does else in the runs, by coordinate [m^2].
 
     A shift and a turn of the whole is the measuring frame's.
     """

@@ -89,14 +89,14 @@ def repeating(
         bias = max(smoother.bias(beyond, last.noise, seen), 0.0)
         if bias + of_noise * smoother.of_noise < risk:
             best, risk = cutoff, bias + of_noise * smoother.of_noise
-    told = _SlowParts.of(history, model, numbers, best)
+    slow = _SlowParts.of(history, model, numbers, best)
     return RepeatablePart(
-        told.time,
-        np.einsum("p,pkc->kc", weights, np.array(told.values)),
+        slow.time,
+        np.einsum("p,pkc->kc", weights, np.array(slow.values)),
         best,
         float(np.sqrt(risk)),
         tuple(weights.tolist()),
-        float(weights[-1]) * told.smoothers[-1].trace,
+        float(weights[-1]) * slow.smoothers[-1].trace,
     )
 
 
@@ -117,15 +117,15 @@ def compared(
         gain: Gain of a measured run at most, where it is to be less than the model's.
     """
     limit = model.contraction.cutoff
-    told = _SlowParts.of(history, model, numbers, limit)
+    slow = _SlowParts.of(history, model, numbers, limit)
     noise = [
         3.0 * run.noise**2 * own.of_noise
-        for run, own in zip(told.runs, told.smoothers, strict=True)
+        for run, own in zip(slow.runs, slow.smoothers, strict=True)
     ]
-    low = Smoother(told.time, limit)
+    low = Smoother(slow.time, limit)
     changes = [0.0] + [_doubt(history, model, *pair, low) for pair in pairwise(numbers)]
     return ComparedRuns.of(
-        told.values, noise, changes, before, model.contraction.gain if gain is None else gain
+        slow.values, noise, changes, before, model.contraction.gain if gain is None else gain
     )
 
 
@@ -148,7 +148,7 @@ class _SlowParts:
 
     Attributes:
         runs: The measured runs.
-        smoothers: Low-pass of each.
+        smoothers: Low-run of each.
         time: The times [s], (k,).
         values: Displacement [m] and rotation vector [rad] of every measured run, (k, 6).
     """

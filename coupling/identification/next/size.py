@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from coupling.identification.next.smoother import Smoother
 from coupling.path.deviation import less_constant, root_mean_square
+from coupling.results.next_result import DeviationSize
 
 # No mode that a robot of this size is moved in is faster [Hz].
 _SEEN = 15.0
@@ -28,45 +27,26 @@ def seen_below(time: np.ndarray) -> Smoother:
     return Smoother(time, min(_SEEN, 0.25 * rate))
 
 
-@dataclass(frozen=True)
-class DeviationSize:
-    """Size of a deviation [m], without noise, of which is all faster than 15 Hz that could be noise.
+def deviation_size(time: np.ndarray, off: np.ndarray, noise: float = 0.0) -> DeviationSize:
+    """Return the size of deviations.
 
-    Attributes:
-        maximum, rms: Largest and rms distance.
-        maximum_less_constant, rms_less_constant: The same less a constant.
-        doubt: Standard deviation of the square of the rms, by the noise [m^2].
-        fast: Rms of what is faster than 15 Hz and more than noise, which is part of the others; else 0.
+    Args:
+        time: Times, rising [s], (n,).
+        off: Deviations [m], (n, 3).
+        noise: Standard deviation of a coordinate's noise [m].
     """
-
-    maximum: float
-    rms: float
-    maximum_less_constant: float
-    rms_less_constant: float
-    doubt: float = 0.0
-    fast: float = 0.0
-
-    @classmethod
-    def of(cls, time: np.ndarray, off: np.ndarray, noise: float = 0.0) -> DeviationSize:
-        """Return the size of deviations.
-
-        Args:
-            time: Times, rising [s], (n,).
-            off: Deviations [m], (n, 3).
-            noise: Standard deviation of a coordinate's noise [m].
-        """
-        low = seen_below(time)
-        slow = low.at_samples(low(off))
-        of_noise = 3.0 * noise**2 * low.of_noise
-        doubt = of_noise * _share_off(low.cutoff * np.ptp(time))
-        fast = _fast(time, off - slow, noise, low)
-        largest, rms = [], []
-        for own in (slow, less_constant(time, slow)):
-            distance = np.linalg.norm(own, axis=1)
-            largest.append(float(distance.max()))
-            square = root_mean_square(time, distance) ** 2 - of_noise + fast**2
-            rms.append(float(np.sqrt(max(square, 0.0))))
-        return cls(largest[0], rms[0], largest[1], rms[1], doubt, fast)
+    low = seen_below(time)
+    slow = low.at_samples(low(off))
+    of_noise = 3.0 * noise**2 * low.of_noise
+    doubt = of_noise * _share_off(low.cutoff * np.ptp(time))
+    fast = _fast(time, off - slow, noise, low)
+    largest, rms = [], []
+    for own in (slow, less_constant(time, slow)):
+        distance = np.linalg.norm(own, axis=1)
+        largest.append(float(distance.max()))
+        square = root_mean_square(time, distance) ** 2 - of_noise + fast**2
+        rms.append(float(np.sqrt(max(square, 0.0))))
+    return DeviationSize(largest[0], rms[0], largest[1], rms[1], doubt, fast)
 
 
 def _share_off(periods: float) -> float:

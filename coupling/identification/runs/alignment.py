@@ -18,8 +18,11 @@ _COMPARED = 400
 # Shortest measured run that is worth a fit [s], and smallest extent of its path [m].
 _SHORTEST, _SMALLEST = 2.0, 1e-3
 # What a measuring frame that is said to be the robot's may be off [m], and what a run of this command
-# may be off behind that.
-_FRAME_OFF, _LEFT = 0.05, 0.01
+# may be off behind that, which on a small part is less: another path there is off by as much as it is
+# large.
+_FRAME_OFF, _LEFT, _LEFT_OF_PATH = 0.05, 0.01, 0.5
+# Offset of a clock from which it is told where it leaves too little of the run [s].
+_CLOCK_TOLD = 0.1
 # What orientations of the measured run may be off [rad].
 _TURNED = 0.02
 # Smallest extent of the path across its longest from which a frame is found, as a part.
@@ -39,14 +42,20 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     """
     _require_length_unit(seen, model)
     path = SimulatedPath(model)
-    seen = replace(seen, time=seen.time + clock_offset(seen, model))
+    offset = clock_offset(seen, model)
+    seen = replace(seen, time=seen.time + offset)
     inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
     seen = seen.at_rows(np.flatnonzero(inside))
     covered = float(np.ptp(seen.time)) if len(seen.time) else 0.0
     if covered < _SHORTEST:
+        moved = (
+            f", as its positions are most like the run's with the clock moved by {offset:.3g} s: is it"
+            " another command's, or a tool that stands?"
+        )
         raise LearnError(
             f"{seen.name}: expected at least {_SHORTEST:g} s of the run, which goes from"
             f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
+            f"{moved if abs(offset) > _CLOCK_TOLD else ''}"
         )
     there = path.position(seen.time)
     if np.ptp(there, axis=0).max() < _SMALLEST:
@@ -57,15 +66,20 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
         seen = _turned(seen, there)
     else:
         _require_base_frame(seen, there)
-    left = seen.position - there
-    left = float(np.sqrt(np.mean(np.sum((left - left.mean(axis=0)) ** 2, axis=1))))
-    if left > _LEFT:
+    left = _spread(seen.position - there)
+    most = min(_LEFT, max(_SMALLEST, _LEFT_OF_PATH * _spread(there)))
+    if left > most:
         raise LearnError(
             f"{seen.name}: expected a measurement of the run's command, which the tool follows to some"
-            f" {1e3 * _LEFT:g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
+            f" {1e3 * most:.2g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
             " command's, another clock's by seconds, or in other axes (--own-frame)?"
         )
     return _mounted(seen, path)
+
+
+def _spread(position: np.ndarray) -> float:
+    """Return the rms distance of points from their mean [m]."""
+    return float(np.sqrt(np.mean(np.sum((position - position.mean(axis=0)) ** 2, axis=1))))
 
 
 def _mounted(seen: Measurement, path: SimulatedPath) -> Measurement:

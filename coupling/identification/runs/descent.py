@@ -22,7 +22,7 @@ from coupling.identification.runs.slow_part import SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
-MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
+MOST_ITERATIONS, _FRAME_ITERATIONS, _FITTED = 12, 3, 1
 # Damping of the first step, as part of the diagonal; its factors after a step that made the fit better
 # and after one that did not, of which there are so many before the way ends.  The valley is narrow, long
 # and bent: along it a stiff and a soft gear make up for each other, and no step may be longer than it is
@@ -87,7 +87,7 @@ class Descent:
         self, problem: FitProblem, slow: Sequence[SlowPart], variance: float | None = None
     ) -> None:
         self.problem, self.slow, self._variance = problem, tuple(slow), variance
-        self._residuals = tuple(map(Residual, problem.passes))
+        self._residuals = tuple(map(Residual, problem.runs))
 
     def over_noise(self, now: DescentPoint) -> float:
         """Return what is left by what noise alone would leave."""
@@ -99,7 +99,7 @@ class Descent:
         return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
 
     def descended(
-        self, now: DescentPoint, effects: Sequence[PoseDerivatives], most: int = MOST_PASSES
+        self, now: DescentPoint, effects: Sequence[PoseDerivatives], most: int = MOST_ITERATIONS
     ) -> tuple[DescentPoint, bool]:
         """Return the best that derivatives lead to, and whether they lead no further."""
         damping = _DAMPING
@@ -123,7 +123,7 @@ class Descent:
         problem = self.problem
         values = changed(problem.parameters, z[: len(problem.parameters)])
         simulated, residuals, slow = [], [], []
-        for number, one in enumerate(problem.passes):
+        for number, one in enumerate(problem.runs):
             path = one.simulated(problem.fmu, values)
             rest = self._residuals[number].rows(path, problem.own(z, number))
             simulated.append(path)
@@ -163,7 +163,7 @@ class Descent:
         problem, count = self.problem, len(self.problem.parameters)
         matrix = np.diag(problem.prior**-2.0)
         right = -now.z / problem.prior**2
-        for number, one in enumerate(problem.passes):
+        for number, one in enumerate(problem.runs):
             mean, own = self.slow[number], problem.own(now.z, number)
             # Columns are slow: taken at the means' own times they are their own means.
             time = mean.time + own[6]
@@ -214,7 +214,7 @@ class Descent:
         """
         count = len(x)
         now = self.at(np.concatenate([x, np.zeros(self.problem.size - count)]))
-        for _ in range(_FRAME_PASSES):
+        for _ in range(_FRAME_ITERATIONS):
             matrix, right = self.equations(now, self.problem.effects)
             step = np.zeros(self.problem.size)
             step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])

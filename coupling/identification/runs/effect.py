@@ -65,7 +65,7 @@ class ParameterEffect:
         one: MeasuredPath,
     ) -> None:
         self._robot, self._torque_curve, self.parameters = robot, torque_curve, parameters
-        self._pass = one
+        self._run = one
         moving = MovingRobot(robot, torque_curve)
         task = moving.task(one.wanted)
         self.theta: UniformSpline = solve_links(moving.model, task).theta
@@ -94,7 +94,7 @@ class ParameterEffect:
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self.parameters, x))
         settling = own.damping / own.stiffness  # [s]
-        motors = () if self._pass.seen.motors is None else self._pass.seen.motors.columns
+        motors = () if self._run.seen.motors is None else self._run.seen.motors.columns
         columns = np.zeros((len(time), 6 + len(motors), len(x)))
         for k, parameter in enumerate(self.parameters):
             if parameter.gear is None:
@@ -142,7 +142,7 @@ class ParameterEffect:
             robot = robot_with(self._robot, self.parameters, x + np.array(change))
             moving = MovingRobot(robot, self._torque_curve)
             wind_ups[kind] = moving.wind_up(
-                self.theta, self._time, self._torque, self._pass.wanted.wrench
+                self.theta, self._time, self._torque, self._run.wanted.wrench
             ).angle
         return wind_ups
 
@@ -164,7 +164,7 @@ class SecantEffect:
     def __init__(
         self, fmus: Sequence[RobotFmu], one: MeasuredPath, effect: ParameterEffect, change: float
     ) -> None:
-        self._fmus, self._parameters, self._pass = fmus, effect.parameters, one
+        self._fmus, self._parameters, self._run = fmus, effect.parameters, one
         self._change, prior = change, prior_of(effect.parameters)
         # What is left to the equation is left as it is for the parameters of the file.
         self._plain = effect(np.zeros(len(prior)), one.seen.time)
@@ -200,12 +200,12 @@ class SecantEffect:
         """Return how the tool stands, and what motors do, for several log factors."""
 
         def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
-            return self._pass.simulated(fmu, changed(self._parameters, x)).pose(time)
+            return self._run.simulated(fmu, changed(self._parameters, x)).pose(time)
 
-        return side_by_side(self._fmus, points, pose)
+        return in_parallel(self._fmus, points, pose)
 
 
-def side_by_side(
+def in_parallel(
     fmus: Sequence[RobotFmu],
     points: Sequence[np.ndarray],
     work: Callable[[RobotFmu, np.ndarray], T],

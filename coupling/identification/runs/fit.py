@@ -4,7 +4,7 @@ All of a run at once has local minima beside the valley: where a gear crosses it
 not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
 What a crossing does wrong is past a second later.  So the fit goes along the runs: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
-is tried again from beside it (`steps_aside`) before it looks any further.
+is tried again from beside it (`backlash_trials`) before it looks any further.
 
 So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
 fit goes on with rows that count as their noise says, and as what is left over noise says
@@ -19,8 +19,14 @@ from itertools import product
 
 import numpy as np
 
-from coupling.identification.runs.descent import FLOOR, MOST_PASSES, SETTLED, Descent, DescentPoint
-from coupling.identification.runs.effect import SecantEffect, side_by_side
+from coupling.identification.runs.descent import (
+    FLOOR,
+    MOST_ITERATIONS,
+    SETTLED,
+    Descent,
+    DescentPoint,
+)
+from coupling.identification.runs.effect import SecantEffect, in_parallel
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import UnexplainedPart
@@ -33,13 +39,13 @@ from coupling.robot.robot_fmu import RobotFmu
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
 # Rows count by what the search has left over noise, then by what that leaves.
 _COUNTED = 2
-# Passes of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
+# Iterations of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
 # whole, and of so many gears' best sides.
 _LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
 # Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
-# narrow, and the first passes may have led to the wrong side of what was known.
+# narrow, and the first iterations may have led to the wrong side of what was known.
 _STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
 _SIZES = (1.0 / 3.0, 2.0 / 3.0)
 # What is looked at first [s], by how much more at least, and how far behind where noise ends.
@@ -96,7 +102,7 @@ class Fitter:
             here, _ = self._found(part, here, _LED, _PART_TRIES)
             now, before = whole.at(here.z), seconds
             seconds = self._look(now, before, _is_noise(part, here))
-        now, _ = self._found(whole, now, MOST_PASSES, _TRIES)
+        now, _ = self._found(whole, now, MOST_ITERATIONS, _TRIES)
         return self._settled(now)
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -163,7 +169,7 @@ class Fitter:
         return covariance
 
     def _descent(self, problem: FitProblem) -> Descent:
-        slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]
+        slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.runs]
         return Descent(problem, slow)
 
     def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
@@ -211,24 +217,24 @@ def _sides(
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem, count = part.problem, len(part.problem.parameters)
-    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
+    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
     x = now.z[:count]
     values = [own(x, time) for own, time in zip(secants, times, strict=True)]
     held = [lambda x, time, own=own: own for own in values]
     shown = {int(k) for own in secants for k in own.shown}
-    gears = steps_aside(problem.parameters, shown)
+    gears = backlash_trials(problem.parameters, shown)
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
         own = Descent(replace(problem, fmus=(fmu,)), part.slow)
         return own.fitted_beside(now, held, step)
 
     all_steps = [step for steps in gears for step in steps]
-    ordered = iter(side_by_side(problem.fmus, all_steps, tried))
+    ordered = iter(in_parallel(problem.fmus, all_steps, tried))
     found = [min((next(ordered) for _ in steps), key=lambda own: own.cost) for steps in gears]
     yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
 
 
-def steps_aside(
+def backlash_trials(
     parameters: Sequence[RobotParameter], shown: Collection[int]
 ) -> list[list[np.ndarray]]:
     """Return steps of log factors to both sides, for every gear whose backlash is shown.

@@ -91,13 +91,13 @@ def judged(
 def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagnosis]) -> str:
     if effect >= _SIGNIFICANT:
         return "not distinguishable from the others"
-    stays = parameter.gear is not None and gears[parameter.gear].changes == 0
+    stays = parameter.gear is not None and gears[parameter.gear].reversals == 0
     if stays and parameter.kind in ("backlash", "damping"):
         return "the gear does not reverse here"
     return "hardly matters here"
 
 
-def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
+def mostly_in_backlash(gears: Sequence[GearDiagnosis], seconds: float) -> str:
     """Return which gears are unloaded for most of a path, in words; "" where none does.
 
     Args:
@@ -129,7 +129,7 @@ def discrepancy(before: float, after: float, noise: float) -> str:
     )
 
 
-def missing(
+def measurement_lacks(
     gears: Sequence[GearDiagnosis],
     whole: Sequence[GearDiagnosis],
     seconds: float,
@@ -143,7 +143,7 @@ def missing(
         seconds: Duration of what was measured [s].
         unknown: Deviation that the model does not explain, in words; "" where that is noise.
     """
-    later = [g.joint for g, w in zip(gears, whole, strict=True) if w.changes > g.changes == 0]
+    later = [g.joint for g, w in zip(gears, whole, strict=True) if w.reversals > g.reversals == 0]
     if later:
         names = ", ".join(map(str, later))
         return (
@@ -156,7 +156,7 @@ def missing(
             " errors, hysteresis, heat, another load), would be taken for these: correct the command by"
             " the measured deviation itself"
         )
-    if not any(gear.changes for gear in gears):
+    if not any(gear.reversals for gear in gears):
         return (
             "no gear reverses on this path, and nothing else moves the tool by more"
             " than its frame explains: measure a path that loads them both ways, or leave the robot"

@@ -16,16 +16,16 @@ from coupling.identification.runs.fit import Fitter, ParameterFit
 from coupling.identification.runs.judge import (
     LearnedParameter,
     discrepancy,
-    floating,
     judged,
-    missing,
+    measurement_lacks,
+    mostly_in_backlash,
 )
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
 from coupling.identification.runs.residual import weighed
 from coupling.identification.runs.slow_part import SlowPart
-from coupling.identification.runs.source import MeasuredFile, require_alike
+from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
@@ -75,7 +75,7 @@ class Learned:
 
     Attributes:
         sources: Runs and measurements.
-        passes: The measured runs, on their runs' clocks.
+        runs: The measured runs, on their runs' clocks.
         fit: The fit.
         before: Slow parts of measured less simulated with the robot file, of every run, less frame and
             clock [m], (k, 3) or (k, 6), + c of motors.
@@ -86,7 +86,7 @@ class Learned:
     """
 
     sources: tuple[MeasuredFile, ...]
-    passes: tuple[MeasuredPath, ...]
+    runs: tuple[MeasuredPath, ...]
     fit: ParameterFit
     before: tuple[np.ndarray, ...]
     parameters: tuple[LearnedParameter, ...]
@@ -109,7 +109,7 @@ class Learned:
     @property
     def noise_left(self) -> float:
         """What the slow parts would be of noise alone [m], rms."""
-        parts = [SlowPart.of(one.seen.time).of_noise for one in self.passes]
+        parts = [SlowPart.of(one.seen.time).of_noise for one in self.runs]
         return self.spread.noise * float(np.sqrt(3.0 * np.mean(parts)))
 
     @property
@@ -126,17 +126,18 @@ class Learned:
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
         before, after = self.left
-        last = float(np.ptp(self.passes[-1].wanted.path.time))
-        seconds = sum(float(np.ptp(one.seen.time)) for one in self.passes)
+        last = float(np.ptp(self.runs[-1].wanted.path.time))
+        seconds = sum(float(np.ptp(one.seen.time)) for one in self.runs)
         if not any(own.identifiable for own in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
-            return f"nothing is identifiable: {missing(self.gears, self.whole, seconds, unknown)}"
+            lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
+            return f"nothing is identifiable: {lacks}"
         if after > _WORTH * before:
             return (
                 f"what is learned would leave {1e6 * after:.3g} um of the measurement's slow part, the"
                 f" robot file leaves {1e6 * before:.3g} um: there is nothing to be gained"
             )
-        adrift = floating(self.gears, last)
+        adrift = mostly_in_backlash(self.gears, last)
         if self.unexplained and adrift:
             return (
                 f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
@@ -152,7 +153,7 @@ class Learned:
         unused = [
             f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
             f" {IDEAL}, or no joint of theirs has a motor in the robot file"
-            for own, one in zip(self.sources, self.passes, strict=True)
+            for own, one in zip(self.sources, self.runs, strict=True)
             if own.seen.motors is not None and one.seen.motors is None
         ]
         if not self.unexplained or self.refusal:
@@ -194,25 +195,25 @@ def learn(
 def _learned(
     sources: Sequence[MeasuredFile],
     options: LearnOptions,
-    side_by_side: Sequence[Models],
+    in_parallel: Sequence[Models],
     watch: Watch,
 ) -> Learned:
-    require_alike(sources)
-    models, first, last = side_by_side[0], sources[0], sources[-1]
-    fmus = tuple(one.of(first.robot, first.torque_curve, first.drive).fmu for one in side_by_side)
-    passes = []
+    require_comparable(sources)
+    models, first, last = in_parallel[0], sources[0], sources[-1]
+    fmus = tuple(one.of(first.robot, first.torque_curve, first.drive).fmu for one in in_parallel)
+    runs = []
     for source in sources:
         own = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
-        passes.append(source.whole(options.own_frame, model))
+        runs.append(source.whole(options.own_frame, model))
     parameters = learnable(first.robot, first.torque_curve, first.drive)
-    passes = [_with_motors(one, first) for one in passes]
+    runs = [_with_motors(one, first) for one in runs]
     effects = []
-    for number, one in enumerate(passes):
-        watch(Progress("learning: what the parameters do", number, len(passes) + 1))
+    for number, one in enumerate(runs):
+        watch(Progress("learning: what the parameters do", number, len(runs) + 1))
         effects.append(ParameterEffect(first.robot, first.torque_curve, parameters, one))
-        passes[number] = _weighed(one, effects[-1], fmus[0])
-    problem = FitProblem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
+        runs[number] = _weighed(one, effects[-1], fmus[0])
+    problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     fitter = Fitter(problem)
     before = fitter.without(np.zeros(len(parameters)))
@@ -229,13 +230,13 @@ def _learned(
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)
-    gears = diagnose(moving, passes[-1].wanted)
+    gears = diagnose(moving, runs[-1].wanted)
     verdicts = judged(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
     found = any(own.identifiable for own in verdicts)
     whole = gears if found else diagnose(moving, last.wanted_whole)
-    return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
+    return Learned(tuple(sources), tuple(runs), fit, before, verdicts, spread, gears, whole)
 
 
 def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
@@ -261,9 +262,9 @@ def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> Measu
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
     squares = np.zeros(len(x))
-    for effect, one in zip(problem.effects, problem.passes, strict=True):
+    for effect, one in zip(problem.effects, problem.runs, strict=True):
         mean = SlowPart.of(one.seen.time)
         columns = mean(effect(x, one.seen.time)[:, :3])
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
-        squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.passes)
+        squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.runs)
     return np.sqrt(squares)

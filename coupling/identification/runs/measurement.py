@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -45,7 +45,7 @@ class Measurement:
     time: np.ndarray
     position: np.ndarray
     rotation: Rotation | None = None
-    motors: MotorsSeen | None = None
+    motors: MeasuredMotors | None = None
 
     def at_rows(self, rows: np.ndarray) -> Measurement:
         """Return its rows of given numbers, (k,)."""
@@ -115,7 +115,7 @@ class SimulatedPath:
         reference: Path at the same times from whose orientations its own count; None where they do
             not count.
         motors: Angles [rad] and torques [N m] of motors at the path's times, in c columns of
-            `MotorsSeen`, (n, c).
+            `MeasuredMotors`, (n, c).
 
     Attributes:
         path: The path.
@@ -144,7 +144,7 @@ class SimulatedPath:
         return values
 
     def motors(self, time: np.ndarray, order: int = 0) -> np.ndarray:
-        """Return angles [rad] and torques [N m] of motors, or rates, as in `MotorsSeen`, (n, c)."""
+        """Return angles [rad] and torques [N m] of motors, or rates, as in `MeasuredMotors`, (n, c)."""
         values: np.ndarray = self._motors(self._inside(time), order)
         return values
 
@@ -170,7 +170,7 @@ class SimulatedPath:
         return np.clip(time, self.path.time[0], self.path.time[-1])
 
 
-def read_seen(path: Path) -> Measurement:
+def read_measurement(path: Path) -> Measurement:
     """Read where a tool was seen (columns: docs/learn.md).
 
     Args:
@@ -195,4 +195,4 @@ def read_seen(path: Path) -> Measurement:
         if off.max() > _UNIT:
             raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
         rotation = Rotation.from_quat(quaternion)
-    return Measurement(path.name, time, position, rotation, MotorsSeen.read(table))
+    return Measurement(path.name, time, position, rotation, MeasuredMotors.read(table))

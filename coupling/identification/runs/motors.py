@@ -14,22 +14,24 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
+from coupling.identification.motor_currents import torque_per_current
 from coupling.path.motor_history import MotorHistory
 from elastic_robot.description import Robot
 
 # Columns, as in a robot's recording in motion.
-_NAMED = re.compile(r"(motor|motor_torque)\[(\d+)\]")
+_NAMED = re.compile(r"(motor|motor_torque|motor_current)\[(\d+)\]")
 # Smallest deviations that are believed [rad], [N m].
 _LEAST = {"motor": 1e-7, "motor_torque": 1e-3}
 
 
 @dataclass(frozen=True)
-class MotorsSeen:
+class MeasuredMotors:
     """Angles and torques of motors, at the times of a measurement, in c columns.
 
     Attributes:
-        columns: Kind of each, "motor" or "motor_torque", and its joint from 0, (c,).
-        values: Angles over the gear ratio [rad], torques times it [N m], (n, c).
+        columns: Kind of each, "motor", "motor_torque" or, as read, "motor_current", and its joint from
+            0, (c,).
+        values: Angles over the gear ratio [rad], torques times it [N m], currents [A], (n, c).
         deviation: Standard deviations by which they count, of a row [rad], [N m], (c,).
     """
 
@@ -38,9 +40,17 @@ class MotorsSeen:
     deviation: np.ndarray
 
     @classmethod
-    def read(cls, table: MeasuredTable) -> MotorsSeen | None:
-        """Return the columns `motor[i]` and `motor_torque[i]` of a table; None where it has none."""
-        named = [own for name in table.header if (own := _NAMED.fullmatch(name))]
+    def read(cls, table: MeasuredTable) -> MeasuredMotors | None:
+        """Return its columns of a table; None where it has none.
+
+        These are `motor[i]`, `motor_torque[i]` and, where there is no torque, `motor_current[i]`.
+        """
+        named = [
+            own
+            for name in table.header
+            if (own := _NAMED.fullmatch(name))
+            and not (own[1] == "motor_current" and f"motor_torque[{own[2]}]" in table.header)
+        ]
         if not named:
             return None
         columns = tuple((own[1], int(own[2]) - 1) for own in named)
@@ -61,15 +71,18 @@ class MotorsSeen:
         """Names of the columns."""
         return tuple(f"{kind}[{joint + 1}]" for kind, joint in self.columns)
 
-    def at_rows(self, rows: np.ndarray) -> MotorsSeen:
+    def at_rows(self, rows: np.ndarray) -> MeasuredMotors:
         """Return its rows of given numbers, (k,)."""
         return replace(self, values=self.values[rows])
 
-    def of(self, robot: Robot, name: str) -> MotorsSeen | None:
+    def of(self, robot: Robot, name: str) -> MeasuredMotors | None:
         """Return the columns of joints that have a motor in a robot's file; None where none has.
 
+        Currents become torques.
+
         Raises:
-            LearnError: If there are columns of joints that the robot has not.
+            LearnError: If there are columns of joints that the robot has not, or currents of motors
+                without a torque constant in its file.
         """
         joints = robot.joints
         beyond = [
@@ -82,14 +95,19 @@ class MotorsSeen:
                 f"{name}: expected motors of a robot with {len(joints)} joints, got {beyond[0]}"
             )
         kept = [k for k, (_, i) in enumerate(self.columns) if joints[i].drive is not None]
-        columns = tuple(self.columns[k] for k in kept)
-        if not columns:
-            return None
-        return MotorsSeen(columns, self.values[:, kept], self.deviation[kept])
+        columns, values = [self.columns[k] for k in kept], self.values[:, kept].copy()
+        for k, (kind, joint) in enumerate(columns):
+            if kind == "motor_current":
+                try:
+                    values[:, k] *= torque_per_current(robot, joint)
+                except ValueError as cause:
+                    raise LearnError(f"{name}: {cause}") from cause
+                columns[k] = ("motor_torque", joint)
+        return MeasuredMotors(tuple(columns), values, self.deviation[kept]) if columns else None
 
     def of_history(self, moved: MotorHistory) -> np.ndarray:
         """Return angles [rad] and torques [N m] of simulated motors, in its columns, (k, c)."""
-        told = {"motor": moved.angle, "motor_torque": moved.torque}
+        by_kind = {"motor": moved.angle, "motor_torque": moved.torque}
         return np.column_stack(
-            [told[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
+            [by_kind[kind][:, moved.joints.index(joint)] for kind, joint in self.columns]
         )

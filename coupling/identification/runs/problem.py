@@ -54,14 +54,14 @@ class FitProblem:
     Attributes:
         fmus: FMUs of the robot of the file, one or more to run side by side.
         parameters: Parameters that are learned.
-        passes: The measured runs.
+        runs: The measured runs.
         effects: Effects of the parameters in each of them.
         frame: Prior of the measuring frame and clock.
     """
 
     fmus: tuple[RobotFmu, ...]
     parameters: tuple[RobotParameter, ...]
-    passes: tuple[MeasuredPath, ...]
+    runs: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()
 
@@ -73,7 +73,7 @@ class FitProblem:
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return len(self.parameters) + self.frame_size * len(self.passes)
+        return len(self.parameters) + self.frame_size * len(self.runs)
 
     @property
     def frame_size(self) -> int:
@@ -81,19 +81,19 @@ class FitProblem:
 
         7, or 10 where orientations were measured, or 11 where motors were recorded.
         """
-        if any(one.seen.motors is not None for one in self.passes):
+        if any(one.seen.motors is not None for one in self.runs):
             return _WITH_MOTORS
-        return _FRAME if all(one.held is None for one in self.passes) else _WITH_PROBE
+        return _FRAME if all(one.held is None for one in self.runs) else _WITH_PROBE
 
     @property
     def prior(self) -> np.ndarray:
         """Standard deviations of all unknowns before anything is measured [1, m, rad, s], (U,)."""
         own = self.frame.prior[: self.frame_size]
-        return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
+        return np.concatenate([prior_of(self.parameters), *[own] * len(self.runs)])
 
     def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every measured run."""
-        return replace(self, passes=tuple(one.until(seconds) for one in self.passes))
+        return replace(self, runs=tuple(one.until(seconds) for one in self.runs))
 
     def secants(self, change: float) -> tuple[SecantEffect, ...]:
         """What the parameters do in each measured run, by differences of simulations.
@@ -103,7 +103,7 @@ class FitProblem:
         """
         return tuple(
             SecantEffect(self.fmus, one, effect, change)
-            for one, effect in zip(self.passes, self.effects, strict=True)
+            for one, effect in zip(self.runs, self.effects, strict=True)
         )
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
-from coupling.identification.runs.motors import MotorsSeen
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.slow_part import SlowPart
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
@@ -124,8 +124,8 @@ class Residual:
         """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
         assert self.one.held is not None
         assert self.one.seen.rotation is not None
-        asked: Rotation = self.one.held(self._inside(time))
-        return (self.one.seen.rotation * asked.inv()).as_rotvec()
+        held: Rotation = self.one.held(self._inside(time))
+        return (self.one.seen.rotation * held.inv()).as_rotvec()
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
         known = self.one.desired.time
@@ -184,8 +184,8 @@ class UnexplainedPart:
 
 
 def weighed(
-    motors: MotorsSeen, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
-) -> MotorsSeen:
+    motors: MeasuredMotors, time: np.ndarray, predicted: np.ndarray, columns: np.ndarray
+) -> MeasuredMotors:
     """Return columns of motors with deviations by what no parameter explains, at least by their noise.
 
     What is left of a slow part, gear errors and ripple of torque among it, counts as noise that leaves

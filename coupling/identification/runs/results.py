@@ -16,8 +16,8 @@ from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
 from coupling.identification.verdict import interval_words
 from coupling.results.learned_result import (
     LearnedParameterResult,
-    LearnedPassResult,
     LearnedResult,
+    LearnedRunResult,
     LeftResult,
 )
 
@@ -33,7 +33,7 @@ def figures(found: Learned) -> LearnedResult:
         left_m=LeftResult(robot_file=before, learned=after),
         slow_below_Hz=CUT_OFF,
         parameters=[_parameter(own) for own in found.parameters],
-        passes=[_pass(found, number) for number in range(len(found.passes))],
+        runs=[_run(found, number) for number in range(len(found.runs))],
     )
 
 
@@ -50,12 +50,12 @@ def _of_motors(one: MeasuredPath) -> dict[str, float]:
     return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
 
 
-def _pass(found: Learned, number: int) -> LearnedPassResult:
-    one, source = found.passes[number], found.sources[number]
-    size = (len(found.fit.z) - len(found.parameters)) // len(found.passes)
+def _run(found: Learned, number: int) -> LearnedRunResult:
+    one, source = found.runs[number], found.sources[number]
+    size = (len(found.fit.z) - len(found.parameters)) // len(found.runs)
     own = found.fit.z[len(found.parameters) + size * number :][:size]
     rest, slow = found.before[number], found.fit.slow[number]
-    return LearnedPassResult.of(
+    return LearnedRunResult.of(
         one,
         run=source.folder,
         from_s=one.seen.time[0],

@@ -21,7 +21,7 @@ from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Joint, Robot
@@ -66,7 +66,7 @@ class MeasuredFile:
     controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
-    forecast: PassForecast | None = None
+    forecast: RunForecast | None = None
 
     def whole(self, own_frame: bool, model: ToolPath) -> MeasuredPath:
         """Return the measured run.
@@ -141,7 +141,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
     )
 
 
-def require_alike(sources: Sequence[MeasuredFile]) -> None:
+def require_comparable(sources: Sequence[MeasuredFile]) -> None:
     """Refuse runs of robots that differ by more than what is learned, or of one without elasticity.
 
     Raises:

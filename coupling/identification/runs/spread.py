@@ -62,7 +62,7 @@ def spread_of(
     start: np.ndarray,
     draws: int,
     seed: int,
-    told: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Uncertainty:
     """Return how far robots like the one found are missed by the same fit.
 
@@ -72,7 +72,7 @@ def spread_of(
         start: Log factors at which it began [1], (P,).
         draws: Number of robots.
         seed: Seed of their parameters and noise.
-        told: Told how many are done.
+        progress: Told how many are done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
     noise = noise_of([rest[:, :3] for rest in found.residuals])
@@ -80,8 +80,8 @@ def spread_of(
     robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
     errors = []
     for number, x in enumerate(robots):
-        passes = []
-        for one in problem.passes:
+        runs = []
+        for one in problem.runs:
             path = one.simulated(problem.fmu, changed(problem.parameters, x))
             position = path.position(one.seen.time)
             position = position + noise * rng.standard_normal(position.shape)
@@ -95,10 +95,10 @@ def spread_of(
                 values = values + motors.deviation * rng.standard_normal(values.shape)
                 motors = replace(motors, values=values)
             seen = replace(one.seen, position=position, rotation=rotation, motors=motors)
-            passes.append(replace(one, seen=seen))
-        again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
+            runs.append(replace(one, seen=seen))
+        again = Fitter(replace(problem, runs=tuple(runs))).fit(start)
         errors.append(again.z[:count] - x)
-        told(number + 1, draws)
+        progress(number + 1, draws)
     # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
     own = np.sqrt(np.diag(covariance))
     deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)

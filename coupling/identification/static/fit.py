@@ -12,21 +12,21 @@ from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 from coupling.identification.static.prediction import Prediction, StaticModel, rigid_prediction
 
-_MOST_PASSES = 25
-# The fit ends where a pass moves the predictions by less than this part of the residual, or this [m].
+_MOST_ITERATIONS = 25
+# The fit ends where an iteration moves the predictions by less than this part of the residual, or [m].
 _SETTLED, _ROUNDING = 1e-5, 1e-14
-# Passes that estimate the ratio of the deviations of rotations and positions anew.
+# Iterations that estimate the ratio of the deviations of rotations and positions anew.
 _REWEIGHTED = 4
 # A step that moves them by less than this part of the residual needs no check that it fits better.
 _SMALL = 1e-3
 _MOST_HALVINGS = 6
 # Iterations of the linear fit, whose weights follow its own compliance.
-_RIGID_PASSES = 2
+_RIGID_ITERATIONS = 2
 
 
 @dataclass(frozen=True)
 class StaticFit:
-    """A fitted robot, and the linear problem that its last pass has solved.
+    """A fitted robot, and the linear problem that its last iteration has solved.
 
     Attributes:
         elasticity: The parameters.
@@ -35,7 +35,7 @@ class StaticFit:
         problem: The whitened linear problem around them, without weights of the loss.
         weight: Weights of the loss, (k,).
         white: W_i, from residuals in [m] and [rad] to whitened ones [1], (k, r, r).
-        converged: Whether the last pass moved nothing.
+        converged: Whether the last iteration moved nothing.
         reason: Outcome in words.
         rigid: The problem in the rigid posture: what postures and loads can identify at all.
     """
@@ -75,10 +75,10 @@ def fitted(
     model = StaticModel(elasticity, measured, torque_curve)
     prediction = rigid_prediction(elasticity, measured, values)
     problem, white = rigid, whitening(noise, prediction.by_wrench)
-    converged, reason = False, f"did not settle in {_MOST_PASSES} passes"
+    converged, reason = False, f"did not settle in {_MOST_ITERATIONS} iterations"
     try:
         prediction = model.predict(values)
-        for number in range(_MOST_PASSES):
+        for number in range(_MOST_ITERATIONS):
             if number < _REWEIGHTED:
                 noise = noise.estimated(measured.deflection - prediction.deflection)
             white = whitening(noise, prediction.by_wrench)
@@ -111,7 +111,7 @@ def _rigid_fit(
 ) -> tuple[np.ndarray, LinearProblem]:
     """Return the values of the fit in the rigid posture, and its problem."""
     values = elasticity.start
-    for _ in range(_RIGID_PASSES):
+    for _ in range(_RIGID_ITERATIONS):
         rigid = rigid_prediction(elasticity, measured, values)
         noise = noise.estimated(measured.deflection - rigid.deflection)
         white = whitening(noise, rigid.by_wrench)

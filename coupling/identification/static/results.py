@@ -24,8 +24,7 @@ from coupling.results.identified_result import (
     MeasuredRowResult,
     RmsResult,
 )
-
-_UNITS = {"stiffness": "N m/rad", "backlash": "rad", "hysteresis": "N m", "slip_angle": "rad"}
+from coupling.robot.parameters import unit_of
 
 
 def figures(found: Identification) -> IdentifiedResult:
@@ -47,7 +46,7 @@ def figures(found: Identification) -> IdentifiedResult:
         parameters=[
             IdentifiedParameterResult.of(
                 own,
-                unit=_UNITS[own.parameter.kind],
+                unit=unit_of(own.name),
                 start=None if own.name in found.added else own.start,
                 written=value,
                 identified=own.identifiable,
@@ -79,10 +78,11 @@ def figures(found: Identification) -> IdentifiedResult:
 
 
 def _further(own: CandidateTest) -> FurtherResult:
-    unit, value = _UNITS.get(own.candidate.name.rpartition(".")[2], "rad"), own.value
-    if own.candidate.axis is not None:
-        unit, value = "N m/rad", 1.0 / own.value if own.value > 0.0 else np.inf
-    return FurtherResult.of(own.support, name=own.candidate.name, unit=unit, value=value)
+    name, value = own.candidate.name, own.value
+    if own.candidate.axis is None:
+        return FurtherResult.of(own.support, name=name, unit=unit_of(name), value=value)
+    stiffness = 1.0 / value if value > 0.0 else np.inf
+    return FurtherResult.of(own.support, name=name, unit="N m/rad", value=stiffness)
 
 
 def identified_text(found: Identification, start: Path, target: Path, source: str) -> str:

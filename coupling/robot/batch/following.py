@@ -16,7 +16,7 @@ _REACHED = 1e-8
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
 _LEAST = 1e-12
-# Joint step limit of one pass [rad]: the linearisation holds no further.
+# Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
 _LED, _ITERATIONS_LED, _ITERATIONS = 8, 2, 30
@@ -43,7 +43,11 @@ class Targets:
 
 
 def reached(
-    robot: SerialRobot, targets: Targets, start: np.ndarray, iterations: int = _ITERATIONS
+    robot: SerialRobot,
+    targets: Targets,
+    start: np.ndarray,
+    iterations: int = _ITERATIONS,
+    tolerance: float = _REACHED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
@@ -52,6 +56,7 @@ def reached(
         targets: The poses.
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
+        tolerance: Error of a pose that is reached, lengths in units of the reach [1].
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
@@ -60,7 +65,7 @@ def reached(
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
-        done = size < _REACHED**2
+        done = size < tolerance**2
         found[live[done]] = True
         if done.all():
             break
@@ -75,7 +80,9 @@ def reached(
     return q, found
 
 
-def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def angles_from_home(
+    robot: SerialRobot, targets: Targets, home: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
     The way is straight in position and in rotation, so that the robot keeps its configuration.

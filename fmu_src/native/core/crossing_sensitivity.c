@@ -88,7 +88,7 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
     const er_robot *robot = r->system->robot;
     double sum = 0.0;
     int d = crossing->coordinate - r->m;
-    for (int j = 0; j < er_all_elements(robot); j++)
+    for (int j = robot->first_element[crossing->coordinate]; j < robot->first_element[crossing->coordinate + 1]; j++)
         if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
             sum += er_element_stiffness(robot, r->system->gears->slip_torque, j) * elongation[j];
     if (d < 0)
@@ -120,7 +120,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
-    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL)
+    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL || crossing->at >= ER_AT_LIMIT)
         return;
     if (crossing->at == ER_AT_CONTACT) {
         if (crossing->outward > 0)

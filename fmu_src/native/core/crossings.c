@@ -60,6 +60,16 @@ static void take_earlier(const double *control, er_crossing crossing, er_crossin
     }
 }
 
+/* That of what has these values at the start, the nodes and the end of a step. */
+static void take_passage(const double values[ER_CONTROL], er_crossing crossing, er_crossing *first, bool *found)
+{
+    double control[ER_CONTROL] = {0.0};
+    for (int c = 0; c < ER_CONTROL; c++)
+        for (int j = 0; j < ER_CONTROL; j++)
+            control[c] += er_gauss_bernstein_from_value[c][j] * values[j];
+    take_earlier(control, crossing, first, found);
+}
+
 /* A coordinate's polynomial over a step: its Bernstein coefficients, which it lies between. */
 typedef struct {
     double control[ER_CONTROL], lowest, highest;
@@ -203,7 +213,7 @@ static void find_edges(const er_run *r, const er_state *state, const er_step *st
         int outward = side == 1 ? 1 : -1;
         if (side == 1 ? x.highest > edge[1] : x.lowest < edge[0])
             take_earlier(x.control,
-                         (er_crossing){ER_AT_EDGE, k, 0, edge[side], outward, region == 0 ? outward : 0, 0.0},
+                         (er_crossing){.at = ER_AT_EDGE, .coordinate = k, .boundary = edge[side], .outward = outward, .region = region == 0 ? outward : 0},
                          first, found);
     }
 }
@@ -221,7 +231,9 @@ static void find_slips(const er_run *r, const er_state *state, int k, double far
         for (int outward = -1; outward <= 1; outward += 2) {
             double edge = x->control[0] - stops->elongation[j] + outward * way;
             if (outward > 0 ? x->highest > edge : x->lowest < edge)
-                take_earlier(x->control, (er_crossing){ER_AT_SLIP, k, j, edge, outward, 0, 0.0}, first, found);
+                take_earlier(x->control,
+                             (er_crossing){.at = ER_AT_SLIP, .coordinate = k, .element = j, .boundary = edge, .outward = outward},
+                             first, found);
         }
     }
 }
@@ -257,8 +269,47 @@ static void find_changes(const er_run *r, const er_state *state, const er_step *
             find_rate(&x, step->length, rate);
         else
             find_motor_rate(r, state, k - r->m, step, least, rate);
-        take_earlier(rate, (er_crossing){ER_AT_REVERSAL, k, slips, outward * least, outward, 0, 0.0}, first, found);
+        take_earlier(rate,
+                     (er_crossing){.at = ER_AT_REVERSAL, .coordinate = k, .element = slips, .boundary = outward * least, .outward = outward},
+                     first, found);
     }
+}
+
+/* Where a servo that has a torque limit comes to obey another law. */
+static void find_limits(const er_run *r, const er_state *state, int d, er_crossing *first, bool *found)
+{
+    const er_motor *motor = &r->system->robot->motor[d];
+    const er_servo_course *course = &r->work->motors.course[d];
+    const er_servo_law law = state->motors.law[d];
+    const int side = law.side;
+    const double slack = er_servo_slack(r, d), rate_slack = er_servo_rate_slack(r);
+    er_crossing crossing = {.at = ER_AT_LIMIT, .coordinate = r->m + d};
+    if (law.integral == ER_KEEPS) {
+        double waiting[ER_CONTROL], growing[ER_CONTROL];
+        for (int c = 0; c < ER_CONTROL; c++) {
+            waiting[c] = motor->rate_gain * course->turning[c];
+            growing[c] = waiting[c] + motor->integral_gain * course->wanted[c];
+        }
+        crossing.at = ER_AT_RELEASE;
+        crossing.outward = side, crossing.law = (er_servo_law){side, ER_WAITS};
+        take_passage(waiting, crossing, first, found);
+        crossing.outward = -side, crossing.law = (er_servo_law){0, ER_GROWS};
+        take_passage(growing, crossing, first, found);
+        return;
+    }
+    for (int outward = -1; outward <= 1; outward += 2) {
+        crossing.outward = outward;
+        crossing.boundary = (side == 0 ? outward : side) * motor->torque_limit + outward * slack;
+        if (outward != side)
+            take_passage(course->asked, crossing, first, found);
+    }
+    if (side == 0)
+        return;
+    crossing.at = ER_AT_TURN;
+    crossing.outward = law.integral == ER_WAITS ? -side : side;
+    crossing.boundary = crossing.outward * rate_slack;
+    crossing.law = (er_servo_law){side, law.integral == ER_WAITS ? ER_GROWS : ER_WAITS};
+    take_passage(course->wanted, crossing, first, found);
 }
 
 bool er_first_crossing(const er_run *r, const er_state *state, const er_step *step, er_crossing *first)
@@ -272,18 +323,16 @@ bool er_first_crossing(const er_run *r, const er_state *state, const er_step *st
         if (system->robot->first_element[k] < system->robot->first_element[k + 1] &&
             !er_stops_idle(system->robot, system->gears->slip_torque, k))
             find_changes(r, state, step, k, first, &found);
+    for (int d = 0; system->drive == ER_SERVO && d < r->motors; d++)
+        if (system->robot->motor[d].torque_limit < INFINITY)
+            find_limits(r, state, d, first, &found);
     return found;
 }
 
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first)
 {
-    double control[ER_CONTROL];
-    er_crossing crossing = {ER_AT_CONTACT, 0, 0, touching ? 0.0 : ER_CONTACT_SLACK, touching ? -1 : 1, !touching, 0.0};
-    for (int c = 0; c < ER_CONTROL; c++) {
-        control[c] = 0.0;
-        for (int j = 0; j < ER_CONTROL; j++)
-            control[c] += er_gauss_bernstein_from_value[c][j] * depth[j];
-    }
-    take_earlier(control, crossing, first, &found);
+    take_passage(depth,
+                 (er_crossing){.at = ER_AT_CONTACT, .boundary = touching ? 0.0 : ER_CONTACT_SLACK, .outward = touching ? -1 : 1, .region = !touching},
+                 first, &found);
     return found;
 }

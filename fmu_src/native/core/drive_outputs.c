@@ -219,7 +219,8 @@ double er_model_motor_torque(const er_model *model, int k)
     if (memory->options.drive == ER_TORQUE)
         return held->torque[d];
     if (memory->options.drive == ER_SERVO)
-        return er_servo_torque(motor, er_model_wanted(model, d), memory->state.motors.integral[d]);
+        return er_servo_limited(
+            motor, er_servo_asked(motor, er_model_wanted(model, d), memory->state.motors.integral[d]));
     rate = held->qd[motor->joint];
     torque = er_model_gear_torque(model, k);
     return er_model_felt_torque(model, k) +
@@ -241,10 +242,10 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
         return moved->torque[d];
     joint = motor->joint;
     if (memory->options.drive == ER_SERVO) {
-        double wanted = er_wanted_along(model, change, d);
-        if (er_servo_saturates(motor, er_model_wanted(model, d), motors->integral[d]))
+        double asked = er_servo_asked(motor, er_model_wanted(model, d), motors->integral[d]);
+        if (fabs(asked) > motor->torque_limit)
             return 0.0;
-        return motor->rate_gain * wanted + change->motors.integral[d];
+        return er_servo_asked(motor, er_wanted_along(model, change, d), change->motors.integral[d]);
     }
     rate = memory->held.qd[joint];
     side = side_of(rate);

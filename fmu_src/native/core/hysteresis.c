@@ -44,9 +44,8 @@ void er_stops_slip(const er_robot *robot, er_stops *stops, int j, int direction)
 
 bool er_stops_slips_too(const er_robot *robot, const er_stops *stops, int j, int first, int direction)
 {
-    const er_element *element = &robot->element[j];
-    return j == first || (element->coordinate == robot->element[first].coordinate && stops->slipping[j] == 0 &&
-                          direction * stops->elongation[j] >= element->angle);
+    return j == first ||
+           (stops->slipping[j] == 0 && direction * stops->elongation[j] >= robot->element[j].angle);
 }
 
 void er_stops_stick(const er_robot *robot, er_stops *stops, int coordinate)

@@ -18,17 +18,18 @@ static void ER_NAME(motor_stages)(const er_robot *robot, int motors, double h, c
     for (int d = 0; d < motors; d++) {
         const er_motor *motor = &robot->motor[d];
         const double *qd = nodes->qd[motor->joint];
+        const er_servo_law law = work->law[d];
         double *wanted = work->wanted[d], *integral = work->integral[d];
         er_lanes growth;
         for (int l = 0; l < ER_LANES; l++) {
             wanted[l] = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], qd[l]);
             growth[l] = h * motor->integral_gain * wanted[l];
-        }
-        for (int l = 0; motor->torque_limit < INFINITY && l < ER_LANES; l++)
-            growth[l] = er_servo_waits(motor, wanted[l], integral[l]) ? 0.0 : growth[l];
-        for (int l = 0; l < ER_LANES; l++)
             integral[l] = work->start_integral[d];
-        add_mixed(er_gauss_once, growth, integral);
+        }
+        if (law.integral == ER_GROWS)
+            add_mixed(er_gauss_once, growth, integral);
+        for (int l = 0; law.integral == ER_KEEPS && l < ER_LANES; l++)
+            integral[l] = law.side * motor->torque_limit - motor->rate_gain * wanted[l];
     }
 }
 
@@ -64,10 +65,10 @@ static void ER_NAME(motor_residual)(const er_robot *robot, int motors, const dou
     for (int d = 0; d < motors; d++) {
         const er_motor *motor = &robot->motor[d];
         const double *q = nodes->q[motor->joint], *qd = nodes->qd[motor->joint], *qdd = nodes->qdd[motor->joint];
-        er_lanes asked, friction;
+        er_lanes given, friction;
         for (int l = 0; l < ER_LANES; l++) {
-            double wanted = er_servo_wanted(motor, work->stage_p[d][l], work->stage_pv[d][l], qd[l]);
-            asked[l] = torque != NULL ? torque[d] : er_servo_torque(motor, wanted, work->integral[d][l]);
+            double asked = er_servo_asked(motor, work->wanted[d][l], work->integral[d][l]);
+            given[l] = torque != NULL ? torque[d] : er_servo_torque(motor, work->law[d], asked);
         }
         for (int l = 0; l < ER_LANES; l++)
             friction[l] = slip_torque[d];
@@ -77,7 +78,7 @@ static void ER_NAME(motor_residual)(const er_robot *robot, int motors, const dou
             double gear = residual[motor->coordinate][l] - work->load[d][l], rate = qd[l] + work->stage_pv[d][l];
             double part = er_friction_part(work, d, q[l] + work->stage_p[d][l]);
             friction[l] = (friction[l] + motor->load_friction * fabs(gear)) * part + motor->viscous * rate;
-            work->residual[d][l] = motor->inertia * (qdd[l] + acceleration[d][l]) - asked[l] -
+            work->residual[d][l] = motor->inertia * (qdd[l] + acceleration[d][l]) - given[l] -
                                    work->winds[d][l] * gear + friction[l];
         }
     }

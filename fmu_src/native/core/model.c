@@ -1,11 +1,10 @@
-#include "model.h"
+#include "model_drives.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "../io/file.h"
 #include "step.h"
 #include "transmission.h"
 
@@ -41,96 +40,6 @@ void er_model_free(er_model *model)
         return;
     er_trajectory_free(&model->trajectory);
     free(((void **)model)[-1]);
-}
-
-/* The drives of a trajectory, if there is one. */
-static er_drives own_drives(er_model *model)
-{
-    er_drives drives;
-    memset(&drives, 0, sizeof drives);
-    drives.joints = model->robot.joints;
-    if (model->memory.options.trajectory[0] != '\0') {
-        drives.trajectory = &model->trajectory;
-        drives.hint = &model->hint;
-        drives.start = model->trajectory.start - model->memory.origin;
-    }
-    return drives;
-}
-
-/* Motors without a servo are counted from where they would be at the rate they have. */
-static void coast(const er_model *model, er_drives *drives)
-{
-    const er_motors *motors = &model->memory.state.motors;
-    for (int d = 0; d < er_model_motors(model); d++) {
-        double *powers = drives->powers[model->robot.motor[d].joint];
-        memset(powers, 0, sizeof *drives->powers);
-        powers[0] = motors->angle[d];
-        powers[1] = motors->rate[d];
-    }
-}
-
-/* The same, or those that follow a command through a step. */
-static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
-{
-    er_drives drives = own_drives(model);
-    if (drives.trajectory == NULL) {
-        drives.start = start;
-        er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
-        if (model->memory.options.drive == ER_TORQUE && end > start)
-            coast(model, &drives);
-    }
-    return drives;
-}
-
-/* Drives at a time, and the load as it is a while after its beginning; false if they do not cover it. */
-static bool find_held(const er_model *model, const er_drives *drives, double time,
-                      const er_load *load, double elapsed, er_held *held, er_failure *failure)
-{
-    double slack = er_slack_at(&model->robot.settings, model->memory.origin + time);
-    if (!er_drives_cover(drives, time, slack, failure))
-        return false;
-    er_drives_at(drives, time, held->q, held->qd, held->qdd);
-    held->load = *load;
-    er_load_move(&held->load, elapsed);
-    return true;
-}
-
-/* Reads a file, or one of this name among the resources if it is there only. */
-static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
-                            er_failure *failure)
-{
-    char packed[2 * ER_MAX_PATH];
-    snprintf(packed, sizeof packed, "%s%s", model->resources, path);
-    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
-        snprintf(packed, sizeof packed, "%s", path);
-    return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
-                              failure);
-}
-
-/* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
-static bool require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
-                               er_failure *failure)
-{
-    bool there = strcmp(path, model->loaded_path) == 0;
-    er_trajectory read;
-    if (path[0] == '\0')
-        return true;
-    if (!there && !read_trajectory(model, path, &read, failure))
-        return false;
-    if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
-        if (!there)
-            er_trajectory_free(&read);
-        return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved"
-                                " with, got another",
-                       path);
-    }
-    if (!there) {
-        er_trajectory_free(&model->trajectory);
-        model->trajectory = read;
-        model->hint = 0;
-        strcpy(model->loaded_path, path);
-    }
-    return true;
 }
 
 /* Derives gears and means from options and parameters. */
@@ -214,15 +123,15 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
 {
     er_memory *memory = &model->memory;
     er_drives drives;
-    if (!require_drives(model, failure) || !require_trajectory(model, memory->options.trajectory, 0, failure))
+    if (!require_drives(model, failure) || !er_model_require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     memory->origin = origin;
     memset(&memory->past, 0, sizeof memory->past);
-    drives = drives_of(model, 0.0, 0.0, command);
-    if (!find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
+    drives = er_model_drives(model, 0.0, 0.0, command);
+    if (!er_model_find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     for (int j = 0; j < model->robot.elements; j++)
@@ -248,54 +157,13 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
 
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
 {
-    if (computed && !require_trajectory(model, memory->options.trajectory,
-                                        memory->trajectory_fingerprint, failure))
+    if (computed && !er_model_require_trajectory(model, memory->options.trajectory,
+                                                 memory->trajectory_fingerprint, failure))
         return false;
     er_memory_copy(&model->robot, &model->memory, memory);
     if (computed)
         derive(model);
     return true;
-}
-
-void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load)
-{
-    er_held *held = &model->memory.held;
-    er_drives drives = own_drives(model);
-    double own = time - model->memory.origin;
-    if (drives.trajectory != NULL) {
-        er_drives_at(&drives, own, held->q, held->qd, held->qdd);
-    } else {
-        memcpy(held->q, command->q, sizeof held->q);
-        memcpy(held->qd, command->qd, sizeof held->qd);
-        memcpy(held->qdd, command->qdd, sizeof held->qdd);
-    }
-    memcpy(held->torque, command->torque, sizeof held->torque);
-    held->load = *load;
-    model->memory.state.time = own;
-}
-
-bool er_model_covers(er_model *model, double time, er_failure *failure)
-{
-    er_drives drives = own_drives(model);
-    return er_drives_cover(&drives, time - model->memory.origin,
-                           er_slack_at(&model->robot.settings, time), failure);
-}
-
-double er_model_next_kink(er_model *model, double time)
-{
-    er_drives drives = own_drives(model);
-    double at = model->memory.state.time, origin = model->memory.origin;
-    do
-        at = er_drives_next_kink(&drives, at, INFINITY, model->means.jump);
-    while (at + origin <= time); /* the sum rounds */
-    return at + origin;
-}
-
-void er_model_held_by_time(er_model *model, er_held *change)
-{
-    er_drives drives = own_drives(model);
-    memset(change, 0, sizeof *change);
-    er_drives_by_time(&drives, model->memory.state.time, change->q, change->qd, change->qdd);
 }
 
 /* Says what acted where a motion was given up: one of these may have grown too large. */
@@ -374,12 +242,12 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
 {
     er_state *state = &model->memory.state;
     const double start = state->time;
-    er_drives drives = drives_of(model, start, end, command);
+    er_drives drives = er_model_drives(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
     er_state_copy(&model->robot, began, state);
     memcpy(held.torque, command->torque, sizeof held.torque);
-    if (!find_held(model, &drives, end, load, end - start, &held, failure))
+    if (!er_model_find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
     if (!(still ? rest_at(model, &held, failure)
                 : move_to(model, state, end, &drives, load, &held, failure))) {
@@ -411,9 +279,9 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     er_state_copy(&model->robot, &moved, state);
     memset(&moved.linearisation, 0, sizeof moved.linearisation);
     model->memory.past = *past;
-    drives = drives_of(model, state->time, end, command);
+    drives = er_model_drives(model, state->time, end, command);
     model->work.sensitivity = &model->sensitivity;
-    good = find_held(model, &drives, end, load, end - state->time, &held, failure) &&
+    good = er_model_find_held(model, &drives, end, load, end - state->time, &held, failure) &&
            move_to(model, &moved, end, &drives, load, &held, failure);
     model->work.sensitivity = NULL;
     model->memory.past = latest;

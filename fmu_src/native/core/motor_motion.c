@@ -52,11 +52,11 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
 static double growing(const er_model *model, int d, double *slope)
 {
     const er_motor *motor = &model->robot.motor[d];
-    double wanted = er_model_wanted(model, d), integral = model->memory.state.motors.integral[d];
-    double torque = motor->rate_gain * wanted + integral, width = WAITING * motor->torque_limit;
-    double left = 1.0 - (fabs(torque) - motor->torque_limit) / width;
+    double wanted = er_model_wanted(model, d), width = WAITING * motor->torque_limit;
+    double torque = er_servo_asked(motor, wanted, model->memory.state.motors.integral[d]);
+    double beyond = fabs(torque) - motor->torque_limit, left = 1.0 - beyond / width;
     *slope = 0.0;
-    if (!er_servo_waits(motor, wanted, integral))
+    if (!(beyond > 0.0 && torque * wanted > 0.0))
         return 1.0;
     if (left <= 0.0)
         return 0.0;

@@ -67,14 +67,12 @@ void er_motor_column_gears(const er_sensitivity *s, const er_run *r, const er_st
     }
 }
 
-/* Growth of z along a column at a stage [N m/s], and w [rad/s]. */
+/* Growth of z along a column at a stage [N m/s], but where it keeps the torque at its limit, and w [rad/s]. */
 static double find_growth(const er_run *r, int d, int l, const er_motor_column *own, commanded at, double *wanted)
 {
     const er_motor *motor = &r->system->robot->motor[d];
-    const er_motor_work *work = &r->work->motors;
     *wanted = er_servo_wanted(motor, own->stage_p[d][l], own->stage_pv[d][l], at.qd);
-    return er_servo_waits(motor, work->wanted[d][l], work->integral[d][l]) ? 0.0
-                                                                           : motor->integral_gain * *wanted;
+    return r->work->motors.law[d].integral == ER_GROWS ? motor->integral_gain * *wanted : 0.0;
 }
 
 /* Friction along a column at a stage [N m], under the gear's torque and what the column changes of that. */
@@ -120,12 +118,10 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
             double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0, held = 0.0, rate;
             double follows = own->gear[d][l] + gear[k][l];
             er_gear_error error = {0.0, 0.0, 0.0, 0.0};
-            if (s->drive == ER_SERVO) {
-                torque = motor->rate_gain * wanted[l] + s->motors[column].integral[d];
+            if (s->drive == ER_SERVO && work->law[d].side == 0) {
+                torque = er_servo_asked(motor, wanted[l], s->motors[column].integral[d]);
                 for (int j = 0; j < ER_STAGES; j++)
                     torque += h * er_gauss_once[j][l] * growth[j];
-                if (er_servo_saturates(motor, work->wanted[d][l], work->integral[d][l]))
-                    torque = 0.0;
             }
             if (loaded) {
                 error = error_at(r, d, l, &rate);
@@ -160,6 +156,8 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
             double growth = find_growth(r, d, l, own, then, &wanted);
             motors->integral[d] += s->drive == ER_SERVO ? h * er_gauss_end_rate[l] * growth : 0.0;
         }
+        if (r->work->motors.law[d].integral == ER_KEEPS)
+            motors->integral[d] = -robot->motor[d].rate_gain * er_servo_wanted(&robot->motor[d], p[d], pv[d], at.qd);
         motors->angle[d] = p[d] + at.q;
         motors->rate[d] = pv[d] + at.qd;
         s->x[column][k] -= p[d] + error.slope * motors->angle[d];
@@ -167,4 +165,37 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
             pv[d] + error.slope * motors->rate[d] + error.bend * step->motors.rate[d] * motors->angle[d];
     }
     er_stops_follow_motors(robot, &state->stops, before, motors->angle, s->elongation[column]);
+}
+
+/* The torque is continuous where it reaches its limit or leaves it, z' is not: what a column shifts that moment by, dt
+ * = -da / a' of what is asked for, changes z by the difference of its rates.  The step ends a time t beyond, in which
+ * the motor turned by the law before: dq' += k da t / J is missing, k 1 where the torque is left to the servo again, -1
+ * where the limit holds it. */
+void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step, int d,
+                          er_servo_law before)
+{
+    const er_robot *robot = r->system->robot;
+    const er_motor *motor = &robot->motor[d];
+    const er_motor_end *end = &step->motors;
+    const er_servo_course *course = &r->work->motors.course[d];
+    const er_servo_law after = state->motors.law[d];
+    const int side = before.side != 0 ? before.side : after.side;
+    double wanted = course->wanted[ER_DEGREE], turning = course->turning[ER_DEGREE];
+    double growth = er_servo_growth(motor, before, wanted, turning);
+    double rate = motor->rate_gain * turning + growth, lost = growth - er_servo_growth(motor, after, wanted, turning);
+    double late = (course->asked[ER_DEGREE] - side * motor->torque_limit) / rate;
+    double follows = (after.side == 0) - (before.side == 0);
+    double winds = 1.0 + er_gear_error_at(robot, motor->joint, end->angle[d]).slope;
+    if (s->reason != NULL || rate == 0.0)
+        return;
+    for (int column = s->first; column < s->first + s->count; column++) {
+        er_motor_change *change = &s->motors[column];
+        commanded at = command_of(s, r, d, column, state->time);
+        double p = change->angle[d] - at.q, pv = change->rate[d] - at.qd;
+        double asked = er_servo_asked(motor, er_servo_wanted(motor, p, pv, at.qd), change->integral[d]);
+        double rotor = follows * asked * late / motor->inertia;
+        change->integral[d] -= lost * asked / rate;
+        change->rate[d] += rotor;
+        s->v[column][motor->coordinate] -= winds * rotor;
+    }
 }

@@ -19,9 +19,11 @@ void er_motors_begin(const er_run *r, const er_state *state)
         int j = robot->elements + d;
         work->angle[d] = state->motors.angle[d];
         work->start_integral[d] = state->motors.integral[d];
+        work->law[d] = state->motors.law[d];
         work->held[d] = state->stops.elongation[j] / robot->element[j].angle;
         work->stuck[d] = state->stops.slipping[j] == 0 ? 1.0 / robot->element[j].angle : 0.0;
         work->command[d] = q[motor->joint];
+        work->command_acceleration[d] = qdd[motor->joint];
         work->p[d] = state->motors.angle[d] - q[motor->joint];
         work->start_error[d] = error.value;
         work->pv[d] = state->motors.rate[d] - qd[motor->joint];
@@ -30,53 +32,11 @@ void er_motors_begin(const er_run *r, const er_state *state)
     }
 }
 
-/* What a servo asks for at a moment, and its integral's growth. */
-typedef struct {
-    double beyond, growth; /* of its limit [N m], [N m/s] */
-    bool waits;
-} demand;
-
-static demand find_demand(const er_motor *motor, double wanted, double integral)
-{
-    bool waits = er_servo_waits(motor, wanted, integral);
-    return (demand){fabs(motor->rate_gain * wanted + integral) - motor->torque_limit, motor->integral_gain * wanted,
-                    waits};
-}
-
-/* By how much a servo that comes to its torque limit within a step, or leaves it, departs from the one smooth law that
- * the step obeys [N m]: the bend of the torque, and what the integral would have grown by where it waits. */
-static double find_bend(const er_run *r, const er_state *state, const er_step *step, int d)
-{
-    const er_motor *motor = &r->system->robot->motor[d];
-    const er_motor_work *work = &r->work->motors;
-    const er_motor_end *end = &step->motors;
-    double start_wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
-    double end_wanted = er_servo_wanted(motor, end->p[d], end->pv[d], end->rate[d] - end->pv[d]);
-    double most = -INFINITY, least = INFINITY, growth = 0.0;
-    bool waits = false, grows = false;
-    demand demands[ER_STAGES + 2];
-    for (int l = 0; l < ER_STAGES; l++)
-        demands[l] = find_demand(motor, work->wanted[d][l], work->integral[d][l]);
-    demands[ER_STAGES] = find_demand(motor, start_wanted, work->start_integral[d]);
-    demands[ER_STAGES + 1] = find_demand(motor, end_wanted, end->integral[d]);
-    for (int l = 0; l < ER_STAGES + 2; l++) {
-        most = fmax(most, demands[l].beyond);
-        least = fmin(least, demands[l].beyond);
-        growth = fmax(growth, fabs(demands[l].growth));
-        waits |= demands[l].waits;
-        grows |= !demands[l].waits;
-    }
-    return fmax(fmin(most, -least), 0.0) + (waits && grows ? step->length * growth : 0.0);
-}
-
 void er_motors_end(const er_run *r, const er_state *state, er_step *step)
 {
     const er_workspace *w = r->work;
     er_motor_work *work = &r->work->motors;
     double h = step->length;
-    /* A servo that goes along its limit bends every step: counted for a longest one, or errors would add up. */
-    double again = fmax(1.0, r->settings->longest_step / h);
-    work->bend = 0.0;
     r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
                                   (const er_lanes *)step->motor_acceleration, work);
     if (r->system->robot->errors > 0)
@@ -87,22 +47,41 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &r->system->robot->motor[d];
         step->motors.pa[d] = 0.0;
-        step->motors.integral[d] = state->motors.integral[d];
-        for (int j = 0; j < ER_STAGES; j++) {
+        for (int j = 0; j < ER_STAGES; j++)
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
-            if (r->system->drive == ER_SERVO && !er_servo_waits(motor, work->wanted[d][j], work->integral[d][j]))
-                step->motors.integral[d] += h * er_gauss_end_rate[j] * motor->integral_gain * work->wanted[d][j];
-        }
         step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
         step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
-        if (r->system->drive == ER_SERVO && motor->torque_limit < INFINITY)
-            work->bend = fmax(work->bend, again * find_bend(r, state, step, d) / motor->inertia);
+        if (r->system->drive == ER_SERVO)
+            er_servo_end(r, state, step, d);
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
+        work->wanted[d][0] = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
+                                             step->motors.rate[d] - step->motors.pv[d]);
         work->integral[d][0] = step->motors.integral[d];
+    }
+}
+
+er_start er_chain_start(const er_run *r, const er_state *state)
+{
+    if (r->motors == 0)
+        return (er_start){state->x, state->v};
+    er_motors_begin(r, state);
+    return (er_start){r->work->motors.x, r->work->motors.v};
+}
+
+void er_motors_wind_up(const er_run *r, er_step *step)
+{
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        const er_motor_end *end = &step->motors;
+        er_gear_error error = er_gear_error_at(r->system->robot, motor->joint, end->angle[d]);
+        int k = motor->coordinate;
+        step->x[k] -= end->p[d] + error.value;
+        step->v[k] -= end->pv[d] + error.slope * end->rate[d];
+        step->a[k] -= end->pa[d] + error.slope * end->acceleration[d] + error.bend * end->rate[d] * end->rate[d];
     }
 }
 
@@ -125,7 +104,6 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
     const er_motor_work *work = &r->work->motors;
     double slip_torque = r->system->gears->slip_torque[r->m + d], by_angle = work->stuck[d], by_rate;
     double part = er_friction_part(work, d, state->motors.angle[d]);
-    double wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
     int k = motor->coordinate;
     er_motor_slopes slopes;
     er_motor_friction(motor, slip_torque, 0.0, part, state->motors.rate[d], &by_rate);
@@ -137,7 +115,7 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
         slopes.feels = slopes.winds - copysign(motor->load_friction, torque) * part;
         slopes.stiffness += motor->load_friction * fabs(torque) * by_angle - error.bend * torque;
     }
-    if (r->system->drive != ER_SERVO || er_servo_waits(motor, wanted, state->motors.integral[d]))
+    if (r->system->drive != ER_SERVO || work->law[d].side != 0)
         return slopes;
     slopes.damping += motor->rate_gain;
     slopes.stiffness += motor->rate_gain * motor->position_gain + motor->integral_gain;
@@ -191,7 +169,7 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
 double er_motors_defect(const er_run *r, double *defect)
 {
     const er_motor_work *work = &r->work->motors;
-    double largest = work->bend;
+    double largest = 0.0;
     for (int d = 0; d < r->motors; d++) {
         double own = work->residual[d][0];
         defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * own;

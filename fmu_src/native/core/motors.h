@@ -33,10 +33,22 @@ typedef struct {
     double winds, feels;
 } er_motor_slopes;
 
+/* What the integral of a servo does: it grows by Ki w, waits, or keeps the torque that is asked for at its limit. */
+typedef enum { ER_GROWS,
+               ER_WAITS,
+               ER_KEEPS } er_integral_law;
+
+/* The law that a servo obeys: at which of its torque limits it is, -1 or 1, or 0, and its integral. */
+typedef struct {
+    int side;
+    er_integral_law integral;
+} er_servo_law;
+
 /* The motors' state. */
 typedef struct {
     double angle[ER_MAX_JOINTS], rate[ER_MAX_JOINTS]; /* [rad, rad/s] */
     double integral[ER_MAX_JOINTS];                   /* z [N m] */
+    er_servo_law law[ER_MAX_JOINTS];
     er_lanes predictor[ER_MAX_JOINTS];                /* p'' at the last step's stages [rad/s^2] */
     er_motor_slopes slopes[ER_MAX_JOINTS];            /* of the last step's matrices */
 } er_motors;
@@ -53,6 +65,11 @@ typedef struct {
     double integral[ER_MAX_JOINTS];                                                /* [N m] */
 } er_motor_end;
 
+/* What a servo does at the start, the stages and the end of a step: Kp w + z [N m], w [rad/s], w' [rad/s^2]. */
+typedef struct {
+    double asked[ER_CONTROL], wanted[ER_CONTROL], turning[ER_CONTROL];
+} er_servo_course;
+
 /* A complex number for each pair of stages' eigenvalues. */
 typedef double er_pairs[2 * ER_PAIRS];
 
@@ -61,10 +78,11 @@ typedef struct er_motor_work {
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES]; /* y and y' at its start */
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS]; /* p and p' there */
     double command[ER_MAX_JOINTS], angle[ER_MAX_JOINTS]; /* q_cmd and q there [rad] */
+    double command_acceleration[ER_MAX_JOINTS]; /* q_cmd'' there [rad/s^2] */
     double start_integral[ER_MAX_JOINTS];      /* z there [N m] */
     double held[ER_MAX_JOINTS], stuck[ER_MAX_JOINTS]; /* part of friction there, and over the angle [1, 1/rad] */
     ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
-    ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w at the stages [rad/s] */
+    ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w there [rad/s] */
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
     er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
     er_lanes residual[ER_MAX_JOINTS];
@@ -73,7 +91,8 @@ typedef struct er_motor_work {
     er_lanes winds[ER_MAX_JOINTS], error[ER_MAX_JOINTS]; /* 1 + eps', eps [rad] at the present nodes */
     double start_error[ER_MAX_JOINTS], end_error[ER_MAX_JOINTS]; /* eps at the step's start and its end [rad] */
     er_lanes stage_error[ER_MAX_JOINTS];       /* and at its stages */
-    double bend;                               /* of servos at their limits, over the rotors [rad/s^2] */
+    er_servo_law law[ER_MAX_JOINTS];           /* through the step */
+    er_servo_course course[ER_MAX_JOINTS];     /* of servos that have a torque limit */
     er_pairs left[ER_MAX_JOINTS];              /* the residual, by pairs */
     er_lanes before[ER_MAX_JOINTS];            /* y'' of their gears before a pass [rad/s^2] */
 } er_motor_work;
@@ -121,24 +140,22 @@ static inline double er_servo_wanted(const er_motor *motor, double p, double pv,
     return -motor->position_gain * p - pv + (motor->feed_forward - 1.0) * command_rate;
 }
 
-/* Torque that a servo asks for, within its limit [N m]. */
-static inline double er_servo_torque(const er_motor *motor, double wanted, double integral)
+/* Torque that a servo asks for [N m]. */
+static inline double er_servo_asked(const er_motor *motor, double wanted, double integral)
 {
-    double torque = motor->rate_gain * wanted + integral, limit = motor->torque_limit;
-    return torque > limit ? limit : torque < -limit ? -limit
-                                                    : torque;
+    return motor->rate_gain * wanted + integral;
 }
 
-/* Whether its limit keeps a servo from what it asks for, and whether its integral waits: that would only ask for
- * more. */
-static inline bool er_servo_saturates(const er_motor *motor, double wanted, double integral)
+/* What its limit leaves of that [N m]. */
+static inline double er_servo_limited(const er_motor *motor, double asked)
 {
-    return fabs(motor->rate_gain * wanted + integral) > motor->torque_limit;
+    return fmax(fmin(asked, motor->torque_limit), -motor->torque_limit);
 }
 
-static inline bool er_servo_waits(const er_motor *motor, double wanted, double integral)
+/* Torque of a motor whose servo asks for this, under the law that it obeys [N m]. */
+static inline double er_servo_torque(const er_motor *motor, er_servo_law law, double asked)
 {
-    return er_servo_saturates(motor, wanted, integral) && (motor->rate_gain * wanted + integral) * wanted > 0.0;
+    return law.side == 0 ? asked : law.side * motor->torque_limit;
 }
 
 #endif

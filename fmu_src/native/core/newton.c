@@ -166,6 +166,8 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     const yielding *now = find_yielding(r, state, &own);
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
+    for (int d = 0; d < r->motors; d++)
+        q[system->robot->motor[d].joint] += w->motors.p[d];
     if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
         if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at, now))
             return true;

@@ -173,7 +173,8 @@ static double response(er_sensitivity *s, const er_run *r)
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
 static double negligible(er_sensitivity *s, const er_run *r, er_cause cause, const er_share *share)
 {
-    double time = r->settings->longest_step, force = 1.0;
+    /* What a command changes of a motor's way is the difference of two such changes, under its stiff friction. */
+    double time = r->motors > 0 ? r->settings->first_step : r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));

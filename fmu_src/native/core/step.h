@@ -112,20 +112,26 @@ typedef struct {
 } er_workspace;
 
 /* What changes its law: a coordinate in its backlash, an element of hysteresis that slips or, as its coordinate
- * reverses, sticks again, a contact. */
+ * reverses, sticks again, a contact, a servo whose torque reaches or leaves its limit, whose w turns, or which
+ * keeps it there no longer. */
 typedef enum { ER_AT_EDGE,
                ER_AT_SLIP,
                ER_AT_REVERSAL,
-               ER_AT_CONTACT } er_change_of_law;
+               ER_AT_CONTACT,
+               ER_AT_LIMIT,
+               ER_AT_TURN,
+               ER_AT_RELEASE } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
     er_change_of_law at;
     int coordinate;  /* of x; none of a contact */
     int element;     /* that slips */
-    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m] */
+    double boundary; /* that is passed by x [rad], at a reversal by x' [rad/s], of a contact by its depth [m], of
+                      * a servo by what it asks for [N m], w [rad/s] or what that would grow by [N m/s] */
     int outward;     /* 1: rises through the boundary, -1: falls */
     int region;      /* of the backlash, beyond; whether the contact presses there */
+    er_servo_law law; /* beyond, where w turns or a servo is released */
     double fraction; /* place in the step, in (0, 1] */
 } er_crossing;
 
@@ -162,6 +168,11 @@ double er_contact_depth(const er_run *r, const er_state *state);
 /* Rate of its depth at the end of the step solved last [m/s]; its motion there is in w->contact then. */
 double er_end_approach(const er_run *r, const er_step *step);
 
+/* What is at the nodes of a step (stage.c).
+ *
+ * Drives at its stages and its end, and the sines that their changes are counted from. */
+void er_drive_step(const er_run *r, double time, double h);
+
 /* The chain's motion at the nodes of a step, into w->motion, from w->x, w->v and the accelerations. */
 void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration);
 
@@ -187,8 +198,34 @@ typedef struct {
 
 er_start er_chain_start(const er_run *r, const er_state *state);
 
+/* Depths of the contact along a solved step that starts from there. */
+void er_find_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step);
+
+/* Counts the end of a step from the motors. */
+void er_motors_wind_up(const er_run *r, er_step *step);
+
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
+
+/* The servos in a step (servo.c).
+ *
+ * Has those that have a torque limit obey the law of where they stand, which inputs may have moved; whether one
+ * obeys another than before. */
+bool er_servos_settle(const er_run *r, er_state *state);
+
+/* Has the servo of a crossing obey what is beyond it, in the state there. */
+void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
+
+/* z at the end of a step, and the course of a servo that has a torque limit. */
+void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d);
+
+/* z' under a law [N m/s]. */
+double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning);
+
+/* How far beyond its torque limit a servo obeys another law [N m], and by what w it turns [rad/s]: the motor goes as
+ * far by it within a longest step, or a first one, as a coordinate may beyond its boundary. */
+double er_servo_slack(const er_run *r, int d);
+double er_servo_rate_slack(const er_run *r);
 
 /* Torque by which a gear holds its link at a wind-up and its rate in a step from a state [N m]. */
 double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v);
@@ -201,6 +238,31 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
 /* Adds the motors' defects at the step's end to those of their gears; returns the largest of their own errors, as an
  * acceleration. */
 double er_motors_defect(const er_run *r, double *defect);
+
+/* Steps (landing.c).
+ *
+ * Stage accelerations to start from: the last step's polynomial, continued, or those of a part of a step that was tried. */
+void er_guess(const er_run *r, const er_state *state, double h, er_step *step);
+void er_guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step);
+
+/* Solves a step as one of the tries that are left. */
+bool er_try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step);
+
+/* Shortens a solved step until it ends on the boundary that it crosses, in w->landed. */
+bool er_land(const er_run *r, const er_state *state, const er_step *step, const er_crossing *crossing);
+
+/* Laws (laws.c).
+ *
+ * Has the state at the end of a step obey what is beyond its crossing. */
+void er_take_crossing(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing);
+
+/* A step that lands on what another coordinate crosses may end just behind a motor's reversal, which no later step
+ * has in it. */
+void er_stick_reversed(const er_run *r, er_state *state);
+
+/* Whether the contact presses, and the laws of servos at their torque limits: inputs may have moved plane and commands
+ * since. */
+void er_obey_inputs(const er_run *r, er_state *state);
 
 /* The matrices of Newton's method for a step's stages. */
 

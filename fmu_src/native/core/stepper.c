@@ -34,114 +34,6 @@ void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)
     memcpy(to, from, er_state_size(robot)); /* a library's copy is faster than an assignment of this size */
 }
 
-/* Stage accelerations at other nodes of a step's polynomial. */
-static void interpolate(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
-{
-    double weight[ER_STAGES][ER_STAGES];
-    if (m == 0)
-        return;
-    er_gauss_interpolation(start, ratio, weight);
-    for (int k = 0; k < m; k++) {
-        er_lanes values;
-        for (int i = 0; i < ER_STAGES; i++) {
-            values[i] = 0.0;
-            for (int j = 0; j < ER_STAGES; j++)
-                values[i] += weight[i][j] * known[k][j];
-        }
-        memcpy(out[k], values, sizeof values);
-    }
-}
-
-/* Stage accelerations to start from: the last step's polynomial, continued. */
-static void guess(const er_run *r, const er_state *state, double h, er_step *step)
-{
-    if (state->predictor_step > 0.0) {
-        double ratio = h / state->predictor_step;
-        interpolate(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
-        interpolate(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
-    } else {
-        memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
-        memset(step->motor_acceleration, 0, (size_t)r->motors * sizeof *step->motor_acceleration);
-    }
-}
-
-/* Those of a part of a step that was tried. */
-static void guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step)
-{
-    interpolate(r->m, 0.0, ratio, (const er_lanes *)tried->acceleration, step->acceleration);
-    interpolate(r->motors, 0.0, ratio, (const er_lanes *)tried->motor_acceleration, step->motor_acceleration);
-}
-
-/* Solves a step as one of the tries that are left. */
-static bool try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
-{
-    er_workspace *work = r->work;
-    if (work->tries < 1.0)
-        return false;
-    work->tries -= work->price;
-    work->made++;
-    return er_solve_step(r, state, h, accuracy, step);
-}
-
-/* How far a step's end is beyond a boundary [rad, rad/s, m], and at what rate it goes on. */
-static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
-{
-    int k = crossing->coordinate;
-    bool of_motor = crossing->at != ER_AT_CONTACT && k >= r->m;
-    double value = of_motor ? step->motors.angle[k - r->m] : step->x[k];
-    *rate = of_motor ? step->motors.rate[k - r->m] : step->v[k];
-    if (crossing->at == ER_AT_REVERSAL) {
-        value = *rate;
-        *rate = of_motor ? step->motors.acceleration[k - r->m] : step->a[k];
-    } else if (crossing->at == ER_AT_CONTACT) {
-        value = step->depth[ER_DEGREE];
-        *rate = er_end_approach(r, step);
-    }
-    *rate *= crossing->outward;
-    return crossing->outward * (value - crossing->boundary);
-}
-
-/* How far a step may miss a boundary [rad, rad/s, m]. */
-static double find_allowed(const er_run *r, const er_crossing *crossing)
-{
-    const er_robot *robot = r->system->robot;
-    double tolerance = r->means->tolerance, slack = ER_CONTACT_SLACK;
-    switch (crossing->at) {
-    case ER_AT_EDGE: slack = er_gear_slack(r->system->gears, r->settings, crossing->coordinate, tolerance); break;
-    case ER_AT_SLIP: slack = er_stop_slack(robot, crossing->element, tolerance); break;
-    case ER_AT_REVERSAL: slack = er_reversal_slack(robot, crossing->coordinate, tolerance); break;
-    case ER_AT_CONTACT: break;
-    }
-    return r->settings->landing * slack;
-}
-
-/* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
-static bool land(const er_run *r, const er_state *state, const er_step *step,
-                 const er_crossing *crossing)
-{
-    er_step *landed = &r->work->landed;
-    double h = crossing->fraction * step->length, from = step->length;
-    double allowed = find_allowed(r, crossing), accuracy = r->settings->landing_iteration * allowed;
-    if (crossing->at == ER_AT_REVERSAL)
-        accuracy *= r->settings->longest_step; /* of x for that of x' (er_solve_step) */
-    guess_part(r, h / from, step, landed);
-    for (int trial = 0; trial < r->settings->most_landings; trial++) {
-        double beyond, rate;
-        if (trial > 0)
-            guess_part(r, h / from, landed, landed);
-        if (!try_step(r, state, h, accuracy, landed))
-            return false;
-        beyond = find_beyond(r, crossing, landed, &rate);
-        if (fabs(beyond) <= allowed)
-            return landed->error <= r->means->tolerance;
-        if (!(rate > 0.0))
-            return false;
-        from = h;
-        h -= fmin(fmax(beyond / rate, -h), 0.5 * h);
-    }
-    return false;
-}
-
 static void take_end(const er_run *r, er_state *state, const er_step *step)
 {
     if (r->work->sensitivity != NULL)
@@ -161,94 +53,6 @@ static void take_end(const er_run *r, er_state *state, const er_step *step)
     state->rate = fmin(step->rate, 1.0);
 }
 
-static void slip_one(const er_run *r, er_state *state, int j, int direction)
-{
-    if (r->work->sensitivity != NULL)
-        er_sensitivity_slip(r->work->sensitivity, j);
-    er_stops_slip(r->system->robot, &state->stops, j, direction);
-}
-
-static void slip(const er_run *r, er_state *state, const er_crossing *crossing)
-{
-    const er_robot *robot = r->system->robot;
-    for (int j = 0; j < er_all_elements(robot); j++)
-        if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
-            slip_one(r, state, j, crossing->outward);
-}
-
-/* A step that ends on one boundary may have passed others of the same moment by a hair: what is beyond one obeys the
- * law there from now on. */
-static void settle(const er_run *r, er_state *state)
-{
-    const er_system *system = r->system;
-    const er_robot *robot = system->robot;
-    for (int k = 0; k < r->m; k++) {
-        double edge[2];
-        int outward, region = state->region[k];
-        if (!er_gear_switches(system->gears, k))
-            continue;
-        er_gear_edges(system->gears, r->settings, k, region, r->means->tolerance, edge);
-        outward = state->x[k] > edge[1] ? 1 : state->x[k] < edge[0] ? -1
-                                                                    : 0;
-        if (outward != 0)
-            state->region[k] = region == 0 ? outward : 0;
-    }
-    for (int j = 0; j < robot->elements + r->motors; j++) {
-        const er_element *element = &robot->element[j];
-        int way = state->stops.slipping[j], k = element->coordinate;
-        double elongation = state->stops.elongation[j];
-        double rate = k < r->m ? state->v[k] : state->motors.rate[k - r->m];
-        if (way != 0 && way * rate < -er_reversal_slack(robot, k, r->means->tolerance))
-            er_stops_stick(robot, &state->stops, k);
-        else if (way == 0 && fabs(elongation) > element->angle + er_stop_slack(robot, j, r->means->tolerance))
-            slip_one(r, state, j, elongation > 0.0 ? 1 : -1);
-    }
-}
-
-static void take_crossing(const er_run *r, er_state *state, const er_step *step,
-                          const er_crossing *crossing)
-{
-    take_end(r, state, step);
-    if (r->work->sensitivity != NULL)
-        er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
-    state->time += step->length;
-    switch (crossing->at) {
-    case ER_AT_EDGE: state->region[crossing->coordinate] = crossing->region; break;
-    case ER_AT_SLIP: slip(r, state, crossing); break;
-    case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
-    case ER_AT_CONTACT: state->touching = crossing->region; break;
-    }
-    settle(r, state);
-    if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT)
-        state->step = fmin(r->settings->first_step, state->step);
-    /* The acceleration is continuous across the boundary, its derivative is not. */
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_STAGES; l++)
-            state->predictor[k][l] = step->a[k];
-    for (int d = 0; d < r->motors; d++)
-        for (int l = 0; l < ER_STAGES; l++) {
-            state->motors.predictor[d][l] = step->motors.pa[d];
-            state->predictor[r->system->robot->motor[d].coordinate][l] += step->motors.pa[d];
-        }
-    state->rate = 1.0;
-    r->work->linearisation.length = 0.0; /* the slopes have changed */
-}
-
-/* A step that lands on what another coordinate crosses may end just behind a motor's reversal, which no later step
- * has in it. */
-static void stick_reversed(const er_run *r, er_state *state)
-{
-    const er_robot *robot = r->system->robot;
-    for (int d = 0; d < r->motors; d++) {
-        int j = robot->elements + d, way = state->stops.slipping[j];
-        if (!(way * state->motors.rate[d] < -er_reversal_slack(robot, r->m + d, r->means->tolerance)))
-            continue;
-        er_stops_stick(robot, &state->stops, r->m + d);
-        state->rate = 1.0;
-        r->work->linearisation.length = 0.0;
-    }
-}
-
 /* One step, at most to `end`; false if none was found. */
 static bool take_step(const er_run *r, er_state *state, double end)
 {
@@ -266,24 +70,25 @@ static bool take_step(const er_run *r, er_state *state, double end)
     bool reaches_target = h == left;
     er_crossing crossing;
 
-    guess(r, state, h, step);
+    er_guess(r, state, h, step);
     for (;;) {
         double shorter;
         if (r->work->tries < 1.0 ||
             (h < settings->shortest_step * settings->longest_step && !reaches_target))
             return false;
-        if (!try_step(r, state, h, means->iteration * tolerance, step)) {
+        if (!er_try_step(r, state, h, means->iteration * tolerance, step)) {
             er_relinearise(r->work);
             h *= settings->cut_after_failure;
-            guess(r, state, h, step);
+            er_guess(r, state, h, step);
         } else {
             factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
             bool crosses = er_first_crossing(r, state, step, &crossing);
             if (r->system->contacting)
                 crosses = er_earlier_contact(state->touching == 1, step->depth, crosses, &crossing);
             if (crosses) {
-                if (land(r, state, step, &crossing)) {
-                    take_crossing(r, state, &r->work->landed, &crossing);
+                if (er_land(r, state, step, &crossing)) {
+                    take_end(r, state, &r->work->landed);
+                    er_take_crossing(r, state, &r->work->landed, &crossing);
                     return true;
                 }
                 shorter = 0.5 * crossing.fraction * h;
@@ -292,7 +97,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
             } else {
                 shorter = h * fmax(settings->strongest_cut, factor);
             }
-            guess_part(r, shorter / h, step, step);
+            er_guess_part(r, shorter / h, step, step);
             h = shorter;
         }
         wanted = h;
@@ -313,7 +118,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     memcpy(state->motors.predictor, step->motor_acceleration, (size_t)r->motors * sizeof *state->predictor);
     if (step->passes > settings->usual_passes)
         er_relinearise(r->work);
-    stick_reversed(r, state);
+    er_stick_reversed(r, state);
     return true;
 }
 
@@ -357,25 +162,6 @@ static bool give_up(const er_run *r, double elapsed, double length, double speed
     return er_fail(failure, "the motion, %.3g s into a step of %.6g s, needs %s", elapsed, length, needs);
 }
 
-/* Whether the contact presses: what moved the plane since may have changed it. */
-static void touch(const er_run *r, er_state *state)
-{
-    int before = state->touching, after = 0;
-    double miss = r->settings->landing * ER_CONTACT_SLACK;
-    if (r->system->contacting) {
-        double depth = er_contact_depth(r, state);
-        after = depth > (before == 1 ? -miss : before == 0 ? ER_CONTACT_SLACK + miss : 0.0);
-    }
-    state->touching = after;
-    if (after == 1)
-        state->rate = 1.0; /* what the contact exerts is not linear, and its law may be another */
-    if (before >= 0 && before != after) {
-        state->rate = 1.0;
-        state->step = fmin(r->settings->first_step, state->step);
-        r->work->linearisation.length = 0.0;
-    }
-}
-
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure)
 {
@@ -392,7 +178,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
-    touch(&r, state);
+    er_obey_inputs(&r, state);
     while (end - state->time > negligible) {
         double speed = speed_of(&r, state);
         int k;

@@ -1,5 +1,6 @@
 """Drives that follow commands given at the starts of steps: commanded.py FMU."""
 
+import functools
 import sys
 from pathlib import Path
 
@@ -40,8 +41,10 @@ def tell_jerk(instance, time, motion):
     instance.slave.setRealInputDerivatives(references, [1] * 6, jerk.tolist())
 
 
-def driven(motion, steps, strings=EXACT, jerk=False, seen=lambda motion: motion):
+@functools.cache
+def driven(motion, steps, trajectory="", jerk=False, seen=lambda motion: motion):
     """TCP at the ends of steps of some lengths."""
+    strings = {**EXACT, "trajectory": trajectory}
     instance = fmu.instance().start(tolerance=1e-8, strings=strings, **command(motion(0.0)))
     path = []
     for size in steps:
@@ -54,12 +57,13 @@ def driven(motion, steps, strings=EXACT, jerk=False, seen=lambda motion: motion)
     return np.array(path)
 
 
+@functools.cache
 def along_trajectory(motion, steps, file="motion.npz"):
     time = np.arange(0.0, sum(steps) + 0.002, 1.0 / 1024)
     table = np.column_stack([time, np.array([np.concatenate(motion(t)) for t in time])])
     names = [f"{name}{i}" for name in ("q", "qd", "qdd") for i in JOINTS]
     np.savez(file, columns=["time", *names], data=table)
-    return driven(motion, steps, {**EXACT, "trajectory": str(Path(file).resolve())})
+    return driven(motion, steps, str(Path(file).resolve()))
 
 
 def error(motion, steps, **options):
@@ -69,7 +73,7 @@ def error(motion, steps, **options):
 
 def order():
     """At 64 steps a second 1.2 um; the order is the fourth."""
-    errors = [error(swing, [1.0 / rate] * (rate // 2)) for rate in (64, 128)]
+    errors = [error(swing, (1.0 / rate,) * (rate // 2)) for rate in (64, 128)]
     assert errors[0] < 2e-6, errors
     assert np.log2(errors[0] / errors[1]) > 3.7, errors
 
@@ -77,19 +81,19 @@ def order():
 def uneven():
     """Steps of 4 to 16 ms in any order."""
     steps = np.array([3, 1, 4, 2, 2, 4, 1, 3, 3, 4, 4, 1, 1, 2] * 3) / 256
-    assert error(swing, steps.tolist()) < 2e-6
+    assert error(swing, tuple(steps)) < 2e-6
 
 
 def told_jerk():
     """In full swing from the start the first step knows no jerk but the told one: 49 um without it."""
-    steps = [1.0 / 64] * 16
+    steps = (1.0 / 64,) * 16
     assert error(through, steps, jerk=True) < 2e-6
     assert error(through, steps) > 2e-5
 
 
 def quantised():
     """Angles of a coarse encoder beside true rates move the tool rigidly only: no more than they say."""
-    resolution, steps = 2.0 * np.pi / 2**17, [1.0 / 128] * 64
+    resolution, steps = 2.0 * np.pi / 2**17, (1.0 / 128,) * 64
 
     def seen(motion):
         q, *rates = motion

@@ -70,7 +70,7 @@ def motion(start, step, **settings):
     """Outputs of a run whose master counts start + k step."""
     instance = fmu.instance().start(start, strings=settings)
     rows = []
-    for k in range(30):
+    for k in range(15):
         swing = {"q_cmd[1]": 0.06 * np.sin(5 * k * step), "qd_cmd[1]": 0.3 * np.cos(5 * k * step)}
         instance.set({"force.z": -500.0 * np.sin(30 * k * step), **swing})
         instance.slave.doStep(start + k * step, step)

@@ -21,7 +21,7 @@ def follow(instance, k):
 
 fmu, other = Fmu(sys.argv[1]), Fmu(sys.argv[2])
 expected, of_other = alone(fmu), alone(other)
-for _ in range(40):
+for _ in range(20):
     np.testing.assert_array_equal(alone(fmu), expected)
 together = [(fmu, expected), (other, of_other)] * 5
 instances = [one.instance().start() for one, _ in together]

@@ -37,7 +37,7 @@ def contact(k):
     }
 
 
-def shake(instance, first, count=16):
+def shake(instance, first, count=8):
     rows = []
     for k in range(first, first + count):
         instance.set({**push(k), **contact(k)})
@@ -55,7 +55,7 @@ def save(fmu, folder, strings):
     plain_expected = shake(instance, 24)
     if plane:
         touching = plain_expected[:, fmu.outputs.index("contact.fz")] > 0.0
-        assert 2 < np.count_nonzero(touching) < 12
+        assert 0 < np.count_nonzero(touching) < len(touching)
     for again in (plain[1], instance.slave.deSerializeFMUstate(plain_data)):
         instance.slave.setFMUstate(again)
         instance.time = plain[0]

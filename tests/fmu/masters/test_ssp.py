@@ -33,7 +33,7 @@ from coupling.process import ProcessResponse
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_coupling
-from coupling.run.ssp import ANSWERS, SspSystem
+from coupling.run.ssp import INTERFACES, SspSystem
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 
 LINE = LINE_CASE
@@ -97,7 +97,7 @@ def poses(system) -> np.ndarray:
     return run_system("SSP-libcosimpy", system.folder, float(time[1]), time[-1])
 
 
-@pytest.mark.parametrize("answer", ANSWERS)
+@pytest.mark.parametrize("answer", INTERFACES)
 def test_structure_is_valid_and_joins_every_connector(system, answer):
     """FMPy checks it against the schema of SSP 1.0."""
     folder = system.sprung if answer == "spring" else system.folder
@@ -116,7 +116,7 @@ def test_structure_is_valid_and_joins_every_connector(system, answer):
         for connector in component.connectors
     ]
     assert sorted(joined) == sorted(connectors)
-    assert len(connectors) == 2 * (7 + len(ANSWERS[answer]))
+    assert len(connectors) == 2 * (7 + len(INTERFACES[answer]))
 
 
 def test_connectors_are_variables_of_the_fmus(system):

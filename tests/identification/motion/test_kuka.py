@@ -14,7 +14,8 @@ from examples.identify.kuka_kr300_motion import RATIOS, RECORDINGS, converted
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kuka")
-    return [read_recording(converted(name, folder), 6) for name in "AB"]
+    robot = load_robot(find_robot("kuka_kr300"))
+    return [read_recording(converted(name, folder), robot) for name in "AB"]
 
 
 def test_recordings_are_converted_to_radians_and_torques_at_the_joints(recordings):

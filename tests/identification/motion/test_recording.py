@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from native_motors import one_joint
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.recording import (
@@ -14,8 +17,16 @@ from coupling.identification.motion.recording import (
 )
 from coupling.identification.motion.sensors import delayed, encoder_lines
 from coupling.inverse.servo import presliding
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
 
 STEP = 0.004
+
+
+def arms(joints: int, per_current: float | None = None) -> Robot:
+    """A robot of some joints with motors, of a torque constant at the gear's output [N m/A]."""
+    joint = one_joint(Drive(10.0, 20.0, 2e3, torque_per_current=per_current)).joints[0]
+    return replace(one_joint(Drive(10.0, 20.0, 2e3)), joints=(joint,) * joints)
 
 
 def _file(folder, header="time,motor[1],motor_torque[1],link[1]", rows=200, change=None):
@@ -32,16 +43,27 @@ def _file(folder, header="time,motor[1],motor_torque[1],link[1]", rows=200, chan
 def test_a_recording_is_told_by_its_columns_and_read_in_si_units(tmp_path):
     file = _file(tmp_path)
     assert is_recording(file)
-    recording = read_recording(file, 1)
+    recording = read_recording(file, arms(1))
     assert recording.with_link == [0]
     assert recording.step == pytest.approx(STEP)
     np.testing.assert_allclose(recording.wind_up, 0.0)
 
 
 def test_a_joint_without_an_encoder_behind_the_gear_has_no_link(tmp_path):
-    recording = read_recording(_file(tmp_path, "time,motor[1],motor_torque[1]"), 1)
+    recording = read_recording(_file(tmp_path, "time,motor[1],motor_torque[1]"), arms(1))
     assert recording.with_link == []
     assert np.isnan(recording.link).all()
+
+
+def test_currents_become_torques_by_the_motors_constant(tmp_path):
+    """5 A at 300 N m/A; a torque beside counts alone; without a constant the file is refused."""
+    header = "time,motor[1],motor_current[1]"
+    recording = read_recording(_file(tmp_path, header), arms(1, 300.0))
+    np.testing.assert_allclose(recording.torque, 1500.0)
+    both = _file(tmp_path, "time,motor[1],motor_torque[1],motor_current[1]")
+    np.testing.assert_allclose(read_recording(both, arms(1, 300.0)).torque, 5.0)
+    with pytest.raises(IdentifyError, match=r"current.*torque_constant_Nm_A .* of joint 1"):
+        read_recording(_file(tmp_path, header), arms(1))
 
 
 @pytest.mark.parametrize(
@@ -64,7 +86,7 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
 ):
     given = {} if header is None else {"header": header}
     with pytest.raises(IdentifyError, match=says):
-        read_recording(_file(tmp_path, change=change, **given), joints)
+        read_recording(_file(tmp_path, change=change, **given), arms(joints))
 
 
 def test_motors_at_rest_are_no_motion(tmp_path):
@@ -72,12 +94,12 @@ def test_motors_at_rest_are_no_motion(tmp_path):
     lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
     file.write_text("\n".join(["time,motor[1],motor_torque[1]", *lines]) + "\n")
     with pytest.raises(IdentifyError, match="expected motors that move"):
-        read_recording(file, 1)
+        read_recording(file, arms(1))
 
 
 def test_a_few_rows_are_no_motion(tmp_path):
     with pytest.raises(IdentifyError, match="at least 100 rows, got 50"):
-        read_recording(_file(tmp_path, rows=50), 1)
+        read_recording(_file(tmp_path, rows=50), arms(1))
 
 
 def test_smoothing_neither_shifts_nor_shrinks_a_slow_motion_and_takes_the_noise():

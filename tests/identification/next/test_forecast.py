@@ -1,4 +1,4 @@
-"""What the next pass is forecast to leave, where that is known."""
+"""What the next run is forecast to leave, where that is known."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from coupling.identification.next.forecast import forecast
 from coupling.identification.next.repeatability import VALUES, Hypotheses
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.measurement import SimulatedPath
 
 TIME = np.linspace(0.0, 20.0, 2001)  # [s]
@@ -46,7 +46,7 @@ def told(
         ),
         simulated=lambda number, x: SimulatedPath(moved(0.0 * x, wave)),
     )
-    size = DeviationSize.of(TIME, DEVIATION, noise)
+    size = deviation_size(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
     run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)
@@ -61,7 +61,7 @@ def told(
         repeating=None
         if weight is None
         else SimpleNamespace(weights=(weight,), own_noise=own_noise),
-        told_from=0,
+        reference=0,
         options=SimpleNamespace(absolute=True, seed=1),
         hypotheses=Hypotheses(np.array([new**2]), np.array([factor]), np.array([1.0])),
         left=lambda size: size.rms,
@@ -93,7 +93,7 @@ def test_what_they_do_along_the_deviation_adds_to_it():
 
 @pytest.mark.parametrize("weight", [0.0, 0.3, 1.0])
 def test_what_is_new_is_in_the_next_pass_and_in_what_the_command_took_off(weight):
-    """Of passes r + n1 and r + n2 - w n1, drawn: what is left of the first is (1 - w) n1 beside r."""
+    """Of runs r + n1 and r + n2 - w n1, drawn: what is left of the first is (1 - w) n1 beside r."""
     new, rng = 2e-5, np.random.default_rng(2)
     own, next_one = (
         new * rng.standard_normal((20_000, int(VALUES))) / np.sqrt(VALUES) for _ in range(2)

@@ -1,4 +1,4 @@
-"""From measured passes to the next command, as a user does it, on robots that the model is not."""
+"""From measured runs to the next command, as a user does it, on robots that the model is not."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from scipy.spatial.transform import Rotation
 
 from coupling.cli.next import frame_of
 from coupling.errors import LearnError
+from coupling.files.atomic_folder import exclusively
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
-from coupling.files.whole_folder import alone
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
 from coupling.identification.next.causes import causes
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
-from coupling.identification.next.options import FrameKnown, NextOptions
+from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.next.possible import file_model
-from coupling.identification.runs.measurement import read_seen
+from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
 from coupling.run.models import Models
 
@@ -59,7 +59,7 @@ def shop(tmp_path_factory, example):
 
 
 @pytest.fixture(scope="module")
-def passes(shop):
+def measured(shop):
     """Three commands, each computed from what was measured under those before, along the path alone."""
     from command_line import command as program
 
@@ -76,12 +76,12 @@ def passes(shop):
     return runs, left, said
 
 
-def test_no_pass_is_worse_and_each_is_as_forecast(shop, passes, command):
+def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     """A robot with hysteresis, drift, gear errors and other parameters, learned along the path.
 
-    A quarter is left at once, no pass is worse than the best, and forecasts hold what is measured."""
+    A quarter is left at once, no run is worse than the best, and forecasts hold what is measured."""
     folder, _ = shop
-    runs, left, said = passes
+    runs, left, said = measured
     assert all("Expected on your robot" in own for own in said)
     assert left[0] > 1e-4
     assert left[1] < 0.25 * left[0]
@@ -94,9 +94,9 @@ def test_no_pass_is_worse_and_each_is_as_forecast(shop, passes, command):
     assert "To expect on a real robot" not in page
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
     assert [own["kind"] for own in told["moves"]] == ["path"]
-    assert len(told["passes"]) == 2
+    assert len(told["runs"]) == 2
     assert told["forecast"]["rms"] > 0.0
-    assert told["passes"][1]["forecast"]["rms"] > 0.0
+    assert told["runs"][1]["forecast"]["rms"] > 0.0
     assert "What was measured" in (folder / "third_inputs" / "next.html").read_text()
     # What is commanded is a run like any other.
     for arguments in (
@@ -108,7 +108,7 @@ def test_no_pass_is_worse_and_each_is_as_forecast(shop, passes, command):
         assert done.returncode == 0, done.stderr
 
 
-def test_the_desired_path_stays_and_the_command_is_moved_against_the_deviation(shop, passes):
+def test_the_desired_path_stays_and_the_command_is_moved_against_the_deviation(shop, measured):
     folder, _ = shop
     names = ("time", "x", "y", "z")
     first, second = (
@@ -148,8 +148,8 @@ def test_what_the_model_has_not_is_named(shop, extras, kind, joint, tmp_path):
     own = MeasuredRobot(robot.fmu, robot.chain, Settings(), extras)
     moved = own.measure(folder / "first", tmp_path / "m.csv")
     with Models("native") as models:
-        source = read_source(folder / "first", read_seen(tmp_path / "m.csv"))
-        history = History.of([source], FrameKnown(1e-5, 1e-5), models)
+        source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
+        history = History.of([source], FrameAccuracy(1e-5, 1e-5), models)
         found = [c for c in causes(history, history.start, 0) if c.kind != "constant"]
     assert found[0].kind == kind
     if joint is not None:
@@ -166,8 +166,8 @@ def test_noise_alone_has_no_cause(shop, tmp_path):
     own = MeasuredRobot(robot.fmu, robot.chain, Settings(), Extras())
     own.measure(folder / "first", tmp_path / "m.csv")
     with Models("native") as models:
-        source = read_source(folder / "first", read_seen(tmp_path / "m.csv"))
-        history = History.of([source], FrameKnown(1e-5, 1e-5), models)
+        source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
+        history = History.of([source], FrameAccuracy(1e-5, 1e-5), models)
         found = causes(history, history.start, 0)
     assert {c.kind for c in found} == {"constant", "rest"}
     assert max(c.size for c in found) < 5e-6
@@ -184,8 +184,8 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, tmp_path):
         moved = rows + np.array([late, 3e-4, 0.0, 0.0])
         np.savetxt(tmp_path / "n.csv", moved, delimiter=",", header="time,x,y,z", comments="")
         with Models("native") as models:
-            source = read_source(folder / "first", read_seen(tmp_path / "n.csv"))
-            for known, share in ((FrameKnown(1e-5, 1e-5), 0.0), (FrameKnown(), 1.0)):
+            source = read_source(folder / "first", read_measurement(tmp_path / "n.csv"))
+            for known, share in ((FrameAccuracy(1e-5, 1e-5), 0.0), (FrameAccuracy(), 1.0)):
                 run = History.of([source], known, models).runs[0]
                 assert run.clock == pytest.approx(clock, abs=2e-4)
                 assert run.shift[0] == pytest.approx(share * 3e-4, abs=2e-5)
@@ -207,8 +207,8 @@ def test_the_device_has_no_share_of_what_parameters_explain(shop, tmp_path, monk
     monkeypatch.setattr(next_command, "_learned", lambda *_: SimpleNamespace(refusal=""))
     monkeypatch.setattr(next_command, "learned_model", known)
     with Models("native") as models:
-        source = read_source(folder / "first", read_seen(tmp_path / "m.csv"))
-        found = next_command.plan([source], NextOptions(FrameKnown(5e-4, 5e-4)), models)
+        source = read_source(folder / "first", read_measurement(tmp_path / "m.csv"))
+        found = next_command.plan([source], NextOptions(FrameAccuracy(5e-4, 5e-4)), models)
     sag = np.linalg.norm(moved.deviation.mean(axis=0))
     assert sag > 1e-4
     assert found.move.model.name == "known"
@@ -259,7 +259,7 @@ def test_the_command_refuses_in_one_sentence(shop, command, tmp_path):
         assert len(done.stderr.strip().splitlines()) == 1
     done = command("next", run, seen, "-o", run)
     assert done.returncode == 2
-    with alone(inputs_folder(out), LearnError):
+    with exclusively(inputs_folder(out), LearnError):
         done = command("next", run, seen, "-o", out)
     assert done.returncode == 2
     assert "another command writes it" in done.stderr
@@ -286,9 +286,9 @@ def test_a_probes_tip_is_found_where_the_tool_turns(tmp_path):
     np.savetxt(tmp_path / "m.csv", table, delimiter=",", header="time,x,y,z", comments="")
     found = {}
     with Models("native") as models:
-        source = read_source(tmp_path / "first", read_seen(tmp_path / "m.csv"))
+        source = read_source(tmp_path / "first", read_measurement(tmp_path / "m.csv"))
         for size in (0.0, 0.02):
-            known = FrameKnown(1e-5, 1e-5, size)
+            known = FrameAccuracy(1e-5, 1e-5, size)
             found[size] = History.of([source], known, models).runs[0]
     np.testing.assert_allclose(found[0.02].tip, tip, atol=1e-5)
     assert found[0.02].size.rms < 1e-5

@@ -1,4 +1,4 @@
-"""Robots that are possible, as far as they do in the passes what the learned one does."""
+"""Robots that are possible, as far as they do in the runs what the learned one does."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOISE = 2e-5  # [m]
 
 
 class Line:
-    """A pass whose tool a parameter moves by a wave, and another one as a whole."""
+    """A run whose tool a parameter moves by a wave, and another one as a whole."""
 
     runs = (SimpleNamespace(seen=SimpleNamespace(time=TIME), noise=NOISE),)
 
@@ -50,15 +50,15 @@ def test_robots_are_as_far_off_as_noise_lets_a_fit_be():
 
 
 @pytest.mark.parametrize(
-    ("passes", "left_over", "first", "worth"),
+    ("runs", "left_over", "first", "worth"),
     [(1, None, True, True), (2, 1.3, False, False), (2, 9.0, False, True), (3, 9.0, False, False)],
 )
 def test_parameters_are_learned_again_where_the_first_fit_left_more_than_noise(
-    passes, left_over, first, worth
+    runs, left_over, first, worth
 ):
     forecast = None if left_over is None else SimpleNamespace(left_over=left_over)
     run = SimpleNamespace(source=SimpleNamespace(forecast=forecast))
-    assert _worth_learning(SimpleNamespace(runs=(run,) * passes), first) == worth
+    assert _worth_learning(SimpleNamespace(runs=(run,) * runs), first) == worth
 
 
 def test_robots_that_are_close_lie_between_the_model_and_those_that_are_possible():

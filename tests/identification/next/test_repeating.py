@@ -1,4 +1,4 @@
-"""What repeats is told from what does not: a Kalman filter over passes, and a cutoff of least error."""
+"""What repeats is told from what does not: a Kalman filter over runs, and a cutoff of least error."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling.identification.next.moves import PassComparison
+from coupling.identification.next.moves import compared_runs
 from coupling.identification.next.repeatability import VALUES, ComparedRuns, Hypotheses
 from coupling.identification.next.repeating import compared, repeating
-from coupling.identification.next.size import DeviationSize
+from coupling.identification.next.size import deviation_size
+from coupling.results.next_result import DeviationSize
 
 TIME = np.linspace(0.0, 20.0, 4001)  # [s]
 NOISE = 2e-5  # [m]
@@ -25,8 +26,8 @@ BEFORE = Hypotheses.before(2e-5)
 
 
 @dataclass
-class Passes:
-    """Passes of a model whose tool is moved as a whole, by each command to another place."""
+class Runs:
+    """Runs of a model whose tool is moved as a whole, by each command to another place."""
 
     beyond_model: list[np.ndarray]
     moved: list[float]
@@ -60,7 +61,7 @@ def white(seed: int) -> np.ndarray:
 
 def test_a_first_pass_tells_the_slow_part_and_what_it_will_leave():
     """A wave of 0.4 Hz is found to a tenth of the noise on it, and the forecast of that is right."""
-    found = repeating(Passes([wave(0.4) + white(1)], [0.0]), MODEL, (0,), BEFORE)
+    found = repeating(Runs([wave(0.4) + white(1)], [0.0]), MODEL, (0,), BEFORE)
     off = found.at(TIME)[:, :3] - wave(0.4)
     inner = (TIME > 1.0) & (TIME < 19.0)
     left = float(np.sqrt(np.mean(np.sum(off[inner] ** 2, axis=1))))
@@ -71,8 +72,8 @@ def test_a_first_pass_tells_the_slow_part_and_what_it_will_leave():
 
 
 def test_a_faster_deviation_takes_a_higher_cutoff_and_none_takes_the_lowest():
-    fast = repeating(Passes([wave(2.2) + white(1)], [0.0]), MODEL, (0,), BEFORE)
-    none = repeating(Passes([white(1)], [0.0]), MODEL, (0,), BEFORE)
+    fast = repeating(Runs([wave(2.2) + white(1)], [0.0]), MODEL, (0,), BEFORE)
+    none = repeating(Runs([white(1)], [0.0]), MODEL, (0,), BEFORE)
     assert fast.cutoff > 2.2
     assert none.cutoff < 0.5
     assert np.sqrt(np.mean(none.deviation[:, :3] ** 2)) < 0.1 * NOISE
@@ -80,7 +81,7 @@ def test_a_faster_deviation_takes_a_higher_cutoff_and_none_takes_the_lowest():
 
 def test_passes_of_one_command_are_averaged():
     """The model says that nothing changed: each counts the same."""
-    own = Passes([wave(0.4) + white(k) for k in range(4)], [0.0] * 4)
+    own = Runs([wave(0.4) + white(k) for k in range(4)], [0.0] * 4)
     found = repeating(own, MODEL, range(4), BEFORE)
     np.testing.assert_allclose(found.weights, 0.25, atol=0.01)
     assert compared(own, MODEL, range(4), BEFORE).hypotheses.rms < 0.4 * BEFORE.rms
@@ -88,7 +89,7 @@ def test_passes_of_one_command_are_averaged():
 
 def test_a_pass_of_another_command_counts_for_all_of_it():
     """The command moved the tool by 1 mm: the model of that is less sure than a measurement."""
-    own = Passes([wave(0.4, 3e-4) + white(1), wave(0.4) + white(2)], [0.0, 1e-3])
+    own = Runs([wave(0.4, 3e-4) + white(1), wave(0.4) + white(2)], [0.0, 1e-3])
     found = repeating(own, MODEL, (0, 1), BEFORE)
     assert found.weights[1] > 0.98
     careful = repeating(own, MODEL, (0, 1), BEFORE, 0.5)
@@ -98,7 +99,7 @@ def test_a_pass_of_another_command_counts_for_all_of_it():
 
 
 def test_what_is_new_in_every_pass_is_told_and_then_averaged():
-    """Slow waves of other phases, 40 um rms in each pass, under one command."""
+    """Slow waves of other phases, 40 um rms in each run, under one command."""
     rng = np.random.default_rng(5)
     news = [
         4e-5
@@ -107,7 +108,7 @@ def test_what_is_new_in_every_pass_is_told_and_then_averaged():
         * np.array([0.6, 0.0, 0.8])
         for _ in range(5)
     ]
-    own = Passes([wave(0.4) + new + white(k) for k, new in enumerate(news)], [0.0] * 5)
+    own = Runs([wave(0.4) + new + white(k) for k, new in enumerate(news)], [0.0] * 5)
     found = repeating(own, MODEL, range(5), BEFORE)
     assert 2e-5 < compared(own, MODEL, range(5), BEFORE).hypotheses.rms < 8e-5
     assert max(found.weights) < 0.4
@@ -134,7 +135,7 @@ def test_two_passes_count_as_a_kalman_filter_says():
 def test_what_is_new_and_how_wrong_the_model_is_are_told_apart(new, factor):
     """Commands that change by less and less: a wrong model shows in the first, what is new in all.
 
-    In the mean over 100 robots the pairs are those that the passes were made with; the prior is
+    In the mean over 100 robots the pairs are those that the runs were made with; the prior is
     20 um of repeatability, and a factor of 1 within e.
     """
     rng, changes = np.random.default_rng(7), np.array([0.0, 6e-5, 2e-5, 2e-6, 1e-6, 1e-6]) ** 2
@@ -165,14 +166,14 @@ def test_what_is_new_and_how_wrong_the_model_is_are_told_apart(new, factor):
 )
 def test_a_last_pass_that_is_worse_than_the_best_is_seen(left, best, worse, doubt):
     runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0, doubt)) for own in left]
-    found = PassComparison.of(SimpleNamespace(runs=runs), absolute=True)
+    found = compared_runs(SimpleNamespace(runs=runs), absolute=True)
     assert (found.best, found.worse) == (best, worse)
 
 
 def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
-    """6 um after 4 um is worse, but not where 3 um rms are new in every pass."""
+    """6 um after 4 um is worse, but not where 3 um rms are new in every run."""
     runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0)) for own in (9e-6, 4e-6, 6e-6)]
-    judged = [PassComparison.of(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
+    judged = [compared_runs(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
     assert judged == [True, False]
 
 
@@ -180,7 +181,7 @@ def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
 def test_what_is_faster_than_noise_would_be_is_part_of_a_size(amplitude, seen):
     """Gears that strike at 25 Hz count; noise that is estimated 2 % too low does not, 50 times of 50."""
     shaken = amplitude * np.sin(2.0 * np.pi * 25.0 * TIME)[:, None] * np.array([1.0, 0.0, 0.0])
-    sizes = [DeviationSize.of(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
+    sizes = [deviation_size(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
     assert all((own.fast > 0.0) == seen for own in sizes)
     if seen:  # the two low-passes share a thirtieth of it
         rms = np.median([own.rms for own in sizes])
@@ -194,7 +195,7 @@ def test_the_size_of_what_is_fast_is_told_without_the_noise_in_its_band():
     50 Hz, and above 15 Hz.
     """
     shaken = 2e-5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 30.0 * TIME)[:, None]
-    sizes = [DeviationSize.of(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
+    sizes = [deviation_size(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
     passed = (1.0 - 1.0 / (1.0 + 2.0**8)) / (1.0 + 0.6**8)
     square = np.mean([own.fast**2 for own in sizes])
     assert square == pytest.approx((2e-5 * passed) ** 2, rel=0.03)

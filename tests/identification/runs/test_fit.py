@@ -45,7 +45,7 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
         assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
-def test_a_fit_looks_along_the_pass(robots, example):
+def test_a_fit_looks_along_the_run(robots, example):
     """Six seconds of four circles: what a crossing does wrong is past before the next one."""
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     truth = fast.drawn(405, 1.5)
@@ -60,15 +60,21 @@ def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robo
     truth = short.drawn(604, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = fitter.fit(0.0 * truth)
-    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.passes]
+    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.runs]
     variance = fitter.noise(found.residuals) ** 2 / 3.0
     likely = Descent(fitter.problem, slow, variance)
     here = likely.at(found.z)
     assert here.cost < likely.at(likely.framed(truth).z, here.scale).cost
 
 
-def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
-    """The fit goes on with a shorter one."""
+def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_sure(
+    robots, monkeypatch
+):
+    """The fit goes on with a shorter one.
+
+    Differences of simulations take when an unloaded gear leaves its flank for knowledge of it: a
+    parameter is as sure as the derivatives that tell less make it.
+    """
     truth = robots.factors(backlash=1.2, damping=0.9)
     one, simulated, asked = (
         robots.measured(robots.moved(truth), every=3),
@@ -87,13 +93,6 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
     found = fitter.fit(0.0 * truth)
     assert asked[0] > 10
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
-
-
-def test_no_parameter_is_surer_than_the_derivatives_that_tell_less_make_it(robots):
-    """Differences of simulations take when an unloaded gear leaves its flank for knowledge of it."""
-    one = robots.measured(robots.moved(robots.factors(backlash=1.1)), every=3)
-    fitter = robots.fitter(one)
-    found = fitter.fit(np.zeros(len(robots.parameters)))
     variance = found.left_over.over * fitter.noise(found.residuals) ** 2 / 3.0
     descent = Descent(fitter.problem, [SlowPart.of(one.seen.time)], variance)
     at, problem = descent.at(found.z), fitter.problem
@@ -126,17 +125,19 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
 def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, example):
     """Six seconds of four circles under steps of force; tilts are damped by half more than in the file.
 
-    Noise is left; of a fit that does not have these dampers more than twice its variance.
+    Noise is left; where these dampers are those of the file, the best robot beside the one found leaves
+    a fifth more than noise.
     """
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
     dampers = np.array([own.vibrates for own in fast.parameters])
     assert dampers.sum() == 6
     measured = fast.measured(fast.moved(fast.drawn(110, 1.0) + np.log(1.5) * dampers))
-
-    def left_over() -> float:
-        found = fast.fitter(measured).fit(np.zeros(len(fast.parameters)))
-        return found.left_over.over
-
-    assert left_over() < 1.3
+    found = fast.fitter(measured).fit(np.zeros(len(dampers)))
+    assert found.left_over.over < 1.3
     fast.parameters = tuple(own for own in fast.parameters if not own.vibrates)
-    assert left_over() > 2.5
+    problem = fast.fitter(measured).problem
+    without = Descent(problem, [SlowPart.of(measured.seen.time)])
+    start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
+    best, _ = without.descended(start, problem.secants(0.01))
+    assert without.over_noise(found) ** 2 < 1.05
+    assert without.over_noise(best) ** 2 > 1.2

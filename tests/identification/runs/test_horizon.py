@@ -1,4 +1,4 @@
-"""How far along a pass a fit looks."""
+"""How far along a run a fit looks."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 from circling_robots import NOISE, Robots
 
 from coupling.identification.runs.fit import ParameterFit
-from coupling.identification.runs.judge import discrepancy, missing
+from coupling.identification.runs.judge import discrepancy, measurement_lacks
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.residual import UnexplainedPart
 from coupling.identification.runs.spread import Uncertainty, spread_of_fit
@@ -115,11 +115,11 @@ def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots
 def test_noise_is_not_blamed_for_what_the_model_does_not_know(robots):
     """Where gears reverse and nothing is identifiable: 7 of 45 um are noise, or 7 of 8."""
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
-    assert any(gear.changes for gear in gears)
+    assert any(gear.reversals for gear in gears)
     for left, words in (
         (45e-6, "45 um are left, of which noise is 7 um"),
         (8e-6, "the noise hides"),
     ):
-        told = missing(gears, gears, 4.0, discrepancy(49e-6, left, 7e-6))
+        told = measurement_lacks(gears, gears, 4.0, discrepancy(49e-6, left, 7e-6))
         assert words in told
         assert ("noise hides" in told) == (left < 1e-5)

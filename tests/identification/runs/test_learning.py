@@ -17,7 +17,7 @@ from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
 from coupling.identification.next.inputs import next_case_text
 from coupling.identification.runs.effect import ParameterEffect
-from coupling.identification.runs.judge import floating
+from coupling.identification.runs.judge import mostly_in_backlash
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.parameters import changed, factors_between, robot_with
 from coupling.identification.runs.slow_part import SlowPart
@@ -131,7 +131,7 @@ def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
 def test_gears_that_float_for_most_of_a_path_are_named(robots):
     free = replace(robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time))
     loads = (diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted))
-    alone, pushed = (floating(gears, 9.0) for gears in loads)
+    alone, pushed = (mostly_in_backlash(gears, 9.0) for gears in loads)
     assert alone.startswith("the gears of joints 1, 4")
     assert pushed == ""
 
@@ -211,14 +211,14 @@ def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
 
 
 def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
-    from coupling.identification.runs.source import require_alike
+    from coupling.identification.runs.source import require_comparable
 
     source = read_source(run / "run", Measurement("", np.zeros(1), np.zeros((1, 3))))
     longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
     softer = robot_with(example, robot_parameters(example, "backlash"), np.full(27, -0.1))
-    require_alike([source, replace(source, robot=softer)])
+    require_comparable([source, replace(source, robot=softer)])
     with pytest.raises(LearnError, match="another one"):
-        require_alike([source, replace(source, robot=longer)])
+        require_comparable([source, replace(source, robot=longer)])
     lifted = tuple((a, 3e3 * a) for a in (-1.0, 0.0, 1.0))
 
     def balanced(robot):
@@ -226,13 +226,13 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
         return replace(robot, joints=joints)
 
     source = replace(source, robot=balanced(example))
-    require_alike([source, replace(source, robot=balanced(softer))])
+    require_comparable([source, replace(source, robot=balanced(softer))])
     with pytest.raises(LearnError, match="another one"):
-        require_alike([source, replace(source, robot=example)])
+        require_comparable([source, replace(source, robot=example)])
     rigid = tuple(
         replace(j, stiffness=None, damping=0.0, backlash=0.0, tilt=()) for j in example.joints
     )
     with pytest.raises(LearnError, match="a rigid one"):
-        require_alike([replace(source, robot=replace(example, joints=rigid))])
+        require_comparable([replace(source, robot=replace(example, joints=rigid))])
     with pytest.raises(LearnError, match="torque_curve"):
-        require_alike([source, replace(source, torque_curve="linear")])
+        require_comparable([source, replace(source, torque_curve="linear")])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.identification.runs.alignment import aligned
-from coupling.identification.runs.measurement import Measurement, read_seen
+from coupling.identification.runs.measurement import Measurement, read_measurement
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.path.histories import ToolPath
 
@@ -19,7 +19,7 @@ ROWS = [f"{0.01 * k:.2f},{0.1 * k},2,3" for k in range(40)]
 def read(tmp_path, text: str | bytes) -> Measurement:
     file = tmp_path / "measured.csv"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_seen(file)
+    return read_measurement(file)
 
 
 def test_comments_other_columns_and_orientations_are_read_as_they_are(tmp_path):
@@ -70,14 +70,15 @@ def test_what_cannot_be_a_measurement_is_refused_with_its_place(tmp_path, kind):
 
 def test_a_folder_is_no_measurement(tmp_path):
     with pytest.raises(LearnError, match="cannot be read"):
-        read_seen(tmp_path)
+        read_measurement(tmp_path)
 
 
-def spiral(start: float = 0.0) -> ToolPath:
+def spiral(start: float = 0.0, radius: float = 0.06) -> ToolPath:
     """Ten seconds of a tool that goes round and down, 1.6 m from the base."""
     time = np.linspace(start, start + 10.0, 2501)
     t = time - start
-    position = np.stack([1.6 + 0.06 * np.cos(t**1.3), 0.06 * np.sin(t**1.3), 0.8 - 1e-3 * t], 1)
+    x, y = radius * np.cos(t**1.3), radius * np.sin(t**1.3)
+    position = np.stack([1.6 + x, y, 0.8 - 1e-3 * t], 1)
     return ToolPath(time, np.hstack([position, np.tile([0, 0, 0, 1.0], (len(t), 1))]))
 
 
@@ -128,11 +129,25 @@ REFUSED = {
 }
 
 
+@pytest.mark.parametrize("radius", [0.06, 0.006])
 @pytest.mark.parametrize("kind", REFUSED)
-def test_what_is_no_pass_of_its_run_is_refused(kind):
-    path, (change, words) = spiral(), REFUSED[kind]
+def test_what_is_no_pass_of_its_run_is_refused(kind, radius):
+    """On a small part as well, where another path is off by less than on a large one."""
+    path, (change, words) = spiral(radius=radius), REFUSED[kind]
     with pytest.raises(LearnError, match=words):
         aligned(change(seen_of(path), path), path, own_frame=False)
+
+
+def test_a_clock_that_leaves_too_little_of_a_run_is_told():
+    """A tool that stands is all the run long there, and like any other end of it."""
+    path = spiral(radius=0.006).at_rows(np.arange(800))
+    seen = Measurement("measured.csv", path.time, np.tile(path.position[0][:1], (800, 1)))
+    with pytest.raises(
+        LearnError, match=r"got 1\.\d* s of it, as .* clock moved by -?1\.\d* s: is it"
+    ):
+        aligned(seen, path, own_frame=False)
+    with pytest.raises(LearnError, match=r"got 0\.796 s of it$"):
+        aligned(seen_of(path, 0, 200), path, own_frame=False)
 
 
 def test_slow_parts_keep_lines_and_pass_their_cut_off_by_half_its_power():

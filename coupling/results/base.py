@@ -63,13 +63,14 @@ class ResultPart(BaseModel):
             if key not in known:
                 paths = (own for own in field.metadata if isinstance(own, From))
                 known[key] = _attribute(sources, next(paths, _UNIT.sub("", key)))
-        told = {key: value for key, value in known.items() if value is not _MISSING}
-        return cls(**{k: _told(value, cls.model_fields[k].annotation) for k, value in told.items()})
+        values = {key: value for key, value in known.items() if value is not _MISSING}
+        fields = cls.model_fields
+        return cls(**{k: _converted(own, fields[k].annotation) for k, own in values.items()})
 
     @model_serializer(mode="wrap")
     def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        told: dict[str, Any] = handler(self)
-        return {k: v for k, v in told.items() if v is not None or k not in self.sparse}
+        values: dict[str, Any] = handler(self)
+        return {k: v for k, v in values.items() if v is not None or k not in self.sparse}
 
 
 def _attribute(sources: Sequence[object], path: str) -> object:
@@ -82,7 +83,7 @@ def _attribute(sources: Sequence[object], path: str) -> object:
     return value() if callable(value) else value
 
 
-def _told(value: object, kind: object) -> object:
+def _converted(value: object, kind: object) -> object:
     """Return a value as a key of a kind holds it."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
@@ -94,7 +95,7 @@ def _told(value: object, kind: object) -> object:
     if part is None or value is None or isinstance(value, part):
         return value
     if isinstance(value, tuple | list):
-        return tuple(_told(own, part) for own in value)
+        return tuple(_converted(own, part) for own in value)
     return part.of(value)
 
 

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from coupling.check.backlash import GearReplay
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table, warned
@@ -31,7 +31,7 @@ _NOTE = Note(
 
 
 def write_check_page(
-    file: Path, title: str, robots: Sequence[CheckedRobot], told: Sequence[Section]
+    file: Path, title: str, robots: Sequence[CheckedRobot], sections: Sequence[Section]
 ) -> Path:
     """Write the page of a case that was checked; return the file.
 
@@ -39,14 +39,14 @@ def write_check_page(
         file: The HTML file.
         title: Title of the page.
         robots: Findings on the robots.
-        told: Sections of the page.
+        sections: Sections of the page.
 
     Raises:
         ResultError: If it cannot be written.
     """
     make_folder_of(file, ResultError)
     drawn = Section("Path, robot and reach", [_NOTE], "workspace", [workspace(robots)])
-    write_whole(file, document(title, [*told, drawn]), ResultError)
+    write_atomically(file, document(title, [*sections, drawn]), ResultError)
     return file
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
@@ -38,7 +38,7 @@ def write_place_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the placement cannot be read or the report not written.
     """
     target, stored = file or folder / REPORT, read_placement(folder)
-    write_whole(target, place_page(stored), ResultError)
+    write_atomically(target, place_page(stored), ResultError)
     return target
 
 

@@ -20,7 +20,7 @@ from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
-from coupling.report.page import robot_page
+from coupling.report.run_report import robot_page
 from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.tables import deviations
@@ -132,7 +132,7 @@ def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finishe
     }
     assert heights == {("joint 2", 1000.0), ("joint 2", 4000.0), ("joint 5", 2000.0)}
     stored = read_run(finished[2]).first
-    gears = {f"joint {change.joint}" for change in stored.figures.changes}
+    gears = {f"joint {change.joint}" for change in stored.figures.reversals}
     assert gears
     assert {note.text for note in deviation(stored).layout.annotations} == gears
 

@@ -8,7 +8,8 @@ from scipy.stats import qmc
 
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
-from coupling.study.bands import (
+from coupling.study.design import DESIGNS
+from coupling.study.statistics import (
     DeviationBand,
     influences,
     largest_in_parts,
@@ -16,7 +17,6 @@ from coupling.study.bands import (
     quantile,
     samples_for,
 )
-from coupling.study.design import DESIGNS
 
 PLACES = np.linspace(0.0, 1.0, 60)
 MANY = 40_000

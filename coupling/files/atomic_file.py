@@ -13,7 +13,7 @@ from pathlib import Path
 PARTIAL = ".partial"
 
 
-class WholeFile:
+class AtomicFile:
     """A file under a temporary name beside its own, which it gets when it is complete and on the disk.
 
     Args:
@@ -26,7 +26,7 @@ class WholeFile:
     Example:
         >>> import tempfile
         >>> file = Path(tempfile.mkdtemp(), "figures.json")
-        >>> WholeFile(file).write([b"{", b"}"])
+        >>> AtomicFile(file).write([b"{", b"}"])
         >>> file.read_bytes()
         b'{}'
     """
@@ -92,10 +92,10 @@ def writing(place: Path, error: type[Exception]) -> Iterator[None]:
         raise error(f"{place}: cannot be written: {cause.strerror or cause}") from cause
 
 
-def write_whole(file: Path, text: str, error: type[Exception]) -> None:
+def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
     """Write a text as a whole file; `error` is raised with the file's name if that fails."""
     with writing(file, error):
-        WholeFile(file).write([text.encode("utf-8")])
+        AtomicFile(file).write([text.encode("utf-8")])
 
 
 def make_folder_of(file: Path, error: type[Exception]) -> None:

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from coupling.files.whole_file import WholeFile, write_whole
+from coupling.files.atomic_file import AtomicFile, write_atomically
 
 
 class OwnError(Exception):
@@ -19,20 +19,20 @@ def test_a_pipe_or_a_device_is_not_replaced(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(OwnError, match=r"pipe: cannot be written: expected a file .* got a device"):
-        write_whole(pipe, "text", OwnError)
+        write_atomically(pipe, "text", OwnError)
     assert pipe.is_fifo()
     assert os.listdir(tmp_path) == ["pipe"]
 
 
 def test_a_folder_is_refused_before_the_work(tmp_path):
     with pytest.raises(OSError, match="expected a file or a new name, got a folder"):
-        WholeFile(tmp_path)
+        AtomicFile(tmp_path)
 
 
 def test_behind_a_link_the_file_that_it_leads_to_is_replaced(tmp_path):
     there, link = tmp_path / "there.html", tmp_path / "link.html"
     there.write_text("old")
     link.symlink_to(there)
-    write_whole(link, "new", OwnError)
+    write_atomically(link, "new", OwnError)
     assert link.is_symlink()
     assert there.read_text() == "new"

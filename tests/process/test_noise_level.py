@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.path.noise import noise_level
+from coupling.process.smoothing import noise_level
 
 
 def cone_force(time: np.ndarray) -> np.ndarray:

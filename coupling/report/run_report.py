@@ -9,13 +9,13 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, tables, workpiece_figures
 from coupling.report.background import (
-    answers_table,
     case_of,
     cost,
+    evaluations_table,
     inputs,
     real_part,
     touched_off,
@@ -70,7 +70,7 @@ def write_pages(run: StoredRun, target: Path) -> None:
         }
         pages[target] = cell_page(run)
     for place, text in pages.items():
-        write_whole(place, text, ResultError)
+        write_atomically(place, text, ResultError)
 
 
 def run_summary(run: StoredRun) -> list[Section]:
@@ -135,15 +135,15 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
     own, part = robot.figures, real_part(robot.figures, case_of(run))
     views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
-    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.changes else [])
-    asked = (DRIVES_NOTE, drives_table(own))
+    along_text = [_deviation_note(robot)] + ([_FLANKS] if own.reversals else [])
+    demands = (DRIVES_NOTE, drives_table(own))
     sections = [
         *robot_head(run, robot),
         Section("The part from above", [_ABOVE], "above", from_above(views)),
         Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
         Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
         *_replayed(own),
-        Section("What the command asks of the drives", asked, "drives", [drives(robot)]),
+        Section("What the command asks of the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
         Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),
@@ -155,7 +155,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
     told = cost(robot.figures, case_of(run), run.answers)
-    parts: list[Part] = [*told, *answers_table(run.answers), _CONVERGENCE]
+    parts: list[Part] = [*told, *evaluations_table(run.answers), _CONVERGENCE]
     title = "The process: where and at what cost"
     return Section(title, parts, "convergence", [along.convergence(robot)])
 

@@ -22,7 +22,7 @@ from coupling.identification.next.repeating import RepeatablePart, as_before
 from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.joint_path import JointPath
-from coupling.results.forecast import PassForecast
+from coupling.results.forecast import RunForecast
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models
 
@@ -49,27 +49,28 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     best_run = found.history.runs[found.judgement.best]
     measured = found.left(best_run.size)
     commanded = _commands(found, models)
-    best: tuple[RepeatablePart | None, PassForecast] | None = None
+    best: tuple[RepeatablePart | None, RunForecast] | None = None
     for number, beyond in enumerate(_tried(found)):
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
         wrench = found.history.runs[-1].source.stored.wrench
-        told = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
-        if _safe(told, best_run.size.doubt, measured) and (best is None or told.rms < best[1].rms):
-            best = beyond, told
+        expected = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
+        safe = _safe(expected, best_run.size.doubt, measured)
+        if safe and (best is None or expected.rms < best[1].rms):
+            best = beyond, expected
         if best is not None and best[1].rms < _GAINS * measured:
             break
     return _again(found) if best is None else replace(found, repeating=best[0])
 
 
-def _safe(told: PassForecast, doubt: float, measured: float) -> bool:
+def _safe(expected: RunForecast, doubt: float, measured: float) -> bool:
     """Return whether a command is forecast to leave less, and in three of four cases not to be worse.
 
     Args:
-        told: The forecast.
+        expected: The forecast.
         doubt: Standard deviation of the square of what is measured [m^2].
         measured: Rms that the best command left [m].
     """
-    return told.rms < measured and not worse(told.upper_quartile, measured, doubt)
+    return expected.rms < measured and not worse(expected.upper_quartile, measured, doubt)
 
 
 def _tried(found: CommandPlan) -> Iterator[RepeatablePart | None]:
@@ -111,7 +112,7 @@ def _commands(found: CommandPlan, models: Models) -> Callable[[RepeatablePart | 
 
     def command(beyond: RepeatablePart | None) -> JointPath:
         path = wanted.path if beyond is None else beyond.discrepancy(history).model(wanted.path)
-        asked = replace(wanted, path=path)
-        return inverter.invert(asked, source.controller, _GOAL, unwatched).joints
+        corrected = replace(wanted, path=path)
+        return inverter.invert(corrected, source.controller, _GOAL, unwatched).joints
 
     return command

@@ -22,7 +22,7 @@ def next_page(title: str, found: NextResult) -> str:
     """
     sections = [
         *next_summary(found),
-        Section("What was measured", [_MEASURED], "passes", [_distances(found)]),
+        Section("What was measured", [_MEASURED], "measured-runs", [_distances(found)]),
     ]
     if found.correction is not None:
         title = "What is corrected along the path"
@@ -37,15 +37,15 @@ def next_summary(found: NextResult) -> list[Section]:
     return [
         Section("", [*forecast, first], good=not found.judgement.worse),
         Section("", rest),
-        Section("Passes", _passes(found)),
+        Section("Measured runs", _runs(found)),
         Section("Moves", [_moves(found)]),
         *_causes(found),
     ]
 
 
-def _passes(found: NextResult) -> list[Table]:
+def _runs(found: NextResult) -> list[Table]:
     sizes, devices = [], []
-    for number, own in enumerate(found.passes, start=1):
+    for number, own in enumerate(found.runs, start=1):
         size, forecast = own.size_m, own.forecast
         expected = "" if forecast is None else f"{_um(forecast.low)} to {_um(forecast.high)}"
         sizes.append(
@@ -107,16 +107,16 @@ def _moves(found: NextResult) -> Table:
 
 def _causes(found: NextResult) -> list[Section]:
     rows = [(_um(own.rms_m), own.text.partition(" follow ")[2]) for own in found.causes]
-    told = Table(("rms [um]", "follows"), rows, "words")
-    return [Section("Beyond the model", [told])] if rows else []
+    table = Table(("rms [um]", "follows"), rows, "words")
+    return [Section("Beyond the model", [table])] if rows else []
 
 
 def _distances(found: NextResult) -> go.Figure:
     figure = go.Figure()
-    passes = found.passes
-    for number, own in enumerate(passes, start=1):
+    runs = found.runs
+    for number, own in enumerate(runs, start=1):
         color = JOINTS[
-            (len(passes) - number) % len(JOINTS)
+            (len(runs) - number) % len(JOINTS)
         ]  # that of the last run is always the same
         figure.add_scatter(
             x=own.time,

@@ -15,11 +15,11 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from coupling.files.whole_file import sync_folder, writing
+from coupling.files.atomic_file import sync_folder, writing
 
 
 @contextmanager
-def alone(
+def exclusively(
     folder: Path,
     error: type[Exception],
     who: Callable[[], str] = lambda: "another command writes it",
@@ -34,9 +34,9 @@ def alone(
     Example:
         >>> import tempfile
         >>> folder = Path(tempfile.mkdtemp(), "made")
-        >>> with alone(folder, ValueError):
+        >>> with exclusively(folder, ValueError):
         ...     try:
-        ...         alone(folder, ValueError).__enter__()
+        ...         exclusively(folder, ValueError).__enter__()
         ...     except ValueError as error:
         ...         print(str(error).partition(": ")[2])
         another command writes it: wait for its end, or name another folder
@@ -59,27 +59,27 @@ def alone(
         lock.release()
 
 
-def aside(target: Path) -> Path:
+def replaced_name(target: Path) -> Path:
     """Return where a folder is while another one takes its place."""
     return target.with_name(f".{target.name}.replaced")
 
 
-def put_right(target: Path) -> None:
+def finish_replacement(target: Path) -> None:
     """Clean up after a command that was killed while a folder was replaced."""
-    old = aside(target)
+    old = replaced_name(target)
     if target.exists():
         shutil.rmtree(old, ignore_errors=True)
     elif old.exists():
         os.rename(old, target)
 
 
-def take_place(draft: Path, target: Path) -> None:
+def replace_folder(draft: Path, target: Path) -> None:
     """Put a folder in the place of another one, or where none is.
 
     Raises:
         OSError: If it cannot be renamed; the other one is then in its place.
     """
-    old = aside(target)
+    old = replaced_name(target)
     if target.exists():
         os.rename(target, old)
     try:

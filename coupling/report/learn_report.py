@@ -10,7 +10,7 @@ from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
 from coupling.report.tables import gear_loads
-from coupling.results.learned_result import LearnedPassResult, LearnedResult
+from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
 _UM = 1e6
 
@@ -24,7 +24,7 @@ def learn_page(title: str, found: LearnedResult) -> str:
     """
     left = [
         Section(f"What is left: {one.measured}", [_left_note(found)], f"left{number}", [_left(one)])
-        for number, one in enumerate(found.passes)
+        for number, one in enumerate(found.runs)
     ]
     intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(found)])
     return document(title, [*learn_summary(found), *left, intervals])
@@ -64,7 +64,7 @@ def _sizes(found: LearnedResult) -> list[Table]:
             ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
             f"{1e3 * one.clock_s:.1f}",
         )
-        for one in found.passes
+        for one in found.runs
     ]
     columns = (
         *("measurement", "run", "rows", "of the run [s]"),
@@ -98,7 +98,7 @@ def _parameters(found: LearnedResult) -> Table:
     return Table(columns, rows)
 
 
-def _left(one: LearnedPassResult) -> go.Figure:
+def _left(one: LearnedRunResult) -> go.Figure:
     figure = go.Figure()
     for distances, name, color in (
         (one.left_robot_file_m, "robot file", BEFORE),

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
-from coupling.files.whole_file import write_whole
+from coupling.files.atomic_file import write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
@@ -41,7 +41,7 @@ def write_study_report(folder: Path, file: Path | None = None) -> Path:
     """
     target = file or folder / REPORT
     text = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    write_whole(target, text, StudyError)
+    write_atomically(target, text, StudyError)
     return target
 
 
@@ -212,13 +212,13 @@ def _quantiles(figures: StudyResult) -> Section:
 
 
 def _parameters(figures: StudyResult) -> Section:
-    told = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
+    shares_of = {entry.name: shares["maximum"] for entry, shares in figures.ordered}
     rows = [
         (
             entry.name,
             entry.distribution,
-            f"{100 * told[entry.name].share:.0f} %" if told else "",
-            f"{told[entry.name].rank_correlation:+.2f}" if told else "",
+            f"{100 * shares_of[entry.name].share:.0f} %" if shares_of else "",
+            f"{shares_of[entry.name].rank_correlation:+.2f}" if shares_of else "",
         )
         for entry in [entry for entry, _ in figures.ordered] or figures.parameters
     ]
@@ -226,7 +226,7 @@ def _parameters(figures: StudyResult) -> Section:
     left = (
         [f"Without effect here, left out: {', '.join(figures.silent)}."] if figures.silent else []
     )
-    few = [] if told else ["Too few samples for the sensitivity to each parameter."]
+    few = [] if shares_of else ["Too few samples for the sensitivity to each parameter."]
     return Section("What is uncertain", (Table(header, rows), *left, *few))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.background import case_of, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
@@ -44,7 +44,7 @@ def write_comparison(found: Comparison, file: Path) -> Path:
     """
     text = comparison_page(found)
     make_folder_of(file, ResultError)
-    write_whole(file, text, ResultError)
+    write_atomically(file, text, ResultError)
     return file
 
 

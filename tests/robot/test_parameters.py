@@ -1,0 +1,74 @@
+"""A robot's parameters by name: what is written is read again, and nothing else changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from random_robots import driven, make_robot
+
+from coupling.robot.parameters import PARAMETER_KINDS, value_of, with_values
+from elastic_robot.description import Robot
+
+# A balancer's number is a factor of what there is.
+_OF_PAYLOAD = tuple(kind for kind in PARAMETER_KINDS if kind.startswith(("mass", "com.")))
+_OF_JOINT = [kind for kind in PARAMETER_KINDS if kind not in ("balancer", *_OF_PAYLOAD)]
+# The sum of what there is in motion and what there is more of it at rest.
+_AT_REST, _IN_DRIVE = "].friction", (".coulomb_Nm", ".more_at_rest")
+
+
+def _robot(seed: int, joints: int) -> Robot:
+    """Return a robot with motors that lose of what they carry, hysteresis and a payload."""
+    rng = np.random.default_rng(seed)
+    robot = driven(make_robot(seed, joints), rng)
+    lossy = [
+        own if own.drive is None else replace(own, drive=replace(own.drive, load_friction=0.2))
+        for own in robot.joints
+    ]
+    return replace(robot, joints=tuple(lossy), payload=robot.joints[0].body)
+
+
+def _names(robot: Robot) -> list[str]:
+    """Return the names of all parameters that the robot has."""
+    places = []
+    for i, joint in enumerate(robot.joints, start=1):
+        places += [f"joint[{i}]", *(f"joint[{i}].tilt[{k + 1}]" for k in range(len(joint.tilt)))]
+    names = [f"{place}.{kind}" for place in places for kind in _OF_JOINT]
+    names += [f"payload.{kind}" for kind in _OF_PAYLOAD]
+    return [name for name in names if value_of(robot, name) != 0.0]
+
+
+def _is_sum(name: str, other: str) -> bool:
+    return name.endswith(_AT_REST) and other.endswith(_IN_DRIVE)
+
+
+@given(st.integers(0, 10**6), st.integers(1, 7), st.floats(0.5, 2.0))
+def test_what_is_written_is_read_again_and_nothing_else_changes(seed, joints, factor):
+    robot = _robot(seed, joints)
+    before = {name: value_of(robot, name) for name in _names(robot)}
+    for name, value in before.items():
+        changed = with_values(robot, {name: factor * value})
+        assert value_of(changed, name) == pytest.approx(factor * value, rel=1e-12)
+        for other, known in before.items():
+            if other != name and not (_is_sum(name, other) or _is_sum(other, name)):
+                assert value_of(changed, other) == pytest.approx(known, rel=1e-12)
+
+
+def test_a_robot_has_a_number_of_every_kind():
+    kinds = {name.split("]", 1)[-1].split(".", 1)[1] for name in _names(_robot(1, 7))}
+    assert kinds >= {*_OF_JOINT, *_OF_PAYLOAD}
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [("hysteresis", -1.0), ("drive.inertia", 0.0), ("drive.load_friction", 2.0)],
+)
+def test_a_value_that_no_model_can_have_becomes_the_nearest_one_that_it_can(kind, value):
+    robot = _robot(2, 4)
+    name = next(name for name in _names(robot) if name.endswith(f"].{kind}"))
+    bounds = PARAMETER_KINDS[kind].least, PARAMETER_KINDS[kind].most
+    found = value_of(with_values(robot, {name: value}), name)
+    assert found == pytest.approx(np.clip(value, *bounds), rel=1e-12)
