@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 
 # A shell that runs the tests in its background has them ignore Ctrl-C, and so would the runs they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_library, "1")
+# Where no bytecode is kept, as in containers, each command that a test starts compiles the project anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 import functools
 import json
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path

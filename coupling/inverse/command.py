@@ -36,7 +36,7 @@ def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> Unif
     """
     drive = GearDrive.of(task, rows)
     times = np.linspace(rows.start, rows.end, drive.layout.nodes)
-    output = drive.link[::4] - np.interp(times, task.time, task.wind_up)
+    output = task.link.at(times)[:, 0] - np.interp(times, task.time, task.wind_up)
     exact = task.errors.motor_angle(output[:, None])[:, 0]
     limits.require_reach(times, exact)
     fit = SplineFit.whole(drive, end_conditions(rows, float(exact[0])))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import CubicSpline
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
@@ -14,17 +15,12 @@ from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.kinematic_errors import NO_ERRORS, KinematicErrors
 from elastic_robot.torque_curves import TorqueCurve
 
-# The wind-up is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
-# and, where the slope of the torque curve changes, the polynomial through them at many points.
-_QUARTERS = 0.25 * np.arange(5)
-_SIMPSON = np.array([[1.0, 4.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 4.0, 1.0]]) / 6.0
-_RISE = np.array([[-1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0, 1.0]])
-_FINE = np.array(
-    [
-        np.linalg.solve(np.vander(_QUARTERS, 5).T, np.vander(places, 5).T).T
-        for places in np.split((np.arange(32) + 0.5) / 32, 2)
-    ]
-)
+# Places in a step at which the gear is looked at: its start, which has no weight, and Gauss points of
+# both halves; and their weights in the mean over each half.
+_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_PLACES = np.concatenate([[0.0], 0.25 * (1.0 + _GAUSS), 0.5 + 0.25 * (1.0 + _GAUSS)])
+_HALVES = np.zeros((2, 9))
+_HALVES[0, 1:5] = _HALVES[1, 5:] = 0.5 * _WEIGHTS
 
 
 @dataclass(frozen=True)
@@ -67,32 +63,39 @@ class Memory:
     """What the elements of a gear do along a motion, and about it, as far as they go on as they did.
 
     Attributes:
-        wind_up: x at the quarters of the steps [rad], (n, parts, 5).
-        impulse: Integral of the elements' torque over half steps [N m s], (n, parts, 2).
-        by_wind_up: Its derivatives by x at the quarters [N m s/rad], (n, parts, 2, 5).
-        elongation: Elongations at the nodes but the last [rad], (n, parts, e).
+        wind_up: x at the places of the steps [rad], (n, parts, 9).
+        torque: Torque of the elements there [N m], (n, parts, 9).
+        slope: Stiffness of those that stick [N m/rad], (n, parts, 9).
+        start: Elongations at the first time of each interval [rad], (n, e).
     """
 
     wind_up: np.ndarray
-    impulse: np.ndarray
-    by_wind_up: np.ndarray
-    elongation: np.ndarray
-
-    def about(self, wind_up: np.ndarray) -> np.ndarray:
-        """Return the integrals over half steps near the motion [N m s], (n, parts, 2).
-
-        Args:
-            wind_up: At the quarters of the steps [rad], (n, parts, 5).
-        """
-        change: np.ndarray = (self.by_wind_up @ (wind_up - self.wind_up)[..., None])[..., 0]
-        return self.impulse + change
+    torque: np.ndarray
+    slope: np.ndarray
+    start: np.ndarray
 
     def part(self, begin: int, end: int) -> Memory:
         """Return what they do along the intervals begin to end of the rows."""
         here = slice(begin, end)
-        return Memory(
-            self.wind_up[here], self.impulse[here], self.by_wind_up[here], self.elongation[here]
-        )
+        return Memory(self.wind_up[here], self.torque[here], self.slope[here], self.start[here])
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Motion of a gear at the places of the steps: (n, parts, 9) each.
+
+    Attributes:
+        wind_up, wind_up_rate: x [rad] and x' [rad/s].
+        output_rate: u' [rad/s].
+        rise: 1 + eps', du by dq [1].
+        bend: eps'' q', du' by dq [1/s].
+    """
+
+    wind_up: np.ndarray
+    wind_up_rate: np.ndarray
+    output_rate: np.ndarray
+    rise: np.ndarray
+    bend: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -113,11 +116,10 @@ class GearDrive:
         cycle: Distance of the rows [s].
         first: Whether the path begins here.
         task: The gear and its link.
-        link: phi at the quarters of the steps [rad], (4 n + 1,).
+        link: phi [rad] and phi' [rad/s] at the places of the steps, (2, n, parts, 9).
         bend: phi'' where the coefficients of the command's acceleration stand [rad/s^2], (c,).
-        impulse: Integral of T over half steps [N m s], (2 n,).
-        inertia: M of each of n steps [kg m^2], (n,).
-        link_rate: phi' at the first time [rad/s].
+        torque: T there [N m], (n, parts, 9).
+        inertia: M of each step [kg m^2], (n parts,).
         memory: What the gear's elements do along the motion of `along`; None without any.
     """
 
@@ -128,9 +130,8 @@ class GearDrive:
     task: GearTask
     link: np.ndarray
     bend: np.ndarray
-    impulse: np.ndarray
+    torque: np.ndarray
     inertia: np.ndarray
-    link_rate: float
     memory: Memory | None = None
 
     @classmethod
@@ -138,41 +139,37 @@ class GearDrive:
         """Return the drive of a gear along all rows."""
         layout = Layout.of(rows)
         step = rows.cycle / layout.parts
-        quarters = rows.start + 0.25 * step * np.arange(4 * layout.nodes - 3)
-        halves = quarters[::2]
-        inside = np.clip(halves, task.time[0], task.time[-1])
-        beyond = task.torque[-1] * (halves - inside)
-        impulse = np.diff(CubicSpline(task.time, task.torque).antiderivative()(inside) + beyond)
-        middles = halves[1::2]
+        steps = rows.start + step * np.arange(layout.nodes - 1)
+        places = (steps[:, None] + step * _PLACES).reshape(layout.count, layout.parts, -1)
+        link = np.stack([_values(task.link, places.ravel(), order) for order in range(2)])
+        inside = np.clip(places, task.time[0], task.time[-1])
         # No step can follow what is faster than it: a light link is taken for one that it can.
         lightest = (0.5 * step) ** 2 * task.stiffness
-        inertia = np.maximum(np.interp(middles, task.time, task.inertia), lightest)
+        inertia = np.interp(steps + 0.5 * step, task.time, task.inertia)
         return cls(
             layout,
             rows.start,
             rows.cycle,
             True,
             task,
-            _values(task.link, quarters),
+            link.reshape(2, *places.shape),
             wanted_bend(task.link, rows),
-            impulse,
-            inertia,
-            float(_values(task.link, quarters[:1], 1)[0]),
+            CubicSpline(task.time, task.torque)(inside),
+            np.maximum(inertia, lightest),
         )
 
     def part(self, begin: int, end: int) -> GearDrive:
         """Return the drive along the intervals begin to end of the rows."""
         parts, degree = self.layout.parts, self.layout.degree
-        a, b = begin * parts, end * parts
         return replace(
             self,
             layout=replace(self.layout, count=end - begin),
             start=self.start + begin * self.cycle,
             first=self.first and begin == 0,
-            link=self.link[4 * a : 4 * b + 1],
+            link=self.link[:, begin:end],
             bend=self.bend[begin : end + degree - 2],
-            impulse=self.impulse[2 * a : 2 * b],
-            inertia=self.inertia[a:b],
+            torque=self.torque[begin:end],
+            inertia=self.inertia[begin * parts : end * parts],
             memory=self.memory and self.memory.part(begin, end),
         )
 
@@ -186,23 +183,12 @@ class GearDrive:
         elements = self.task.elements
         if not elements.count:
             return self
-        wind_up = self._wind_ups(coefficients, misses)
-        n, parts, _ = wind_up.shape
-        fine = np.einsum("npq,hfq->nphf", wind_up, _FINE).reshape(n, parts, -1)
-        path = np.concatenate([wind_up[..., :1], fine], axis=2)
+        x = self._motion(coefficients, misses).wind_up
         a, before = elements.slip_angle, self.memory
-        start = np.clip(path[0, 0, 0], -a, a) if before is None else before.elongation[0, 0]
-        elongation = elements.along(path.ravel(), start).reshape(*path.shape, -1)
-        inside = elongation[:, :, 1:].reshape(n, parts, 2, -1, elements.count)
-        half, share = 0.5 * self.step, 1.0 / inside.shape[3]
-        slope = half * share * elements.slope(inside)
-        memory = Memory(
-            wind_up,
-            half * elements.torque(inside).mean(axis=-1),
-            np.einsum("nphf,hfq->nphq", slope, _FINE),
-            elongation[:, :, 0],
-        )
-        return replace(self, memory=memory)
+        start = np.clip(x[0, 0, 0], -a, a) if before is None else before.start[0]
+        elongation = elements.along(x.ravel(), start).reshape(*x.shape, -1)
+        torque, slope = elements.torque(elongation), elements.slope(elongation)
+        return replace(self, memory=Memory(x, torque, slope, elongation[:, 0, 0]))
 
     @property
     def step(self) -> float:
@@ -216,15 +202,11 @@ class GearDrive:
         return 1.0 / (self.inertia / self.step + self.task.damping + stiffness)
 
     @cached_property
-    def _value(self) -> np.ndarray:
-        """Weights of an interval's coefficients at the quarters of its steps, (parts, 5, degree + 1)."""
-        parts = self.layout.parts
-        place = (np.arange(parts)[:, None] + _QUARTERS) / parts
-        return stencil(place, self.layout.degree, 0)
-
-    @cached_property
-    def _start_row(self) -> np.ndarray:
-        return stencil(np.zeros(1), self.layout.degree, 1)[0] / self.cycle
+    def _basis(self) -> np.ndarray:
+        """Weights of an interval's coefficients in q and q' at its steps, (2, parts, 9, degree + 1)."""
+        parts, degree = self.layout.parts, self.layout.degree
+        place = (np.arange(parts)[:, None] + _PLACES) / parts
+        return np.stack([stencil(place, degree, order) / self.cycle**order for order in range(2)])
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return by how much the equation is missed at every node but the last, as angles [rad].
@@ -236,79 +218,65 @@ class GearDrive:
         Returns:
             (count, parts).
         """
-        halves = self._impulses(coefficients, misses)
+        motion = self._motion(coefficients, misses)
+        halves = self._impulses(motion)
         momentum = self.inertia / self.step * np.diff(misses)
         impulse = momentum + halves[..., 0].ravel()
         impulse[1:] += halves[..., 1].ravel()[:-1] - momentum[:-1]
         if self.first:
             # It starts in equilibrium with its wind-up at rest, so delta' = u' - phi'.
-            impulse[0] -= self.inertia[0] * (self._start(coefficients)[0] - self.link_rate)
+            beside = motion.output_rate[0, 0, 0] - self.link[1, 0, 0, 0]
+            impulse[0] -= self.inertia[0] * beside
         else:
             impulse[0] = 0.0  # the step before is not here
         return (self.scale * impulse).reshape(-1, self.layout.parts)
 
-    def _wind_ups(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return x at the quarters of the steps, (n, parts, 5)."""
-        shape = self.layout.count, self.layout.parts, 5
-        drive = self._drive(coefficients)
-        link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
-        miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
-        outputs = self.task.errors.output_angle(drive[..., None])[..., 0]
-        wind_ups: np.ndarray = (link + miss).reshape(shape) - outputs
-        return wind_ups
+    def _motion(self, coefficients: np.ndarray, misses: np.ndarray) -> _Motion:
+        shape = self.layout.count, self.layout.parts, len(_PLACES)
+        # A copy, as products of overlapping rows are not BLAS's.
+        local = np.array(sliding_window_view(coefficients, self.layout.degree + 1))
+        q, rate = (
+            (local @ weights.reshape(-1, weights.shape[-1]).T).reshape(shape)
+            for weights in self._basis
+        )
+        eps, slope, bend = np.zeros((3, *shape))
+        if self.task.errors.count:
+            eps, slope, bend, _ = self.task.errors.derivatives(q[..., None])[..., 0]
+        change = np.diff(misses)[:, None]
+        output_rate = (1.0 + slope) * rate
+        return _Motion(
+            self.link[0] + (misses[:-1, None] + change * _PLACES).reshape(shape) - q - eps,
+            self.link[1] + (change / self.step).reshape(*shape[:2], 1) - output_rate,
+            output_rate,
+            1.0 + slope,
+            bend * rate,
+        )
 
-    def _drive(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return q at the quarters of the steps, (n, parts, 5)."""
-        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
-        drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
-        return drive.reshape(self.layout.count, self.layout.parts, 5)
-
-    def _start(self, coefficients: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return u' at the first time [rad/s] and its derivatives by the first coefficients [1/s]."""
-        first = coefficients[: self.layout.degree + 1]
-        q, rate = self._value[0, 0] @ first, self._start_row @ first
-        _, slope, bend, _ = self.task.errors.derivatives(np.array([q]))[:, 0]
-        by = (1.0 + slope) * self._start_row + bend * rate * self._value[0, 0]
-        return float((1.0 + slope) * rate), by
-
-    def _impulses(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+    def _impulses(self, motion: _Motion) -> np.ndarray:
         """Return the integrals of d x' + S(x) - T over half steps [N m s], (n, parts, 2)."""
-        curve, half = self.task.curve, 0.5 * self.step
-        wind_up = self._wind_ups(coefficients, misses)
-        impulse = half * curve.torque(wind_up) @ _SIMPSON.T
-        bends = _bends(curve.slope(wind_up))
-        fine = np.einsum("bp,bfp->bf", wind_up[bends[:2]], _FINE[bends[2]])
-        impulse[bends] = half * curve.torque(fine).mean(axis=1)
-        impulse += self.task.damping * np.diff(wind_up[..., ::2], axis=-1)
-        impulse -= self.impulse.reshape(impulse.shape)
-        return impulse if self.memory is None else impulse + self.memory.about(wind_up)
-
-    def _by_wind_up(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `_impulses` by the wind_ups at the quarters, (n, parts, 2, 5)."""
-        curve, half = self.task.curve, 0.5 * self.step
-        wind_up = self._wind_ups(coefficients, misses)
-        slope = curve.slope(wind_up)
-        by_wind_up = half * slope[:, :, None] * _SIMPSON
-        bends = _bends(slope)
-        places = _FINE[bends[2]]
-        fine = curve.slope(np.einsum("bp,bfp->bf", wind_up[bends[:2]], places))
-        by_wind_up[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
-        by_wind_up += self.task.damping * _RISE
-        return by_wind_up if self.memory is None else by_wind_up + self.memory.by_wind_up
+        x, memory = motion.wind_up, self.memory
+        pull = self.task.curve.torque(x) + self.task.damping * motion.wind_up_rate - self.torque
+        if memory is not None:
+            pull = pull + memory.torque + memory.slope * (x - memory.wind_up)
+        impulses: np.ndarray = 0.5 * self.step * pull @ _HALVES.T
+        return impulses
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by their blocks' unknowns [rad/rad], (n, parts, width)."""
         layout = self.layout
-        n, m, k = layout.count, layout.parts, layout.degree
-        by_wind_up = self._by_wind_up(coefficients, misses)
-        by_drive = np.empty((n, m, 2, k + 1))
-        rise = self.task.errors.slope(self._drive(coefficients)[..., None])[..., 0]
-        by_quarter = by_wind_up * rise[:, :, None]
-        for j in range(m):
-            by_drive[:, j] = -(by_quarter[:, j].reshape(-1, 5) @ self._value[j]).reshape(
-                n, 2, k + 1
-            )
-        by_miss = by_wind_up @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
+        n, m = layout.count, layout.parts
+        motion, d = self._motion(coefficients, misses), self.task.damping
+        slope = self.task.curve.slope(motion.wind_up)
+        if self.memory is not None:
+            slope = slope + self.memory.slope
+        each = 0.5 * self.step * _HALVES
+        by_angle, by_rate = slope * motion.rise + d * motion.bend, d * motion.rise
+        by_drive = -sum(
+            np.einsum("njp,hp,jpc->njhc", by, each, basis, optimize=True)
+            for by, basis in zip((by_angle, by_rate), self._basis, strict=True)
+        )
+        by_miss = (slope[:, :, None] * each) @ np.stack([1.0 - _PLACES, _PLACES], axis=-1)
+        by_miss += 0.5 * d * np.array([-1.0, 1.0])
         rows = np.zeros((n, m, layout.width))
         of_drive, of_miss = layout.block_coefficient, layout.block_miss
         rows[:, :, of_drive[1:]] += by_drive[:, :, 0]
@@ -324,17 +292,13 @@ class GearDrive:
             rows[:, j, of_miss[j : j + 2]] += before[j::m]
             rows[:, j, of_miss[j + 1 : j + 3]] += now[j::m]
         if self.first:
-            rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start(coefficients)[1]
+            rise, bend = motion.rise[0, 0, 0], motion.bend[0, 0, 0]
+            by_start = rise * self._basis[1, 0, 0] + bend * self._basis[0, 0, 0]
+            rows[0, 0, of_drive[1:]] -= self.inertia[0] * by_start
         else:
             rows[0, 0] = 0.0
         rows *= self.scale.reshape(n, m, 1)
         return rows
-
-
-def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the half steps with several slopes, as indices (interval, part, half)."""
-    change = np.diff(slope, axis=-1) != 0.0
-    return np.nonzero(change[..., ::2] | change[..., 1::2])
 
 
 def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:

@@ -28,7 +28,7 @@ from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
-from coupling.run.motor_demands import explained_by_motors
+from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
 from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
 from coupling.run.repeated_evaluation import RememberedProcess, explained, repeated_evaluation
@@ -164,6 +164,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
+    require_motors_that_hold(case)
     remembered = RememberedProcess(case.process)
     with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):

@@ -16,7 +16,7 @@ import numpy as np
 
 from coupling.case.case import Case
 from coupling.errors import PlanningError, SimulationError
-from coupling.inverse.diagnosis import GearLoads, loads_along, stiff_links
+from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along, stiff_links
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
@@ -112,6 +112,34 @@ def with_friction(drive: Drive, factor: float) -> Drive:
         (15.0, 6.0)
     """
     return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)
+
+
+def require_motors_that_hold(case: Case) -> None:
+    """Refuse servos whose motors do not hold their robot at rest, friction's help included.
+
+    Args:
+        case: Its robots, and the path that they shall hold them along.
+
+    Raises:
+        PlanningError: With joint, time, torque and limit.
+    """
+    none = WrenchHistory.none(case.desired.time, len(case.robots))
+    for placed, wanted in zip(case.robots, wanted_of(case.robots, case.desired, none), strict=True):
+        if placed.drive == IDEAL:
+            continue
+        moving = MovingRobot(placed.description, placed.torque_curve)
+        loads = gear_loads(moving, wanted)
+        for gear, joint in enumerate(moving.model.gear_joint.tolist()):
+            drive, held = placed.description.joints[joint].drive, np.abs(loads.static[:, gear])
+            if drive is None or drive.torque_limit is None:
+                continue
+            most, at = float(held.max()), float(loads.time[held.argmax()])
+            if most > drive.torque_limit + drive.friction:
+                name = placed.name if len(case.robots) > 1 else ""
+                beyond = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1, name)
+                raise PlanningError(
+                    f"{beyond}, at rest and without any process: the robot would fall"
+                )
 
 
 @contextmanager

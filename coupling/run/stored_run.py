@@ -29,6 +29,8 @@ from elastic_robot.tool_load import symmetric
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
 PLANT, ANCHOR, MOTORS = "plant", "anchor", "motors"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
+# Times of two tables that are the same [s].
+_SAME = 1e-9
 
 
 def workpiece_file(folder: Path, state: str) -> Path:
@@ -179,8 +181,12 @@ def _motor_torque(folder: Path) -> tuple[np.ndarray, dict[int, np.ndarray]] | No
 
 
 def _read_robot(folder: Path) -> StoredRobot:
+    times: dict[str, np.ndarray] = {}
+
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
-        return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
+        values = read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
+        times[name] = values[:, 0]
+        return values
 
     def tool_path(name: str) -> ToolPath:
         values = table(name, POSE_COLUMNS)
@@ -198,7 +204,7 @@ def _read_robot(folder: Path) -> StoredRobot:
         spring = (
             None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
         )
-        return StoredRobot(
+        robot = StoredRobot(
             figures=figures,
             desired=tool_path("desired"),
             uncompensated=tool_path("uncompensated"),
@@ -219,3 +225,25 @@ def _read_robot(folder: Path) -> StoredRobot:
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause
+    _require_one_run(folder, times)
+    return robot
+
+
+def _require_one_run(folder: Path, times: Mapping[str, np.ndarray]) -> None:
+    """Refuse tables that are cut short, or of different runs; a command may end a little later."""
+    desired = times["desired"]
+    for name, time in times.items():
+        off = time[[0, -1]] - desired[[0, -1]]
+        if name == "command":
+            off = np.minimum(off, 0.0)
+        if np.abs(off).max() > _SAME:
+            raise ResultError(
+                f"{folder / name}.csv: expected rows from {desired[0]:.6g} to {desired[-1]:.6g} s as in"
+                f" desired.csv, got {time[0]:.6g} to {time[-1]:.6g} s: one of them is cut short, or of"
+                " another run"
+            )
+        if name not in ("command", "wrench", ANCHOR) and len(time) != len(desired):
+            raise ResultError(
+                f"{folder / name}.csv: expected {len(desired)} rows as in desired.csv, got"
+                f" {len(time)}"
+            )

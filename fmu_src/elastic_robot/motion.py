@@ -37,6 +37,9 @@ _ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
 # First step [s], as long as an oscillation of 200 Hz allows: it costs less to fail than to be found.
 # And the most steps that are taken before a motion is given up: these, and those for each second in it.
 _FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 1.2e-3, 500, 1500
+# Longest step [s] where there is an edge, which is looked for at the ends of steps: a touch that lasts
+# longer is seen.
+_LONGEST_STEP = 4e-3
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding decides.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
@@ -222,6 +225,7 @@ class DrivenMotion:
                 rtol=accuracy / _USUAL_DEFLECTION,
                 atol=accuracy * self._sizes(),
                 first_step=min(piece[1] - piece[0], _FIRST_STEP),
+                max_step=_LONGEST_STEP if edges else np.inf,
                 events=events,
             )
 

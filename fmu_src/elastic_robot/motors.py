@@ -71,7 +71,7 @@ class MotorInstant:
 
     @property
     def heading(self) -> np.ndarray:
-        """What has the sign of w a little later, where w itself turns at least, (d,)."""
+        """Sign of w a little later, where w itself turns at least, in any unit, (d,)."""
         return np.where(np.abs(self.wanted) <= _STILL, self.turning, self.wanted)
 
 

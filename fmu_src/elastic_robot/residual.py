@@ -173,7 +173,7 @@ def free_acceleration(
 
     Args:
         dynamics: Forces of the robot.
-        drives: As of `OperatingPoint`, (3, n).
+        drives: q, q', q'' of the drives, behind their gears' errors [rad, rad/s, rad/s^2], (3, n).
         x, rate: Elastic coordinates and their rates [rad, rad/s], (m,).
         acting: Loads on the tool.
         carried: S + H + d x' [N m], (m,).

@@ -60,4 +60,5 @@ def test_planning_counts_the_samples(watched):
     works = [event for event in told if isinstance(event, Progress) and "planning" in event.what]
     assert {work.total for work in works} == {len(run.desired.time)}
     finished = sum(work.done == work.total for work in works)
-    assert finished == len(run.correction.iterations)  # each commands another path
+    # Each commands another path; what gears go through is told of the desired one.
+    assert finished == len(run.correction.iterations) + 1

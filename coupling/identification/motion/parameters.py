@@ -109,8 +109,7 @@ _Row = tuple[str, str, dict[str, Any]]
 
 
 def _of_gear(joint: Joint) -> Iterator[_Row]:
-    known = {"none": joint.stiffness, "inverse": True, "prior": _DATA_SHEET}
-    yield "stiffness", "stiffness", known
+    yield "stiffness", "stiffness", {"none": joint.stiffness, "inverse": True, "prior": _DATA_SHEET}
     if joint.backlash > 0.0:
         yield "backlash", "backlash", {"vanishes": True, "most": 3.0}
     if joint.hysteresis:
@@ -132,8 +131,7 @@ def _of_motor(joint: Joint) -> Iterator[_Row]:
     yield "drive.friction.more_at_rest", "Stribeck", dry
     viscous = alone | {"size": max(drive.viscous, 1.0)}
     yield "drive.friction.viscous_Nm_s", "viscous friction", viscous
-    rotor = alone | {"none": drive.inertia, "prior": _DATA_SHEET}
-    yield "drive.inertia", "rotor", rotor
+    yield "drive.inertia", "rotor", alone | {"none": drive.inertia, "prior": _DATA_SHEET}
     if drive.load_friction > 0.0:
         yield "drive.load_friction", "load friction", alone
 

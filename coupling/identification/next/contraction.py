@@ -161,9 +161,11 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
         LearnError: If the cutoff that is asked for, or every one, lets a deviation grow.
     """
     offered = CUTOFFS if cutoff is None else (cutoff,)
-    found = [contraction(responses, gain, own) for own in offered]
-    if best := next((own for own in found if own.holds), None):
-        return best
+    found = []
+    for own in offered:
+        found.append(contraction(responses, gain, own))
+        if found[-1].holds:
+            return found[-1]
     if cutoff is None:
         raise LearnError(
             "expected a robot of which a correction can be stated, got one whose stiffness is so unsure"

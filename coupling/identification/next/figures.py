@@ -49,6 +49,7 @@ def sentences(found: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
     lines = [_verdict(found)]
     lines.append(f"Next: {_move(found)}.")
+    lines += [line for run in found.history.runs if (line := clock_sentence(run))]
     if found.learned is not None and found.learned.refusal:
         lines.append(f"Parameters are not learned: {found.learned.refusal}.")
     if found.move.learns_path:
@@ -59,6 +60,21 @@ def sentences(found: CommandPlan) -> list[str]:
             " the measuring frame is known, and the position is corrected too."
         )
     return lines
+
+
+def clock_sentence(run: MeasuredRun) -> str:
+    """Return what a clock that was moved leaves open; "" where it was taken for the command's."""
+    if run.clock == 0.0:
+        return ""
+    path = run.desired
+    steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
+    speed = float((steps / np.diff(path.time)).max())
+    return (
+        f"The clock of {run.seen.name} was moved by {1e3 * run.clock:+.2g} ms, to where it fits best: a"
+        " robot that is late by a part of that is not told from the device, is not corrected, and is not"
+        f" in any figure here, at up to {speed:.2g} m/s {_um(1e-3 * speed)} along the path for each ms:"
+        " measure on the controller's clock, to a cycle, and it is corrected."
+    )
 
 
 def _verdict(found: CommandPlan) -> str:

@@ -11,8 +11,9 @@ Columns = list[np.ndarray]
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b, any unit, (3, n)."""
-    product: np.ndarray = np.cross(a, b, axis=0)
-    return product
+    # Of a small batch np.cross takes twice as long, to arrange axes.
+    (x, y, z), (u, v, w) = a, b
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -54,6 +54,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
+        step->motors.integral[d] = work->start_integral[d];
         if (r->system->drive == ER_SERVO)
             er_servo_end(r, state, step, d);
         work->stage_p[d][0] = step->motors.p[d];

@@ -148,7 +148,6 @@ void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d)
     er_servo_course *course = &work->course[d];
     double wanted = er_servo_wanted(motor, end->p[d], end->pv[d], end->rate[d] - end->pv[d]);
     moment start;
-    end->integral[d] = work->start_integral[d];
     for (int l = 0; law.integral == ER_GROWS && l < ER_STAGES; l++)
         end->integral[d] += step->length * er_gauss_end_rate[l] * motor->integral_gain * work->wanted[d][l];
     if (law.integral == ER_KEEPS)

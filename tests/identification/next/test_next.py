@@ -25,6 +25,7 @@ from coupling.files.robot_file import find_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
 from coupling.identification.next.causes import causes
+from coupling.identification.next.figures import clock_sentence
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
@@ -188,6 +189,8 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, tmp_path):
             for known, share in ((FrameAccuracy(1e-5, 1e-5), 0.0), (FrameAccuracy(), 1.0)):
                 run = History.of([source], known, models).runs[0]
                 assert run.clock == pytest.approx(clock, abs=2e-4)
+                told = clock_sentence(run)
+                assert ("-8 ms" in told and "0.05 m/s 50 um" in told) if clock else told == ""
                 assert run.shift[0] == pytest.approx(share * 3e-4, abs=2e-5)
                 assert run.deviation.mean(axis=0)[0] == pytest.approx(
                     (1.0 - share) * 3e-4, abs=2e-5

@@ -65,11 +65,12 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
 
 
 def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsure(robots):
-    """By the fit's own deviations and by two draws: damping of a gear that stays on its flank."""
+    """By the fit's own deviations and by two draws, of five seconds: damping of a gear that stays on its
+    flank."""
     one = robots.measured(robots.moved(robots.factors()), every=3)
     fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
     found = fitter.fit(start)
-    drawn = spread_of(fitter.problem, found, start, 2, seed=1)
+    drawn = spread_of(fitter.problem.until(5.0), found, start, 2, seed=1)
     own = spread_of_fit(fitter.problem, found)
     names = [p.name for p in robots.parameters]
     assert np.all(np.abs(found.z[: len(start)]) < 2.0 * own.deviation)
