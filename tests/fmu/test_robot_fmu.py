@@ -14,13 +14,18 @@ from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.interface import MODES
+from elastic_robot.gear_parts import Drive, KinematicError, StopElement
 
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:
     """One elastic joint about y, 1 m arm, 1e5 N m/rad: compliance 1e-5 m/N at the TCP."""
+    return one_joint()
+
+
+def one_joint(**gear) -> Robot:
     link = Body(mass=20.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
-    joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=100.0)
+    joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=100.0, **gear)
     return Robot("arm", (joint,), gravity=(0.0, 0.0, 0.0), tcp_position=(1.0, 0.0, 0.0))
 
 
@@ -131,3 +136,24 @@ def test_an_fmu_of_fmi_3_takes_the_path_of_one_of_fmi_2(example, tmp_path, mode)
     assert np.ptp(poses[0][:, 0]) > 1e-2
     for found in poses[1:]:
         np.testing.assert_array_equal(found, poses[0])
+
+
+def test_a_motor_under_hysteresis_and_kinematic_error_steps_over_a_rounding(tmp_path):
+    """Communication points a rounding before samples where the jerk jumps leave steps of 1e-16 s."""
+    drive = Drive(200.0, position_gain=20.0, rate_gain=3.8e4)
+    arm = one_joint(
+        drive=drive,
+        hysteresis=(StopElement(4.0, 1e-5),),
+        kinematic_error=(KinematicError(5e-5, 400.0),),
+    )
+    time, h = 0.004 * np.arange(501), 0.004
+    jerk = 20.0 * np.sin(4.0 * np.pi * time) + np.random.default_rng(0).uniform(-20.0, 20.0, 501)
+    acceleration = h * np.append(0.0, np.cumsum(jerk[:-1]))
+    rate = np.append(0.0, np.cumsum(h * acceleration[:-1] + h**2 / 2 * jerk[:-1]))
+    gained = h * rate[:-1] + h**2 / 2 * acceleration[:-1] + h**3 / 6 * jerk[:-1]
+    angle = np.append(0.0, np.cumsum(gained))
+    command = JointPath(time, *((own[:, None],) for own in (angle, rate, acceleration)))
+    wrench = WrenchHistory.none(np.nextafter(time, 0.0))
+    with RobotFmu(build_fmu(arm, tmp_path / "Arm.fmu"), drive="servo") as robot:
+        off = robot.simulate(command, wrench, "dynamic").position[0, :, 0] - np.cos(angle)
+    assert 1e-6 < np.abs(off).max() < 0.1

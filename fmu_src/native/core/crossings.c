@@ -176,8 +176,19 @@ static void find_rate(const course *x, double h, double *rate)
     }
 }
 
-/* That of a motor: of p, and of its command's rate at the nodes, for angles round too much to be told apart.  Over a
- * sliver of a step those of p do as well: a line between its ends. */
+/* Whether values of this course round too much to tell its rate over the step: a line between its ends does. */
+static bool is_sliver(const course *x, double h, double least)
+{
+    return ER_DEGREE * DBL_EPSILON * fmax(fabs(x->lowest), fabs(x->highest)) > least * h;
+}
+
+static void find_line(double start, double end, double *rate)
+{
+    for (int c = 0; c < ER_CONTROL; c++)
+        rate[c] = start + (end - start) * c / ER_DEGREE;
+}
+
+/* That of a motor: of p, and of its command's rate at the nodes, for angles round too much to be told apart. */
 static void find_motor_rate(const er_run *r, const er_state *state, int d, const er_step *step, double least,
                             double *rate)
 {
@@ -193,9 +204,8 @@ static void find_motor_rate(const er_run *r, const er_state *state, int d, const
     for (int c = 0; c < ER_CONTROL; c++)
         for (int j = 0; j < ER_CONTROL; j++)
             rate[c] += er_gauss_bernstein_from_value[c][j] * command[j];
-    if (ER_DEGREE * DBL_EPSILON * fmax(fabs(p.lowest), fabs(p.highest)) > least * step->length)
-        for (int c = 0; c < ER_CONTROL; c++)
-            rate[c] = start + (end - start) * c / ER_DEGREE;
+    if (is_sliver(&p, step->length, least))
+        find_line(start, end, rate);
 }
 
 /* Where an entry of x leaves its part of a torque curve. */
@@ -265,7 +275,9 @@ static void find_changes(const er_run *r, const er_state *state, const er_step *
     if (may_reverse) {
         double rate[ER_CONTROL], least = er_reversal_slack(robot, k, r->means->tolerance);
         int outward = -stops->slipping[slips];
-        if (k < r->m)
+        if (k < r->m && is_sliver(&x, step->length, least))
+            find_line(state->v[k], step->v[k], rate);
+        else if (k < r->m)
             find_rate(&x, step->length, rate);
         else
             find_motor_rate(r, state, k - r->m, step, least, rate);
