@@ -30,9 +30,9 @@ _LEAST_PART = 1e-3
 _EXACT = 1e-9
 # Length of a block over the correlation time, and how many there are at least and at most.
 _TIMES, _FEWEST, _MOST = 8.0, 12, 60
-# Size of slow errors, over the usual one, at least and at most: what a good ring encoder and what one
-# that is 0.1 mm off its axis may have.  Steps to the likeliest.
-_LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 5.0, 60
+# Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
+# the likeliest.
+_LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
 # Eigenvalues of scaled normal matrices below this part of the largest are not seen.
 _UNSEEN = 1e-11
 
@@ -106,7 +106,7 @@ def sized(fit: MotionFit) -> MotionProblem:
     joints = np.array([p.joint for p in problem.parameters])
     for _ in range(_SIZINGS):
         blocks = replace(blocks, prior=problem.correlated / prior**2)
-        square = (fit.x + blocks.step) ** 2 + problem.correlated * blocks.spread
+        square = (fit.x + blocks.step) ** 2 + blocks.spread
         for i in set(joints[slow].tolist()):
             own = slow & (joints == i)
             prior[own] = np.clip(np.sqrt(np.mean(square[own])), _LEAST_SLOW, _MOST_SLOW)
@@ -151,7 +151,8 @@ def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
     residual, jacobian = problem.residual(x), problem.jacobian(x)
     rows = [len(moved.recording.time) for moved in problem.moved]
     blocks = NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
-    return replace(blocks, prior=problem.prior, away=problem.start - x)
+    away = problem.start - x
+    return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
 
 
 def identifiable(fit: MotionFit) -> np.ndarray:
@@ -224,12 +225,14 @@ class NormalBlocks:
         vectors: -J^T r of each block [1], (g, P).
         prior: Weights of squares of departures from what is known before [1], (P,).
         away: From the values to what is known before [1], (P,).
+        correlated: Number of rows that count as one beside the prior.
     """
 
     matrices: np.ndarray
     vectors: np.ndarray
     prior: np.ndarray
     away: np.ndarray
+    correlated: float = 1.0
 
     @classmethod
     def of(
@@ -273,6 +276,7 @@ class NormalBlocks:
             (self.vectors - moved)[:, chosen],
             self.prior[chosen],
             self.away[chosen],
+            self.correlated,
         )
 
     @property
@@ -287,8 +291,8 @@ class NormalBlocks:
 
     @property
     def spread(self) -> np.ndarray:
-        """Variances of the solution, were rows of the residual independent and of size 1 [1], (P,)."""
-        spread: np.ndarray = np.diag(_inverse(self._whole[0]))
+        """Variances of the solution, were so many rows one and of size 1 [1], (P,)."""
+        spread: np.ndarray = self.correlated * np.diag(_inverse(self._whole[0]))
         return spread
 
     @property
@@ -303,7 +307,7 @@ class NormalBlocks:
         )
         count = len(each)
         away = each - each.mean(axis=0)
-        by_prior = _inverse(matrix) ** 2 @ self.prior
+        by_prior = self.correlated * _inverse(matrix) ** 2 @ self.prior
         deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0) + by_prior)
         return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
 

@@ -90,7 +90,7 @@ class Predicted:
         beside: Their part that the model has not [N m], (n, j).
         gears: Motion of the gears by the FMU.
         part: Friction over its largest [1], (n, j).
-        dry: Dry friction over that while the motor slips [1], (n, j): more after a rest.
+        dry: Dry friction over that of the start's slipping motor [1], (n, j): more after a rest.
         shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the loop's, the slow
             error's.
     """
@@ -192,13 +192,21 @@ class MotionProblem:
     def _dry(
         self, moved: MovedRecording, robot: Robot, x: np.ndarray, part: np.ndarray
     ) -> np.ndarray:
-        dry = part.copy()
+        # Friction is what torques say: in derivatives the loops' form stays.
+        dry = np.zeros_like(part)
+        for i, joint in enumerate(robot.joints):
+            if joint.drive is not None:
+                slipping = dry_friction(joint.drive)[0]
+                dry[:, i] = slipping * part[:, i]
         for p, value in zip(self.parameters, x.tolist(), strict=True):
-            drive = robot.joints[p.joint].drive
-            if isinstance(p, SensorParameter) and p.kind == "rest" and drive is not None:
-                slipping = max(dry_friction(drive)[0], 1.0)
-                dry[:, p.joint] *= 1.0 + p.size * value / slipping * worn(moved.motion, p.joint)
-        return dry
+            if isinstance(p, SensorParameter) and p.kind == "rest":
+                more = p.size * value * worn(moved.motion, p.joint)
+                dry[:, p.joint] += more * part[:, p.joint]
+        usual = [
+            dry_friction(j.drive)[0] if j.drive is not None else 1.0 for j in self.robot.joints
+        ]
+        relative: np.ndarray = dry / np.maximum(usual, 1.0)
+        return relative
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
@@ -253,9 +261,6 @@ class MotionProblem:
                 step = moved.recording.step
                 by_one = torque_column(parameter, moved.motion, base.part[:, i], step)
                 torque[:, i] = -parameter.size * by_one
-                if parameter.kind == "rest" and not missing[i]:
-                    loop = self._loops_change(moved, self.robot_of(x), x, base, k)
-                    wind_up[:, i] = -moved.without_own(loop[:, i], i)
                 return self.rows(wind_up, torque).ravel()
             own = column(parameter, moved.motion, base.dry[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
@@ -266,7 +271,6 @@ class MotionProblem:
         if parameter.moves:
             gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
             wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE
-        wind_up -= self._loops_change(moved, robot, x, base, k)
         # How friction was loaded at the start stays: its part of the derivative is none of the motion.
         passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
         there = _motor_torque(moved.motion, robot, gears, passed, base.part)
@@ -274,19 +278,6 @@ class MotionProblem:
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()
-
-    def _loops_change(
-        self, moved: MovedRecording, robot: Robot, x: np.ndarray, base: Predicted, k: int
-    ) -> np.ndarray:
-        """Return how the loops follow parameter k by way of dry friction [rad], (n, j)."""
-        further, loops = x.copy(), np.zeros(base.dry.shape[1])
-        further[k] += _CHANGE
-        for p, value in zip(self.parameters, x.tolist(), strict=True):
-            if isinstance(p, SensorParameter) and p.kind == "loop":
-                loops[p.joint] = p.size * value
-        dry = self._dry(moved, robot, further, base.part)
-        change: np.ndarray = loops * (dry - base.dry) / _CHANGE
-        return change
 
 
 def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray) -> np.ndarray:

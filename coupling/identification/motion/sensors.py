@@ -13,8 +13,9 @@ from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.robot.parameters import dry_friction
 from elastic_robot.description import Robot
 
-# Slow error of an encoder [rad]: standard deviation of its first harmonic, and how many there are.  That
-# of the k-th is a k-th, as of a scale whose error is a random walk along it.
+# Slow error of an encoder [rad]: standard deviation of its first harmonic at most, 20 seconds of arc, as
+# ring encoders have them once they are mounted, and how many harmonics there are.  That of the k-th is a
+# k-th, as of a scale whose error is a random walk along it.
 _SLOW, _HARMONICS = 1e-4, 8
 # Standard deviation of friction after a rest over dry friction.
 _AFTER_REST = 3.0
@@ -117,7 +118,7 @@ def column(parameter: SensorParameter, motion: SmoothedMotion, dry: np.ndarray) 
     Args:
         parameter: The number.
         motion: Motion of the motors.
-        dry: Dry friction of the joint's motor over that while it slips [1], (n,); more after a rest.
+        dry: Dry friction of the joint's motor over that of the start's slipping one [1], (n,).
     """
     q = motion.q[:, parameter.joint]
     if parameter.kind == "lag":

@@ -35,12 +35,12 @@ def test_a_fit_to_one_motion_predicts_another(recordings):
     found = identify_motion(robot, recordings[:1], recordings[1:], 20.0, leave_out=False)
     predicted = found.judged[1]
     assert predicted.held_out
-    assert np.all(predicted.wind_up[:3] < 0.8 * predicted.lag_alone[:3])
+    assert np.all(predicted.wind_up[:3] < predicted.lag_alone[:3])
     assert predicted.wind_up[1] < 45e-6
-    assert predicted.wind_up[2] < 48e-6
+    assert predicted.wind_up[2] < 47e-6
     assert np.all(predicted.torque[:3] < 0.125)
     assert np.all(predicted.torque[3:] < 0.25)
-    # Alone or not, the recording that is fitted does not leave less without a robot.
+    # Without a robot the recording that is fitted leaves two and a half times as much.
     assert np.all(found.judged[0].wind_up[:3] < 0.4 * found.judged[0].lag_alone[:3])
     assert found.remarks == ()
     # The two encoders of a joint are as late on all three.

@@ -94,10 +94,11 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
     )
     unit = np.ones(2)
     with MovedRobot(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-6 * unit, unit)
+        problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-4 * unit, unit)
         x = problem.start + 0.05
         matrix = problem.jacobian(x)
-        # How friction is loaded at the start is held in the derivatives, until it slips.
+        # How friction is loaded at the start is held in the derivatives, until it slips; that it makes
+        # loops of the wind-up is less than the tolerance.
         slipping = np.arange(len(matrix)) >= len(matrix) // 6
         for k, parameter in enumerate(parameters):
             step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
