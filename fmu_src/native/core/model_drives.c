@@ -46,7 +46,7 @@ er_drives er_model_drives(er_model *model, double start, double end, const er_co
 }
 
 bool er_model_find_held(const er_model *model, const er_drives *drives, double time,
-                      const er_load *load, double elapsed, er_held *held, er_failure *failure)
+                        const er_load *load, double elapsed, er_held *held, er_failure *failure)
 {
     double slack = er_slack_at(&model->robot.settings, model->memory.origin + time);
     if (!er_drives_cover(drives, time, slack, failure))
@@ -70,7 +70,7 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
 }
 
 bool er_model_require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
-                               er_failure *failure)
+                                 er_failure *failure)
 {
     bool there = strcmp(path, model->loaded_path) == 0;
     er_trajectory read;
