@@ -1,4 +1,4 @@
-#include "model_drives.h"
+#include "model.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* What moves the drives of a model: its trajectory, or commands. */
-#include "model_drives.h"
+#include "model.h"
 
 #include <math.h>
 #include <stdio.h>

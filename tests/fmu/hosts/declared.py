@@ -38,7 +38,7 @@ SIZES = {  # of a change that shows a slope
 # Of values, which a slope has over the size of its change.
 ROUNDING = {"der(deflection_rate": 1e-8, "compliance": 1e-20, "contact": 1e-10}
 # Some units in the last place of 1e4 N m, and of wind-ups of 1 mrad times 1e7 N m/rad.
-ROUNDING |= {"gear_torque": 1e-10, "motor_torque": 1e-10, "servo_integral": 1e-10}
+ROUNDING |= {"gear_torque": 2e-10, "motor_torque": 2e-10, "servo_integral": 1e-10}
 ROUNDING |= {"der(rotor_rate": 1e-9, "der(servo_integral": 1e-8}
 ACTING = {
     "force.x": 300.0,
