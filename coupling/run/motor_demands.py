@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.errors import PlanningError, SimulationError
 from coupling.inverse.diagnosis import GearLoads, gear_loads, loads_along, stiff_links
-from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
@@ -124,9 +124,7 @@ def require_motors_that_hold(case: Case) -> None:
         PlanningError: With joint, time, torque and limit.
     """
     none = WrenchHistory.none(case.desired.time, len(case.robots))
-    for placed, wanted in zip(case.robots, wanted_of(case.robots, case.desired, none), strict=True):
-        if placed.drive == IDEAL:
-            continue
+    for placed, wanted in _limited(case, none):
         moving = MovingRobot(placed.description, placed.torque_curve)
         loads = gear_loads(moving, wanted)
         for gear, joint in enumerate(moving.model.gear_joint.tolist()):
@@ -135,10 +133,9 @@ def require_motors_that_hold(case: Case) -> None:
                 continue
             most, at = float(held.max()), float(loads.time[held.argmax()])
             if most > drive.torque_limit + drive.friction:
-                name = placed.name if len(case.robots) > 1 else ""
-                beyond = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1, name)
+                own = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1)
                 raise PlanningError(
-                    f"{beyond}, at rest and without any process: the robot would fall"
+                    f"{_named(case, placed, own)}, at rest and without any process: the robot would fall"
                 )
 
 
@@ -174,15 +171,25 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
 
 def _beyond(case: Case, wrench: WrenchHistory) -> Iterator[LimitWarning]:
     """Yield a warning for each motor of servos that has too little torque for the desired path."""
-    for placed, wanted in zip(
-        case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
-    ):
-        if placed.drive == IDEAL:
-            continue
+    for placed, wanted in _limited(case, wrench):
         moving = MovingRobot(placed.description, placed.torque_curve)
         task = moving.task(wanted)
         links = stiff_links(moving, task)
         for demand in motor_demands(moving, links, loads_along(moving, links, task.wrench)):
             for warning in demand.warnings:
                 if warning.name == "motor-torque":
-                    yield replace(warning, robot=placed.name if len(case.robots) > 1 else "")
+                    yield _named(case, placed, warning)
+
+
+def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, DesiredMotion]]:
+    """Yield the robots that servos move whose torque has a limit, and what is wanted of each."""
+    wanted = wanted_of(case.robots, case.desired, wrench)
+    for placed, own in zip(case.robots, wanted, strict=True):
+        drives = [joint.drive for joint in placed.description.joints]
+        if placed.drive != IDEAL and any(drive and drive.torque_limit for drive in drives):
+            yield placed, own
+
+
+def _named(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
+    """Return a warning with the name of its robot where there are several."""
+    return replace(warning, robot=placed.name if len(case.robots) > 1 else "")

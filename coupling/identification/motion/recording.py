@@ -80,10 +80,7 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     for i, name in enumerate(torque):
         current = f"motor_current[{i + 1}]"
         if name not in table.header and current in table.header:
-            try:
-                torque[i], factors[i] = current, torque_per_current(robot, i)
-            except ValueError as cause:
-                raise IdentifyError(f"{path}: {cause}") from cause
+            torque[i], factors[i] = current, torque_per_current(robot, i, path, IdentifyError)
     table.require((TIME, *motor, *torque))
     more = f"motor[{joints + 1}]"
     if more in table.header:

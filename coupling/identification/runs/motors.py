@@ -98,10 +98,7 @@ class MeasuredMotors:
         columns, values = [self.columns[k] for k in kept], self.values[:, kept].copy()
         for k, (kind, joint) in enumerate(columns):
             if kind == "motor_current":
-                try:
-                    values[:, k] *= torque_per_current(robot, joint)
-                except ValueError as cause:
-                    raise LearnError(f"{name}: {cause}") from cause
+                values[:, k] *= torque_per_current(robot, joint, name, LearnError)
                 columns[k] = ("motor_torque", joint)
         return MeasuredMotors(tuple(columns), values, self.deviation[kept]) if columns else None
 

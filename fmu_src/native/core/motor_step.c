@@ -46,6 +46,7 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
     r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
     for (int d = 0; d < r->motors; d++) {
         const er_motor *motor = &r->system->robot->motor[d];
+        double wanted;
         step->motors.pa[d] = 0.0;
         for (int j = 0; j < ER_STAGES; j++)
             step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
@@ -55,12 +56,13 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step)
         work->end_error[d] =
             er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
         step->motors.integral[d] = work->start_integral[d];
+        wanted = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
+                                 step->motors.rate[d] - step->motors.pv[d]);
         if (r->system->drive == ER_SERVO)
-            er_servo_end(r, state, step, d);
+            er_servo_end(r, state, step, d, wanted);
         work->stage_p[d][0] = step->motors.p[d];
         work->stage_pv[d][0] = step->motors.pv[d];
-        work->wanted[d][0] = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
-                                             step->motors.rate[d] - step->motors.pv[d]);
+        work->wanted[d][0] = wanted;
         work->integral[d][0] = step->motors.integral[d];
     }
 }

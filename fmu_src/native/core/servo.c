@@ -137,7 +137,7 @@ void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossin
     obey(r, state, d, crossing->at == ER_AT_LIMIT ? find_law(r, d, &now) : crossing->law, &now);
 }
 
-void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d)
+void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d, double wanted)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_nodes *nodes = &r->work->stages;
@@ -146,7 +146,6 @@ void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d)
     er_motor_work *work = &r->work->motors;
     er_motor_end *end = &step->motors;
     er_servo_course *course = &work->course[d];
-    double wanted = er_servo_wanted(motor, end->p[d], end->pv[d], end->rate[d] - end->pv[d]);
     moment start;
     for (int l = 0; law.integral == ER_GROWS && l < ER_STAGES; l++)
         end->integral[d] += step->length * er_gauss_end_rate[l] * motor->integral_gain * work->wanted[d][l];

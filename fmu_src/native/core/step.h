@@ -216,8 +216,8 @@ bool er_servos_settle(const er_run *r, er_state *state);
 /* Has the servo of a crossing obey what is beyond it, in the state there. */
 void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
 
-/* z at the end of a step, and the course of a servo that has a torque limit. */
-void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d);
+/* z at the end of a step, where w is known, and the course of a servo that has a torque limit. */
+void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d, double wanted);
 
 /* z' under a law [N m/s]. */
 double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning);
