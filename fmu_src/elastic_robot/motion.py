@@ -51,14 +51,12 @@ class Drives(Protocol):
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
-        ...
 
     def next_kink(self, time: float, jump: float) -> float:
         """Return the first time after `time` of a jump of the third derivative.
 
         Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
         """
-        ...
 
 
 @dataclass(frozen=True)

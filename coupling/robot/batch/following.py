@@ -142,8 +142,7 @@ def following(
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
         gradient = np.einsum("jkn,kn->jn", transposed, task)
-        found: np.ndarray = np.einsum("nij,jn->in", inverse, gradient)
-        return found
+        return np.einsum("nij,jn->in", inverse, gradient)
 
     rate = joints(motion.velocity, motion.spin)
     acceleration, spin_rate = robot.bias(posture, rate)
