@@ -55,7 +55,6 @@ def write_pages(run: StoredRun, target: Path) -> None:
     """Write the report of a run that has been read; of a cell, also those of its robots, in its folder.
 
     Args:
-        run: The run.
         target: File to write.
 
     Raises:

@@ -49,7 +49,6 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
     """Return the page of a study as one self-contained HTML text.
 
     Args:
-        study: The study.
         with_run: Whether the report of its run is beside it.
     """
     figures = study.figures

@@ -16,7 +16,6 @@ def verdict(figures: RunResult, process: str) -> Section:
 
     Args:
         figures: Content of result.json.
-        process: Name of the process's model.
     """
     reason = figures.reason
     state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"

@@ -102,7 +102,6 @@ class StudyParameters:
         """Return the uncertain parameters of a case.
 
         Args:
-            case: The case.
             loaded: Whether its command works against any wrench.
         """
         table, robots = case.study, tuple(robot.name for robot in case.robots)

@@ -117,7 +117,6 @@ def _overshot(
     `solve_ivp` sees only what lasts to a step's end.
 
     Args:
-        solved: Its result.
         turns: Places of the zeros of rates among its events.
         ways: How far the elements are from the end of their piece [rad], (e,).
     """

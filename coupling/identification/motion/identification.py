@@ -246,8 +246,6 @@ def judge(
     """Return how well a recording is predicted.
 
     Args:
-        problem: The problem.
-        moved: The recording.
         x: Values as the fit counts, parts of usual sizes [1], (P,).
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         held_out: Whether it was not fitted.

@@ -164,7 +164,6 @@ def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> n
     The offset's column comes first, then cosine and sine of every line.
 
     Args:
-        recording: The recording.
         joint: Index of the joint.
         lines: Numbers of periods in a turn of the link.
     """

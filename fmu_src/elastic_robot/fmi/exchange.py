@@ -70,7 +70,6 @@ def exchange(
     """Return, by block, derivatives of the states and event indicators.
 
     Args:
-        chain: The robot's chain.
         states: The blocks of `STATES` among the outputs.
         motors: Joints with a motor, counted from 1.
     """

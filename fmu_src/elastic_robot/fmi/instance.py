@@ -33,7 +33,6 @@ class Instance:
     """Values, model and time.
 
     Args:
-        robot: The robot.
         resources: The FMU's resources.
         fingerprint: Hash of robot and model; states of another are refused.
 

@@ -100,7 +100,6 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     """Return the outputs by block.
 
     Args:
-        chain: The robot's chain.
         motors: Joints with a motor, counted from 1.
     """
 
