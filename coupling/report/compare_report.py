@@ -19,7 +19,7 @@ from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, curve, distance_curve, log_axis, style
+from coupling.report.style import UM, Line, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
@@ -154,34 +154,23 @@ def _commands(found: Comparison, robot: str, first: StoredRobot, second: StoredR
 
 def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
     """Draw the deviations of both runs on one scale."""
-    figure = go.Figure()
+    lines = []
     for (name, _, own), color in zip(pairs, _COLOURS, strict=True):
-        stages = list(own.actual.items())
-        for stage, path in stages:
-            line = {
-                "color": color,
-                "width": 1.5,
-                "dash": "solid" if path is stages[-1][1] else "dot",
-            }
-            points = distance_curve(path.time, path.distance_to(own.desired))
-            figure.add_scatter(**points, mode="lines", name=f"{name}: {stage}", line=line)
-    figure.update_yaxes(log_axis(title="distance [um]"))
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 400)
+        *_, last = own.actual
+        for stage, path in own.actual.items():
+            distance = shown_distance(path.distance_to(own.desired))
+            dash = "solid" if stage == last else "dot"
+            lines.append(Line(f"{name}: {stage}", color, path.time, distance, dash=dash))
+    return over_time(lines, "distance [um]", 400).update_yaxes(log_axis())
 
 
 def _angles(difference: CommandDifference) -> go.Figure:
     """Draw the difference of two commands."""
-    figure = go.Figure()
-    for joint, own in enumerate(np.degrees(difference.angle).T):
-        line = {"color": JOINTS[joint % len(JOINTS)], "width": 1.3}
-        points = curve(difference.time, own)
-        figure.add_scatter(
-            **points, mode="lines", name=f"joint {joint + 1}", showlegend=True, line=line
-        )
-    figure.update_yaxes(title="angle [deg]", exponentformat="none")
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 320)
+    lines = [
+        Line(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
+        for joint, own in enumerate(np.degrees(difference.angle).T)
+    ]
+    return over_time(lines, "angle [deg]", 320).update_yaxes(exponentformat="none")
 
 
 def _joints(difference: CommandDifference) -> Table:

@@ -25,7 +25,7 @@ from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import shares_of
-from coupling.report.style import curve, style
+from coupling.report.style import Line, over_time
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
@@ -186,20 +186,14 @@ def cell_page(cell: StoredRun) -> str:
 
 def gap_figure(cell: StoredRun) -> go.Figure:
     """Gap between the tools of a cell over time, actual and as commanded."""
-    figure = go.Figure()
     assert cell.gap is not None
     assert cell.figures.pinch_gap_m is not None
     time = cell.first.desired.time
-    for values, name, color in zip(cell.gap.T, cell.figures.stages, (BEFORE, AFTER), strict=False):
-        points = curve(time, 1e3 * values)
-        figure.add_scatter(
-            **points, name=name, mode="lines", showlegend=True, line={"color": color}
-        )
+    stages = zip(cell.figures.stages, (BEFORE, AFTER), cell.gap.T, strict=False)
+    lines = [Line(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
+    figure = over_time(lines, "gap [mm]", 320)
     commanded = 1e3 * cell.figures.pinch_gap_m.commanded
-    figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
-    figure.update_yaxes(title="gap [mm]")
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 320)
+    return figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
 
 
 def _page(figures_: RunResult, sections: list[Section], case: str) -> str:
