@@ -75,9 +75,9 @@ def _figures(found: Comparison) -> Table:
     own, other = (run.figures for run in found.runs)
 
     def row(
-        name: str, told: Callable[[RunResult], float | None], digits: int = 2
+        name: str, figure: Callable[[RunResult], float | None], digits: int = 2
     ) -> tuple[str, ...]:
-        return (name, *(_cell(told(figures), digits) for figures in (own, other)))
+        return (name, *(_cell(figure(figures), digits) for figures in (own, other)))
 
     def deviation(figures: RunResult, stage: int, key: str) -> float | None:
         whole = figures.deviations
@@ -205,8 +205,8 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
 def _inputs(found: Comparison) -> Section:
     rows = found.inputs()
     none = "None: case, robots and programs are the same."
-    told = Table(("input", *found.names), rows, "words") if rows else none
-    return Section("Inputs that differ", [told])
+    listed = Table(("input", *found.names), rows, "words") if rows else none
+    return Section("Inputs that differ", [listed])
 
 
 _ALONG = Note("Distance between actual and desired TCP at equal times; dotted: before.")

@@ -103,17 +103,17 @@ def cell_head(cell: StoredRun) -> list[Section]:
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
-    told = tables.deviations(own, robots=robots)
-    return _head(cell, own, replace(told, parts=(*told.parts, text, *links)))
+    left = tables.deviations(own, robots=robots)
+    return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
 
 
-def _head(run: StoredRun, figures_: RunResult, told: Section) -> list[Section]:
+def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
     """Return verdict, deviations, touch-off and warnings."""
     # A run of an earlier version has warned of rates alone.
     warnings = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
     return [
         verdict(figures_, case_of(run).process.model),
-        told,
+        deviations,
         Section("", touched_off((own.name, own.touch_off) for own in figures_.robots)),
         *warned(warnings, figures_.remarks),
     ]
@@ -153,8 +153,8 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
-    told = cost(robot.figures, case_of(run), run.answers)
-    parts: list[Part] = [*told, *evaluations_table(run.answers), _CONVERGENCE]
+    costs = cost(robot.figures, case_of(run), run.answers)
+    parts: list[Part] = [*costs, *evaluations_table(run.answers), _CONVERGENCE]
     title = "The process: where and at what cost"
     return Section(title, parts, "convergence", [along.convergence(robot)])
 

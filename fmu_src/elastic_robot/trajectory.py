@@ -113,10 +113,10 @@ class Trajectory:
         last = self.end - self.start
         slack = SETTINGS.slack_at(max(abs(self.start), abs(self.end)))
         if not (-slack <= lowest and highest <= last + slack):
-            asked = self.start + (lowest if lowest < 0.0 else highest)
+            outside = self.start + (lowest if lowest < 0.0 else highest)
             raise TrajectoryError(
                 f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
-                f" {asked:.9g} s"
+                f" {outside:.9g} s"
             )
         times = seconds if lowest >= 0.0 and highest <= last else np.clip(seconds, 0.0, last)
         values: np.ndarray = self._polynomial(times)
