@@ -55,7 +55,6 @@ def gear_replays(
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
-        moving: The robot.
         model: The same robot, simulated.
         wanted: Path, joint angles of the undeflected robot along it and wrench on the tool.
         watch: Function called with the progress of the work.
@@ -91,8 +90,6 @@ def exact_command(
     """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
 
     Args:
-        moving: The robot.
-        wanted: Its desired motion.
         watch: Function called with the progress of the work.
     """
     task = moving.task(wanted)

@@ -70,7 +70,6 @@ def checked(
     """Return the findings on the robots of a case.
 
     Args:
-        case: The case.
         wrench: Wrenches on its tools along the desired path, world axes.
         watch: Function called with the progress of the work.
 

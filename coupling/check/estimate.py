@@ -78,8 +78,6 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
     """Return whether a process answers the desired path alike when it is asked again, in words.
 
     Args:
-        process: The process.
-        desired: The desired path.
         first: Its answer to it.
         seconds: Time that this answer took [s].
     """

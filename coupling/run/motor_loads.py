@@ -78,7 +78,6 @@ def motor_loads(
     gives is what is told.
 
     Args:
-        model: The robot, simulated.
         models: Simulations of robots.
         command: Motion of its drives, or of what its servos are told.
         wrench: Wrench on its tool, axes of its base.
@@ -126,7 +125,6 @@ def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
     """Return what the motion of one motor comes to.
 
     Args:
-        drive: Its drive.
         motion: Its motion, (n, 1) each.
 
     Example:

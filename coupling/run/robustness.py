@@ -89,7 +89,6 @@ def replayed(
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
     Args:
-        cell: The robots.
         models: Simulation of each of them, in their order.
         found: The command.
         simulate: Function that gives the simulation of a robot with other motors or kinematic errors.
@@ -142,7 +141,6 @@ def differing(
     """Return the cell with robots whose parameters differ from the models'.
 
     Args:
-        cell: The robots.
         models: Simulation of each of them, with its payload, in their order.
         differences: Differences of each of them.
         what: Difference from the model, in words.
@@ -169,7 +167,6 @@ def noise_replays(
     A command that was made for forces with noise of their own is off by as much under those without.
 
     Args:
-        cell: The robots.
         samples: Times at which the process is asked [s], (k,).
         noise: Noise of its forces as they come.
         found: The command, with the forces without what was taken off.

@@ -61,8 +61,6 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
     process's stiffness, where it is known, as in a coupling.
 
     Args:
-        case: The case.
-        cell: Its robots.
         found: The command, with the process's answer to the path under it.
     """
     if not np.any(found.response.wrench.wrench):

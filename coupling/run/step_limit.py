@@ -170,7 +170,6 @@ def postures_in_contact(
     Gears count as engaged: in their backlash a robot is softer, and what grows there ends at the flanks.
 
     Args:
-        robot: The robot.
         motion: Its drives at the samples.
         desired: Desired position of the TCP there, base frame [m], (n, 3).
         reaction: Force and stiffness of the process there.

@@ -81,8 +81,7 @@ def _integral(
     first = (np.searchsorted(known, time, side="right") - 1).clip(max=len(known) - 2)
     since = (time - known[first]).reshape(shape)
     slope = (values[first + 1] - values[first]) / np.diff(known)[first].reshape(shape)
-    integral: np.ndarray = sums[first] + since * (values[first] + 0.5 * since * slope)
-    return integral
+    return sums[first] + since * (values[first] + 0.5 * since * slope)
 
 
 def _extreme(take: np.ufunc, values: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:

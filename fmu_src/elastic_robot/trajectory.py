@@ -7,7 +7,7 @@ from bisect import bisect_right
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -15,6 +15,19 @@ from scipy.interpolate import CubicSpline, PPoly
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.settings import SETTINGS
 from elastic_robot.table_file import parse_table, read_table
+
+
+class Drives(Protocol):
+    """Motion of the drives over time."""
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return the first time after `time` of a jump of the third derivative.
+
+        Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
+        """
 
 
 class HeldCommand(NamedTuple):
@@ -100,10 +113,10 @@ class Trajectory:
         last = self.end - self.start
         slack = SETTINGS.slack_at(max(abs(self.start), abs(self.end)))
         if not (-slack <= lowest and highest <= last + slack):
-            asked = self.start + (lowest if lowest < 0.0 else highest)
+            outside = self.start + (lowest if lowest < 0.0 else highest)
             raise TrajectoryError(
                 f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
-                f" {asked:.9g} s"
+                f" {outside:.9g} s"
             )
         times = seconds if lowest >= 0.0 and highest <= last else np.clip(seconds, 0.0, last)
         values: np.ndarray = self._polynomial(times)

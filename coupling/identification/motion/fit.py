@@ -143,8 +143,7 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
 
 def rms(values: np.ndarray) -> np.ndarray:
     """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
-    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
-    return size
+    return np.sqrt(np.mean(values**2, axis=0))
 
 
 def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
@@ -292,8 +291,7 @@ class NormalBlocks:
     @property
     def spread(self) -> np.ndarray:
         """Variances of the solution, were so many rows one and of size 1 [1], (P,)."""
-        spread: np.ndarray = self.correlated * np.diag(_inverse(self._whole[0]))
-        return spread
+        return self.correlated * np.diag(_inverse(self._whole[0]))
 
     @property
     def deviation(self) -> np.ndarray:
@@ -329,11 +327,9 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     scale[scale == 0.0] = np.inf
     both = np.outer(scale, scale)
-    inverse: np.ndarray = np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
-    return inverse
+    return np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return the solution of normal equations, none along what they do not see."""
-    found: np.ndarray = _inverse(matrix) @ vector
-    return found
+    return _inverse(matrix) @ vector
