@@ -16,10 +16,10 @@ KUKA = str(EXAMPLES / "robots" / "kuka_kr210.toml")
 ROWS_AT_WILL = {"cycle_s       = 0.004": "cycle_s = 0.001"}
 SHORT_CONE = {
     "depth_m        = 0.01": "depth_m = 0.001",
-    "radius_m       = 0.06": "radius_m = 0.02",
+    "radius_m       = 0.06": "radius_m = 0.01",
 }
-FAST_ISO = {"size_m   = 0.4": "size_m = 0.2\nsample_s = 0.004", "feed_m_s = 0.1": "feed_m_s = 0.5"}
-SHORT_SLOT = {"[0.14, 0.0, -0.003], [0.2, 0.0, 0.001]": "[0.08, 0.0, -0.003], [0.14, 0.0, 0.001]"}
+FAST_ISO = {"size_m   = 0.4": "size_m = 0.14\nsample_s = 0.004", "feed_m_s = 0.1": "feed_m_s = 0.5"}
+SHORT_SLOT = {"[0.06, ": "[0.03, ", "[0.14, ": "[0.05, ", "[0.2, ": "[0.08, "}
 HELD_BACK = '[controller]\nmax_acceleration_rad_s2 = 15.0\ninterpolation = "cubic"\n'
 
 
