@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 from coupling.errors import ProcessError
 from coupling.path.histories import ToolPath
@@ -22,49 +21,26 @@ _WITHIN = 2.5
 _ASKED_TWICE = 60.0
 
 
-@dataclass(frozen=True)
-class TimeEstimate:
-    """Time of a compensation by the inverse of the moving robot.
-
-    Attributes:
-        robots: Time of the robots [s], lowest and highest.
-        each: One evaluation of the process [s], None where nothing is known.
-        evaluations: Lowest and highest number of evaluations.
-    """
-
-    robots: tuple[float, float]
-    each: float | None
-    evaluations: tuple[int, int]
-
-    def lines(self) -> list[str]:
-        """Return what to say of it."""
-        low, high = self.robots
-        few, many = self.evaluations
-        text = f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
-        if self.each is None:
-            return [
-                f"{text}; {few} to {many} evaluations of the process, whose time is unknown"
-                " (--evaluate measures one)"
-            ]
-        return [
-            f"{text}; {few} to {many} evaluations of the process, {self.each:.2g} s each"
-            " (one was measured)"
-        ]
-
-
-def estimated(desired: ToolPath, rounds: int, each: float | None) -> TimeEstimate:
-    """Return what a compensation of so many rounds at most would take.
+def estimated(desired: ToolPath, rounds: int, each: float | None) -> str:
+    """Return how long a compensation by the inverse of the moving robot would take, in words.
 
     Args:
         desired: Desired paths of all tools.
         rounds: Inverses at most.
-        each: Time of one evaluation [s], None where it was not measured.
+        each: Time of one evaluation of the process [s], None where it was not measured.
     """
     duration = float(desired.time[-1] - desired.time[0])
-    work = _PER_SECOND * duration + _PER_SAMPLE * len(desired.time)
-    robots = len(desired.pose) * work
-    low = _START + robots / _WITHIN
-    return TimeEstimate((low, _START + robots * _WITHIN), each, (2, rounds + 1))
+    work = len(desired.pose) * (_PER_SECOND * duration + _PER_SAMPLE * len(desired.time))
+    low, high = _START + work / _WITHIN, _START + work * _WITHIN
+    measured = (
+        ", whose time is unknown (--evaluate measures one)"
+        if each is None
+        else f", {each:.2g} s each (one was measured)"
+    )
+    return (
+        f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples;"
+        f" 2 to {rounds + 1} evaluations of the process{measured}"
+    )
 
 
 def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:

@@ -13,6 +13,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
+from coupling.robot.parameters import with_joints
 from coupling.robot.robot import LimitWarning
 from coupling.run.models import Models
 from coupling.run.robustness import SimulatedModel
@@ -112,13 +113,11 @@ def without_limits(robot: Robot) -> Robot:
         >>> without_limits(robot) == robot
         True
     """
-    joints = [
-        joint
-        if joint.drive is None
-        else replace(joint, drive=replace(joint.drive, torque_limit=None))
-        for joint in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
+    motors = [(i, joint, joint.drive) for i, joint in enumerate(robot.joints) if joint.drive]
+    unlimited = {
+        i: replace(own, drive=replace(drive, torque_limit=None)) for i, own, drive in motors
+    }
+    return with_joints(robot, unlimited)
 
 
 def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
@@ -110,9 +109,7 @@ def replayed(
         path = differing(cell, others, differences, variation.name).simulate(
             found.joints, loaded.scaled(variation.force), "dynamic"
         )
-        pairs = zip(path.tools, found.desired.tools, strict=True)
-        tools = tuple(measure(own, desired) for own, desired in pairs)
-        replays.append(Replay(variation.name, measure(path, found.desired), tools))
+        replays.append(Replay.of(variation.name, path, found.desired))
     return tuple(replays)
 
 
@@ -189,6 +186,4 @@ def noise_replays(
             drawn = low_pass(samples, drawn, noise.filter.cutoff)
         forces.append(interpolated(time, samples, drawn))
     path = cell.simulate(found.joints, loads.plus(np.stack(forces)), "dynamic")
-    pairs = zip(path.tools, found.desired.tools, strict=True)
-    tools = tuple(measure(own, desired) for own, desired in pairs)
-    return (Replay("noise", measure(path, found.desired), tools),)
+    return (Replay.of("noise", path, found.desired),)

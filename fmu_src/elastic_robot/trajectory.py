@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.settings import SETTINGS
-from elastic_robot.table_file import parse_table, read_table
+from elastic_robot.table_file import read_table
 
 
 class Drives(Protocol):
@@ -237,7 +237,7 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         TrajectoryError: With the file, what was expected and what was got.
     """
     try:
-        return _trajectory_of(*read_table(path), joint_count)
+        return trajectory_of(*read_table(path), joint_count)
     except (ValueError, TrajectoryError) as cause:
         reason = str(cause).removeprefix("trajectory: ")
         raise TrajectoryError(f"trajectory {path}: {reason}") from cause
@@ -245,22 +245,13 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         raise TrajectoryError(f"trajectory {path}: it does not fit into memory") from cause
 
 
-def parse_trajectory(content: bytes, is_npz: bool, joint_count: int) -> Trajectory:
-    """Return the trajectory of a file's content.
-
-    Args:
-        content: All bytes of the file.
-        is_npz: Its name ends in .npz; otherwise the content decides.
-        joint_count: Number of joints.
+def trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:
+    """Return the trajectory of a table's columns, its data (k, columns) in [s, rad, rad/s, rad/s^2].
 
     Raises:
         TrajectoryError: With what was expected and what was got.
-        ValueError: The same, of the table itself.
     """
-    return _trajectory_of(*parse_table(content, is_npz), joint_count)
 
-
-def _trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:
     def column(name: str) -> int:
         if columns.count(name) != 1:
             got = ", ".join(columns)

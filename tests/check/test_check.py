@@ -11,7 +11,6 @@ from line_case import changed_text
 from places import CASES
 
 from coupling.case.file import load_case
-from coupling.check.backlash import GearReplay
 from coupling.check.clearance import DIRECTIONS, clearance_around
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
@@ -21,6 +20,7 @@ from coupling.path.deviation import Deviation
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.report.check_report import joint_table
+from coupling.results.outlook import Replay
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
 
@@ -101,11 +101,11 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
     """Apart from a wrong backlash; elsewhere nothing is said of them."""
     deviations = {"backlash +20 %": 3e-6, "hysteresis +30 %": 2e-6, "hysteresis -30 %": 1e-6}
 
-    def wrong(*args: object) -> tuple[GearReplay, ...]:
+    def wrong(*args: object) -> tuple[Replay, ...]:
         if not known:
             raise SimulationError("step 7: no equilibrium")
         return tuple(
-            GearReplay(name, Deviation(size, size, size, size, 0.0, 0.5 * size))
+            Replay(name, Deviation(size, size, size, size, 0.0, 0.5 * size), ())
             for name, size in deviations.items()
         )
 

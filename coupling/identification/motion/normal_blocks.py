@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import correlate
 
 from coupling.identification.verdict import quantile
 
@@ -29,9 +30,7 @@ def correlation_time(residual: np.ndarray) -> float:
     longest = 1.0
     for channel in residual.T:
         centred = channel - channel.mean()
-        size = 1 << (2 * len(centred) - 1).bit_length()
-        spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
-        covariance = np.fft.irfft(spectrum, size)[: len(centred)]
+        covariance = correlate(centred, centred, method="fft")[len(centred) - 1 :]
         if covariance[0] <= 0.0:
             continue
         correlation = covariance / covariance[0]
