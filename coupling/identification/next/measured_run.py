@@ -124,7 +124,9 @@ class MeasuredRun:
         )
         own = own.at_rows(np.flatnonzero(inside))
         noise = noise_of([own.position - model.position(own.time)])
-        return cls(source, own, coarse + clock, shift, turn, tip, noise, int(np.count_nonzero(lost)))
+        return cls(
+            source, own, coarse + clock, shift, turn, tip, noise, int(np.count_nonzero(lost))
+        )
 
 
 def _kept(name: str, beyond: np.ndarray) -> np.ndarray:

@@ -65,8 +65,8 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     if np.ptp(seen.time) < _SHORTEST:
         raise LearnError(
             f"{seen.name}: expected at least {_SHORTEST:g} s of a tool that is seen to move, got"
-            f" {np.ptp(seen.time):.3g} s, as all other positions repeat the one before: is it a tool that"
-            " stands, or has the device lost its target?"
+            f" {np.ptp(seen.time):.3g} s, as all other positions repeat the one before: is it a tool"
+            " that stands, or has the device lost its target?"
         )
     there = path.position(seen.time)
     if np.ptp(there, axis=0).max() < _SMALLEST:

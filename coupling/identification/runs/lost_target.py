@@ -7,23 +7,24 @@ from scipy.ndimage import median_filter
 
 from coupling.errors import LearnError
 
-# How far the tool goes while a position repeats, that these are not its digits, tenths of a millimetre [m].
+# How far the tool goes while a position repeats, that it is not for its digits, tenths of a millimetre
+# [m].
 _MOVED = 2e-4
 # Rows around one by whose median it is judged, and how far beside no tool is [m].
 _AROUND, _BESIDE = 7, 0.01
 # Rows that may be, as a part.
 _MOST_BESIDE = 0.05
 # A jump of positions: its size, more than digits make [m], the time within which [s], and by how much it
-# exceeds the changes from row to row around, so many to both sides: a tool that vibrates or strikes moves
-# as much in the neighbouring rows.
+# exceeds the changes from row to row around, so many to both sides: a tool that vibrates or strikes
+# moves as much in the neighbouring rows.
 _JUMP, _AT_ONCE, _EXCEEDS, _BESIDE_JUMP = 2.5e-4, 0.01, 5.0, 6
 
 
 def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Return the rows in which a tool was seen, (k,).
 
-    These are not the ones that repeat the position before them, to the last digit, while the tool moves, as
-    devices do that hold their last value, nor those a centimetre beside the ones around.
+    These are not the ones that repeat the position before them, to the last digit, while the tool moves,
+    as devices do that hold their last value, nor those a centimetre beside the ones around.
 
     Args:
         name: Name of the measurement.
@@ -40,8 +41,8 @@ def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.nda
     beside = len(near) - np.count_nonzero(near)
     if beside > _MOST_BESIDE * len(near):
         raise LearnError(
-            f"{name}: expected positions that follow each other, got {beside} of {len(near)} that are more"
-            f" than {1e3 * _BESIDE:g} mm beside those around: has the device lost its target?"
+            f"{name}: expected positions that follow each other, got {beside} of {len(near)} that are"
+            f" more than {1e3 * _BESIDE:g} mm beside those around: has the device lost its target?"
         )
     return np.flatnonzero(~held)[near]
 
@@ -77,6 +78,6 @@ def require_steady(name: str, time: np.ndarray, beyond: np.ndarray) -> None:
         worst = int(np.argmax(np.where(jumps, change, 0.0)))
         raise LearnError(
             f"{name}: expected positions of a tool, which moves steadily, got ones that jump by"
-            f" {1e3 * change[worst]:.3g} mm at {time[worst + 1]:.6g} s and stay there: has the device lost"
-            " its target and found it elsewhere? Give the rows before or behind that alone"
+            f" {1e3 * change[worst]:.3g} mm at {time[worst + 1]:.6g} s and stay there: has the device"
+            " lost its target and found it elsewhere? Give the rows before or behind that alone"
         )
