@@ -170,7 +170,8 @@ def test_rows_of_a_lost_target_are_left_out():
 
 @pytest.mark.parametrize("digits", [4, 5])
 def test_no_row_is_lost_to_few_digits_or_to_rest(digits):
-    path = spiral()
+    """At 10 mm/s, where tenths of a millimetre repeat in several rows, and in two seconds of rest."""
+    path = spiral(radius=0.006)
     pose = path.position[0].copy()
     pose[1000:1500] = pose[1000]
     pose[1500:] += pose[1000] - pose[1500]
