@@ -181,10 +181,10 @@ def _task(
     diameter = process_table.forming_tool_diameter
 
     def task(corners: Corners) -> Task:
-        own = tool_path.task(part, corners)
+        untilted = tool_path.untilted(part, corners)
+        own = tool_path.task(part, corners, untilted)
         if diameter is None:
             return own
-        untilted = tool_path.untilted(part, corners)
         return untilted.on_sphere(own, tool_path.tilt, 0.5 * diameter)
 
     found = task(NONE)

@@ -84,5 +84,5 @@ def _time(case: Case, each: float | None) -> str:
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
-        return estimated(case.desired, case.method.max_rounds, each)
+        return estimated(case.desired, case.controller, case.method.max_rounds, each)
     return "Compensation: no estimate of the time for this method, which iterates robot and process"

@@ -16,7 +16,7 @@ from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
-from coupling.identification.runs.learning import Learned, LearnOptions, learn
+from coupling.identification.runs.learning import Learned, LearnOptions, assessed, fitted
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import Contraction, DeviationSize, RunComparison
@@ -157,7 +157,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
         replace(run.source, seen=replace(run.source.seen, position=run.tcp_positions))
         for run in history.runs
     ]
-    best = learn(sources, replace(own, start=history.start), models, watch)
+    best = fitted(sources, replace(own, start=history.start), models, watch)
     for _ in range(_TURNS):
         if best.fit.left_over.over < _NOISE:
             break
@@ -165,11 +165,11 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
         cleaned = _cleaned(history, x)
         if cleaned is None:
             break
-        after = learn(cleaned, replace(own, start=x), models, watch)
+        after = fitted(cleaned, replace(own, start=x), models, watch, best)
         if after.fit.left_over.over > _LESS * best.fit.left_over.over:
             break
         best = after
-    return best
+    return assessed(best, own, watch)
 
 
 def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:
