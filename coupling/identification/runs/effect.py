@@ -117,11 +117,11 @@ class ParameterEffect:
             elif parameter.kind == "friction":
                 angle = int(model.gears[parameter.gear])
                 joint = int(model.chain.elastic_joint[parameter.coordinate])
-                told = self._by_friction(parameter, joint, x[k])
-                moved = np.interp(inside, self._time, told["motor"])
+                moving = self._by_friction(parameter, joint, x[k])
+                moved = np.interp(inside, self._time, moving["motor"])
                 for c, (kind, of) in enumerate(motors):
                     if of == joint:
-                        columns[:, 6 + c, k] = np.interp(inside, self._time, told[kind])
+                        columns[:, 6 + c, k] = np.interp(inside, self._time, moving[kind])
             else:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
@@ -184,11 +184,12 @@ class SecantEffect:
         )
         turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
         vibrates = np.array([own.vibrates for own in effect.parameters])
-        told = np.zeros(len(prior), dtype=bool)
+        in_motors = np.zeros(len(prior), dtype=bool)
         if one.seen.motors is not None:
             by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
-            told = (by_motors > _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]).any(axis=0)
-        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | told)
+            least = _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]
+            in_motors = (by_motors > least).any(axis=0)
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | in_motors)
 
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return what log factors do to tool and motors, as the gears' equation does, (n, 6 + c, P).
