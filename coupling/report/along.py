@@ -13,7 +13,7 @@ from coupling.report.shares import spike
 from coupling.report.style import (
     FLOOR_UM,
     UM,
-    Line,
+    DrawnLine,
     curve,
     log_axis,
     over_time,
@@ -152,7 +152,7 @@ def components(run: StoredRobot) -> go.Figure:
     first, path = next(iter(run.actual.items()))
     difference = UM * (path.position[0] - run.desired.position[0])
     lines = [
-        Line(axis, color, run.desired.time, values)
+        DrawnLine(axis, color, run.desired.time, values)
         for axis, color, values in zip("xyz", (AFTER, GREEN, BEFORE), difference.T, strict=True)
     ]
     return over_time(lines, f"{first.split()[0]} [um]", 280)

@@ -19,7 +19,7 @@ from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, Line, log_axis, over_time, shown_distance
+from coupling.report.style import UM, DrawnLine, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
@@ -160,14 +160,14 @@ def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
         for stage, path in own.actual.items():
             distance = shown_distance(path.distance_to(own.desired))
             dash = "solid" if stage == last else "dot"
-            lines.append(Line(f"{name}: {stage}", color, path.time, distance, dash=dash))
+            lines.append(DrawnLine(f"{name}: {stage}", color, path.time, distance, dash=dash))
     return over_time(lines, "distance [um]", 400).update_yaxes(log_axis())
 
 
 def _angles(difference: CommandDifference) -> go.Figure:
     """Draw the difference of two commands."""
     lines = [
-        Line(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
+        DrawnLine(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
         for joint, own in enumerate(np.degrees(difference.angle).T)
     ]
     return over_time(lines, "angle [deg]", 320).update_yaxes(exponentformat="none")

@@ -9,7 +9,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import UM, Line, over_time
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.report.tables import gear_loads
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
@@ -99,8 +99,8 @@ def _parameters(found: LearnedResult) -> Table:
 
 def _left(one: LearnedRunResult) -> go.Figure:
     lines = [
-        Line("robot file", BEFORE, one.time, UM * np.array(one.left_robot_file_m)),
-        Line("learned robot", AFTER, one.time, UM * np.array(one.left_learned_m)),
+        DrawnLine("robot file", BEFORE, one.time, UM * np.array(one.left_robot_file_m)),
+        DrawnLine("learned robot", AFTER, one.time, UM * np.array(one.left_learned_m)),
     ]
     figure = over_time(lines, "distance [um]", 360, "time of the run [s]")
     return figure.update_yaxes(rangemode="tozero")

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, Line, over_time
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
 
 
@@ -129,7 +129,7 @@ def share_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure
     curves = {"measured": measured, **shares}.items()
     colours = (DESIRED, AFTER, BEFORE, GREEN, PLANT)
     lines = [
-        Line(words, color, one.time, values, 1.2)
+        DrawnLine(words, color, one.time, values, 1.2)
         for (words, values), color in zip(curves, colours, strict=False)
     ]
     return over_time(lines, f"joint {found.joints[k]} [urad]", 300)
@@ -144,9 +144,9 @@ def torque_figure(one: RecordingResult, k: int) -> go.Figure:
 def _beside(one: RecordingResult, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
     """Draw what was measured, what is predicted and what is left, (k,) each in the label's unit."""
     lines = [
-        Line("measured", DESIRED, one.time, measured, 1.0),
-        Line("predicted", AFTER, one.time, measured - left),
-        Line("left", BEFORE, one.time, left, 1.0),
+        DrawnLine("measured", DESIRED, one.time, measured, 1.0),
+        DrawnLine("predicted", AFTER, one.time, measured - left),
+        DrawnLine("left", BEFORE, one.time, left, 1.0),
     ]
     return over_time(lines, label, 300)
 

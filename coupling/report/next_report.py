@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, Line, over_time
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.results.next_result import NextResult, PathCorrectionResult
 
 _TIME = "time of the run [s]"
@@ -118,7 +118,7 @@ def _distances(found: NextResult) -> go.Figure:
         # The colour of the last run is always the same.
         color = JOINTS[(len(found.runs) - number) % len(JOINTS)]
         distance = UM * np.array(own.distance_m)
-        lines.append(Line(f"run {number}: {own.measured}", color, own.time, distance, 1.2))
+        lines.append(DrawnLine(f"run {number}: {own.measured}", color, own.time, distance, 1.2))
     figure = over_time(lines, "distance from the desired path [um]", 380, _TIME)
     return figure.update_yaxes(rangemode="tozero")
 
@@ -126,7 +126,7 @@ def _distances(found: NextResult) -> go.Figure:
 def _correction(own: PathCorrectionResult) -> go.Figure:
     deviation = UM * np.array(own.deviation_m)
     lines = [
-        Line(axis, color, own.time, values)
+        DrawnLine(axis, color, own.time, values)
         for axis, color, values in zip("xyz", JOINTS, deviation.T, strict=False)
     ]
     return over_time(lines, "beyond the model, base axes [um]", 320, _TIME)

@@ -25,7 +25,7 @@ from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import shares_of
-from coupling.report.style import Line, over_time
+from coupling.report.style import DrawnLine, over_time
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
@@ -190,7 +190,7 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     assert cell.figures.pinch_gap_m is not None
     time = cell.first.desired.time
     stages = zip(cell.figures.stages, (BEFORE, AFTER), cell.gap.T, strict=False)
-    lines = [Line(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
+    lines = [DrawnLine(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
     figure = over_time(lines, "gap [mm]", 320)
     commanded = 1e3 * cell.figures.pinch_gap_m.commanded
     return figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})

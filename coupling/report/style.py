@@ -40,11 +40,11 @@ def curve(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> dict[str,
     return {"x": time[rows], "y": values[rows]}
 
 
-class Line(NamedTuple):
+class DrawnLine(NamedTuple):
     """A curve over time.
 
     Attributes:
-        name, color: What the legend says.
+        name, color: Entry in the legend.
         time: Rising [s], (n,).
         values: In the unit of the figure's axis, (n,).
         width: Width [px].
@@ -59,7 +59,9 @@ class Line(NamedTuple):
     dash: str = "solid"
 
 
-def over_time(lines: Iterable[Line], label: str, height: int, time: str = "time [s]") -> go.Figure:
+def over_time(
+    lines: Iterable[DrawnLine], label: str, height: int, time: str = "time [s]"
+) -> go.Figure:
     """Draw curves over one time, with the labels of both axes; `height` is in [px]."""
     figure = go.Figure()
     for own in lines:
