@@ -222,7 +222,6 @@ def _touched_off(
     part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
 
     Args:
-        file: The case.
         task: Its task with the part as [part] has it.
         process_table: Table [process].
         robots: Robots of the case.

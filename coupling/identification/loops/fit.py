@@ -69,7 +69,6 @@ def settled(
 
     Args:
         model: The model of the measurements.
-        measured: The measurements.
         white: Their whitening matrices [1/m, 1/rad], (k, r, r).
         start: Values to begin at, in p's units, (P,); what is not identifiable stays there.
         hold: Whitened error for each parameter off its start [1 per unit of p], (P,).

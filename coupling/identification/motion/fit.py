@@ -1,21 +1,16 @@
-"""Least squares over simulations, intervals of its parameters, and which of them are identifiable.
-
-Residuals are correlated over time and between channels: a fit without one block of a recording, for
-every block, shows how much the values owe to it [Kunsch1989].  Blocks are several times as long as the
-residuals are correlated.
-"""
+"""Least squares over simulations, and which of its parameters are identifiable."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
-from coupling.identification.verdict import quantile
 
 # Iterations, each with the channels weighed by what is left of them: most steps, and what settles them.
 _ITERATIONS = ((5, 1e-2), (8, 1e-4))
@@ -28,13 +23,9 @@ _OF_ITSELF, _NARROW = 1.0, 0.3
 _LEAST_PART = 1e-3
 # What is left of a channel counts as this at least [rad, N m]: below is rounding.
 _EXACT = 1e-9
-# Length of a block over the correlation time, and how many there are at least and at most.
-_TIMES, _FEWEST, _MOST = 8.0, 12, 60
 # Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
 # the likeliest.
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
-# Eigenvalues of scaled normal matrices below this part of the largest are not seen.
-_UNSEEN = 1e-11
 
 
 @dataclass(frozen=True)
@@ -143,8 +134,7 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
 
 def rms(values: np.ndarray) -> np.ndarray:
     """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
-    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
-    return size
+    return np.sqrt(np.mean(values**2, axis=0))
 
 
 def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
@@ -193,147 +183,3 @@ def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
         if isinstance(p, SensorParameter):
             allowed[k] = max(_OF_ITSELF * abs(x[k]), _NARROW)
     return allowed
-
-
-def correlation_time(residual: np.ndarray) -> float:
-    """Return the integrated correlation time of the slowest channel [rows]: 1 of white noise.
-
-    Args:
-        residual: Residuals, any unit, (n, channels).
-    """
-    longest = 1.0
-    for channel in residual.T:
-        centred = channel - channel.mean()
-        size = 1 << (2 * len(centred) - 1).bit_length()
-        spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
-        covariance = np.fft.irfft(spectrum, size)[: len(centred)]
-        if covariance[0] <= 0.0:
-            continue
-        correlation = covariance / covariance[0]
-        ends = np.flatnonzero(correlation <= 0.0)
-        last = int(ends[0]) if len(ends) else len(correlation)
-        longest = max(longest, float(1.0 + 2.0 * np.sum(correlation[1:last])))
-    return longest
-
-
-@dataclass(frozen=True)
-class NormalBlocks:
-    """Normal equations of least squares, block of time by block: sums over g are the whole problem.
-
-    Attributes:
-        matrices: J^T J of each block [1], (g, P, P).
-        vectors: -J^T r of each block [1], (g, P).
-        prior: Weights of squares of departures from what is known before [1], (P,).
-        away: From the values to what is known before [1], (P,).
-        correlated: Number of rows that count as one beside the prior.
-    """
-
-    matrices: np.ndarray
-    vectors: np.ndarray
-    prior: np.ndarray
-    away: np.ndarray
-    correlated: float = 1.0
-
-    @classmethod
-    def of(
-        cls, jacobian: np.ndarray, residual: np.ndarray, rows: Sequence[int], channels: int
-    ) -> NormalBlocks:
-        """Return the blocks of a linearised problem.
-
-        Args:
-            jacobian: Derivatives of the residual [1], rows of time with all channels, (r, P).
-            residual: The weighed residual [1], (r,).
-            rows: Number of rows of time of each recording.
-            channels: Number of channels in each row.
-        """
-        ends = np.cumsum(rows)[:-1]
-        parts = np.split(residual.reshape(-1, channels), ends)
-        own = np.split(jacobian.reshape(-1, channels, jacobian.shape[1]), ends)
-        length = _TIMES * max(correlation_time(part) for part in parts)
-        total = int(np.clip(sum(rows) / length, _FEWEST, _MOST))
-        matrices, vectors = [], []
-        for part, columns in zip(parts, own, strict=True):
-            count = max(1, round(total * len(part) / sum(rows)))
-            for r, a in zip(
-                np.array_split(part, count), np.array_split(columns, count), strict=True
-            ):
-                flat = a.reshape(-1, a.shape[2])
-                matrices.append(flat.T @ flat)
-                vectors.append(-flat.T @ r.ravel())
-        none = np.zeros(jacobian.shape[1])
-        return cls(np.array(matrices), np.array(vectors), none, none)
-
-    def only(self, chosen: np.ndarray, others: np.ndarray) -> NormalBlocks:
-        """Return the problem of some parameters with the others moved.
-
-        Args:
-            chosen: Mask of those that stay, (P,).
-            others: Change of the others [1], (P,); what stands at those chosen does not count.
-        """
-        moved = self.matrices[:, :, ~chosen] @ others[~chosen]
-        return NormalBlocks(
-            self.matrices[:, chosen][:, :, chosen],
-            (self.vectors - moved)[:, chosen],
-            self.prior[chosen],
-            self.away[chosen],
-            self.correlated,
-        )
-
-    @property
-    def _whole(self) -> tuple[np.ndarray, np.ndarray]:
-        matrix = self.matrices.sum(axis=0) + np.diag(self.prior)
-        return matrix, self.vectors.sum(axis=0) + self.prior * self.away
-
-    @property
-    def step(self) -> np.ndarray:
-        """Solution of the whole problem [1], (P,)."""
-        return _solved(*self._whole)
-
-    @property
-    def spread(self) -> np.ndarray:
-        """Variances of the solution, were so many rows one and of size 1 [1], (P,)."""
-        spread: np.ndarray = self.correlated * np.diag(_inverse(self._whole[0]))
-        return spread
-
-    @property
-    def deviation(self) -> np.ndarray:
-        """Standard deviations of the solution by jackknife over blocks and by the prior [1], (P,)."""
-        matrix, vector = self._whole
-        each = np.array(
-            [
-                _solved(matrix - own, vector - part)
-                for own, part in zip(self.matrices, self.vectors, strict=True)
-            ]
-        )
-        count = len(each)
-        away = each - each.mean(axis=0)
-        by_prior = self.correlated * _inverse(matrix) ** 2 @ self.prior
-        deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0) + by_prior)
-        return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
-
-    @property
-    def half(self) -> np.ndarray:
-        """Half of 95 % intervals over the standard deviations [1], (P,).
-
-        Student's, with the number of blocks that carry the information on a parameter, which may be few.
-        """
-        inverse = _inverse(self._whole[0])
-        carried = np.einsum("ij,gjk,ki->gi", inverse, self.matrices, inverse)
-        whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
-        count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)
-        return np.array([quantile(own - 1.0) for own in count.tolist()])
-
-
-def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse of normal equations, zero along what they do not see."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    scale[scale == 0.0] = np.inf
-    both = np.outer(scale, scale)
-    inverse: np.ndarray = np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
-    return inverse
-
-
-def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return the solution of normal equations, none along what they do not see."""
-    found: np.ndarray = _inverse(matrix) @ vector
-    return found

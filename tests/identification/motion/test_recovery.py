@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import NormalBlocks, fitted
+from coupling.identification.motion.fit import fitted
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
+from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.parameters import motion_parameters
 from coupling.identification.motion.problem import MotionProblem, MovedRecording
 from coupling.identification.motion.recording import Recording
