@@ -27,7 +27,7 @@ from coupling.run.models import Models
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
     with Models("native") as models:
-        yield Robots(example, models)
+        yield Robots(example, models, seconds=6.0, rate=1.0 / 3.0)
 
 
 def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
