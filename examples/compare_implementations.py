@@ -19,10 +19,9 @@ from coupling.path.interpolation import InterpolatedPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Iso9283
 from elastic_robot.description import Robot
-from elastic_robot.motion import Drives
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import HeldCommand, Trajectory
+from elastic_robot.trajectory import Drives, HeldCommand, Trajectory
 from examples.mujoco_robot import MujocoSimulation
 
 robot = load_robot(find_robot("icme2008"))

@@ -26,7 +26,7 @@ import command_line
 import numpy as np
 import pytest
 from hypothesis import settings
-from places import HOSTS, REFERENCE
+from places import HELPERS, HOSTS, REFERENCE
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
@@ -75,22 +75,48 @@ def fresh() -> Iterator[subprocess.Popen]:
 
 
 @pytest.fixture
-def run_host(tmp_path: Path, fresh: subprocess.Popen):
+def forked(tmp_path: Path, fresh: subprocess.Popen):
+    """Run a script in a process that has not imported the project; return what it says."""
+
+    def run(script: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+        command = [str(script), *map(str, arguments)]
+        with tempfile.NamedTemporaryFile() as out, tempfile.NamedTemporaryFile() as err:
+            order = {
+                "command": command,
+                "folder": str(tmp_path),
+                "environment": dict(os.environ),
+                "stdout": out.name,
+                "stderr": err.name,
+            }
+            fresh.stdin.write(json.dumps(order) + "\n")
+            code = int(fresh.stdout.readline())
+            said = out.read().decode(), err.read().decode()
+        return subprocess.CompletedProcess(command, code, *said)
+
+    return run
+
+
+@pytest.fixture
+def run_host(forked):
     """Run a script of tests/fmu/hosts in a process that has not imported the project; return stderr."""
 
     def run(script: str, *arguments: object, succeeds: bool = True) -> str:
-        with tempfile.NamedTemporaryFile() as said:
-            order = {
-                "command": [str(HOSTS / f"{script}.py"), *map(str, arguments)],
-                "folder": str(tmp_path),
-                "environment": dict(os.environ),
-                "stderr": said.name,
-            }
-            fresh.stdin.write(json.dumps(order) + "\n")
-            code, text = int(fresh.stdout.readline()), said.read().decode()
-        assert (code == 0) == succeeds, text
-        assert code >= 0, f"killed by signal {-code}"
-        return text
+        done = forked(HOSTS / f"{script}.py", *arguments)
+        assert (done.returncode == 0) == succeeds, done.stderr
+        assert done.returncode >= 0, f"killed by signal {-done.returncode}"
+        return done.stderr
+
+    return run
+
+
+@pytest.fixture
+def judged(forked):
+    """Run the judge of run folders, tests/helpers/replay.py, where the project has not been imported."""
+
+    def run(folder: Path, fmu: Path, *options: object) -> dict:
+        done = forked(HELPERS / "replay.py", folder, fmu, *options)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
 
     return run
 

@@ -181,10 +181,10 @@ def _task(
     diameter = process_table.forming_tool_diameter
 
     def task(corners: Corners) -> Task:
-        own = tool_path.task(part, corners)
+        untilted = tool_path.untilted(part, corners)
+        own = tool_path.task(part, corners, untilted)
         if diameter is None:
             return own
-        untilted = tool_path.untilted(part, corners)
         return untilted.on_sphere(own, tool_path.tilt, 0.5 * diameter)
 
     found = task(NONE)
@@ -222,7 +222,6 @@ def _touched_off(
     part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
 
     Args:
-        file: The case.
         task: Its task with the part as [part] has it.
         process_table: Table [process].
         robots: Robots of the case.

@@ -75,7 +75,6 @@ class _PlantRobotTable(Schema):
 
         Args:
             model: The model, as it stands.
-            torque_curve: Its torque curve.
             drive: Motion of its drives; as those of another description do unless that is given.
             mounting: Mounting of the robot and of the plant's.
             folder: Folder in which relative files begin.

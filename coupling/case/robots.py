@@ -64,7 +64,6 @@ def drive_of(robot: Robot, requested: OneOfDrives | None) -> OneOfDrives:
     """Return how a robot's drives move: as asked for, else as its servos do where its file has motors.
 
     Args:
-        robot: The robot.
         requested: Value in the case; None: none.
 
     Raises:

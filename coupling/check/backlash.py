@@ -19,16 +19,14 @@ of path.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.windows import solve_links
-from coupling.path.deviation import Deviation, measure
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.results.outlook import Replay
 from coupling.robot.robot_fmu import ChangedRobot
 from coupling.run.robustness import VARIATIONS, SimulatedModel
 
@@ -36,26 +34,12 @@ from coupling.run.robustness import VARIATIONS, SimulatedModel
 _WATCHED = 0.004
 
 
-@dataclass(frozen=True)
-class GearReplay:
-    """Deviation under the exact command of a robot on one whose gears differ from it.
-
-    Attributes:
-        name: Difference in words, such as backlash +20 %.
-        deviation: Deviation from the desired path [m].
-    """
-
-    name: str
-    deviation: Deviation
-
-
 def gear_replays(
-    moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch = unwatched
-) -> tuple[GearReplay, ...]:
+    moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch
+) -> tuple[Replay, ...]:
     """Return what robots with other gears leave, as `coupling.run.robustness` varies them.
 
     Args:
-        moving: The robot.
         model: The same robot, simulated.
         wanted: Path, joint angles of the undeflected robot along it and wrench on the tool.
         watch: Function called with the progress of the work.
@@ -81,7 +65,7 @@ def gear_replays(
     for name, parameters in changed.items():
         robot = ChangedRobot(model.fmu, parameters, name)
         path = robot.simulate(command, loads, "dynamic")
-        found.append(GearReplay(name, measure(path, desired)))
+        found.append(Replay.of(name, path, desired))
     return tuple(found)
 
 
@@ -91,8 +75,6 @@ def exact_command(
     """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
 
     Args:
-        moving: The robot.
-        wanted: Its desired motion.
         watch: Function called with the progress of the work.
     """
     task = moving.task(wanted)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.case.case import Case
-from coupling.check.backlash import GearReplay, gear_replays
+from coupling.check.backlash import gear_replays
 from coupling.check.clearance import Clearance, clearance_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
@@ -17,6 +17,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import arc_length
+from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion
 from coupling.robot.robot import LimitWarning
 from coupling.run.drive_motion import drive_motions
@@ -58,8 +59,8 @@ class CheckedRobot:
     clearance: Clearance
     gears: tuple[GearDiagnosis, ...]
     motors: tuple[MotorDemand, ...]
-    backlash: tuple[GearReplay, ...]
-    hysteresis: tuple[GearReplay, ...] | None
+    backlash: tuple[Replay, ...]
+    hysteresis: tuple[Replay, ...] | None
     unknown: str
     warnings: tuple[LimitWarning, ...]
 
@@ -70,7 +71,6 @@ def checked(
     """Return the findings on the robots of a case.
 
     Args:
-        case: The case.
         wrench: Wrenches on its tools along the desired path, world axes.
         watch: Function called with the progress of the work.
 
@@ -119,7 +119,7 @@ def checked(
 
 def _gear_replays(
     moving: MovingRobot, slips: bool, models: Models, wanted: DesiredMotion, watch: Watch
-) -> tuple[tuple[GearReplay, ...], str]:
+) -> tuple[tuple[Replay, ...], str]:
     """Return what an error of the gears leaves, or why it is not known, which keeps no other finding."""
     if not (slips or np.any(moving.backlash)):
         return (), ""

@@ -63,8 +63,6 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     """Return the clearance around the path of one tool, base frame.
 
     Args:
-        robot: The robot.
-        path: The path.
         q: Joint angles along it [rad], (n, joints).
     """
     walk = _Walk(SerialRobot(robot), JointLimits.of(robot))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 from coupling.errors import ProcessError
+from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse
 from coupling.process.repeatability import Repeatability
+from coupling.robot.moving import Inverter
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
@@ -18,53 +19,41 @@ _PER_SECOND = 0.2
 _PER_SAMPLE = 2.5e-4
 # Gears that reverse often, limits and the machine change it by so much.
 _WITHIN = 2.5
+# Rows that follow the inverse nearly everywhere: on longer ones every inverse is improved by as many
+# simulations as it may take, each with its share of steps and servos' commands, by second of path.
+_CLOSE_ROWS, _PER_SIMULATION = 0.004, 0.018
 # An evaluation that takes less is made twice [s].
 _ASKED_TWICE = 60.0
 
 
-@dataclass(frozen=True)
-class TimeEstimate:
-    """Time of a compensation by the inverse of the moving robot.
-
-    Attributes:
-        robots: Time of the robots [s], lowest and highest.
-        each: One evaluation of the process [s], None where nothing is known.
-        evaluations: Lowest and highest number of evaluations.
-    """
-
-    robots: tuple[float, float]
-    each: float | None
-    evaluations: tuple[int, int]
-
-    def lines(self) -> list[str]:
-        """Return what to say of it."""
-        low, high = self.robots
-        few, many = self.evaluations
-        text = f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
-        if self.each is None:
-            return [
-                f"{text}; {few} to {many} evaluations of the process, whose time is unknown"
-                " (--evaluate measures one)"
-            ]
-        return [
-            f"{text}; {few} to {many} evaluations of the process, {self.each:.2g} s each"
-            " (one was measured)"
-        ]
-
-
-def estimated(desired: ToolPath, rounds: int, each: float | None) -> TimeEstimate:
-    """Return what a compensation of so many rounds at most would take.
+def estimated(desired: ToolPath, controller: Controller, rounds: int, each: float | None) -> str:
+    """Return how long a compensation by the inverse of the moving robot would take, in words.
 
     Args:
         desired: Desired paths of all tools.
+        controller: Controller that takes the commands.
         rounds: Inverses at most.
-        each: Time of one evaluation [s], None where it was not measured.
+        each: Time of one evaluation of the process [s], None where it was not measured.
     """
     duration = float(desired.time[-1] - desired.time[0])
-    work = _PER_SECOND * duration + _PER_SAMPLE * len(desired.time)
-    robots = len(desired.pose) * work
-    low = _START + robots / _WITHIN
-    return TimeEstimate((low, _START + robots * _WITHIN), each, (2, rounds + 1))
+    work = len(desired.pose) * (_PER_SECOND * duration + _PER_SAMPLE * len(desired.time))
+    low, high, improved = _START + work / _WITHIN, _START + work * _WITHIN, ""
+    if controller.cycle > _CLOSE_ROWS:
+        simulations = rounds * Inverter.simulations
+        high += len(desired.pose) * simulations * _PER_SIMULATION * duration
+        improved = (
+            f" (the most where rows of {1e3 * controller.cycle:.3g} ms miss the path: then commands are"
+            f" improved by up to {simulations} simulations)"
+        )
+    measured = (
+        ", whose time is unknown (--evaluate measures one)"
+        if each is None
+        else f", {each:.2g} s each (one was measured)"
+    )
+    return (
+        f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
+        f"{improved}; 2 to {rounds + 1} evaluations of the process{measured}"
+    )
 
 
 def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
@@ -78,8 +67,6 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
     """Return whether a process answers the desired path alike when it is asked again, in words.
 
     Args:
-        process: The process.
-        desired: The desired path.
         first: Its answer to it.
         seconds: Time that this answer took [s].
     """

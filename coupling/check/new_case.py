@@ -111,7 +111,6 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
         robot: A shipped robot's name, whose file is copied, or a robot file, which is named.
         process: Name in `STARTS`.
         two_robots: A second robot of the same kind supports the sheet from behind.
-        folder: Folder that it is for.
 
     Raises:
         CaseError: If there is no such process, or none for two robots.

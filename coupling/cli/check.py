@@ -68,7 +68,7 @@ def check(
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
-    others = [*alike, *loaded.task.remarks, *touches, *_time(loaded, each)]
+    others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     sections = [*check_summary(robots, loads), *warned((), said), Section("", others)]
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, sections)
@@ -76,7 +76,7 @@ def check(
     console.print(f"Page: {file}")
 
 
-def _time(case: Case, each: float | None) -> list[str]:
+def _time(case: Case, each: float | None) -> str:
     """Return what there is to say of the time that a compensation would take."""
     from coupling.check.estimate import estimated, timed
     from coupling.solve.inverse import InverseCorrection
@@ -84,7 +84,5 @@ def _time(case: Case, each: float | None) -> list[str]:
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
-        return estimated(case.desired, case.method.max_rounds, each).lines()
-    return [
-        "Compensation: no estimate of the time for this method, which iterates robot and process"
-    ]
+        return estimated(case.desired, case.controller, case.method.max_rounds, each)
+    return "Compensation: no estimate of the time for this method, which iterates robot and process"

@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.cli.console import console
-from coupling.cli.identify_motion import MotionRequest, identify_from_motion
 from coupling.errors import IdentifyError, one_of
-from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.files.atomic_file import make_folder_of
 
 if TYPE_CHECKING:
     from coupling.identification.static.measurements import MeasurementNoise, Measurements
     from coupling.identification.static.plan import PlanRequest
     from elastic_robot.description import Robot
 
-_REFUSED = 1
 _PLAN, _MOTION = "Plan", "Motion"
 
 
@@ -92,6 +89,8 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify a robot from measured static deflections or recordings of its motion; or plan them."""
+    from coupling.cli.fitted import robot_target, write_findings, write_robot
+    from coupling.cli.identify_motion import identify_from_motion
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identification.least_squares import LOSSES
     from coupling.identification.loops.identification import identify_loops
@@ -102,15 +101,13 @@ def identify(
     from coupling.identification.static.plan import PlanRequest
     from coupling.identification.static.results import figures, identified_text
     from coupling.report.identify_report import identify_page, identify_summary
-    from coupling.report.terminal import print_sections
     from elastic_robot.torque_curves import TORQUE_CURVES
 
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
     _require(loss, LOSSES, "--loss")
     files = measurements or []
     if files and not plan and is_recording(files[0]):
-        request = MotionRequest(files, hold_out or (), bandwidth, leave_out, output)
-        identify_from_motion(request, robot)
+        identify_from_motion(robot, files, hold_out or (), bandwidth, leave_out, output)
         return
     if hold_out:
         raise IdentifyError("--hold-out: expected recordings of a motion to fit, got none")
@@ -127,26 +124,16 @@ def identify(
         return
     if table is None:
         raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
-    target = output or Path("results", f"{table.stem}_identified.toml")
-    if target.suffix != ".toml":
-        raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    target = robot_target(output, f"{table.stem}_identified", IdentifyError)
     measured = read_measurements(table, len(described.joints))
     options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     own = identified if measured.loop is None else identify_loops
     found = own(described, measured, options)
     result = figures(found)
-    make_folder_of(target, IdentifyError)
-    print_sections(console, identify_summary(result))
-    title = f"{table.name}: {described.name}"
-    report, data = target.with_suffix(".html"), target.with_suffix(".json")
-    _write(data, result.text() + "\n")
-    _write(report, identify_page(title, result))
-    console.print(f"Report: {report}")
-    if found.refusal:
-        raise typer.Exit(_REFUSED)
+    page = identify_page(f"{table.name}: {described.name}", result)
+    write_findings(target, result, identify_summary(result), page, IdentifyError)
     source = f"{table.name}, {measured.count} measurements"
-    _write(target, identified_text(found, start, target, source))
-    console.print(f"Robot file: {target}")
+    write_robot(target, identified_text(found, start, target, source), IdentifyError)
 
 
 def _plan(
@@ -184,10 +171,6 @@ def _with_noise(wish: PlanRequest, position: float | None, force: float | None) 
         position=wish.position if position is None else position,
         force_deviation=wish.force_deviation if force is None else force,
     )
-
-
-def _write(file: Path, text: str) -> None:
-    write_atomically(file, text, IdentifyError)
 
 
 def _require(word: str, known: Iterable[str], option: str) -> None:

@@ -21,9 +21,7 @@ from coupling.cli.arguments import (
 from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import CaseError, LearnError
-from coupling.files.atomic_file import make_folder_of, write_atomically
-
-_REFUSED = 1
+from coupling.files.atomic_file import write_atomically
 
 
 def learn(
@@ -47,6 +45,7 @@ def learn(
     no_store: NoStore = False,
 ) -> None:
     """Learn backlash, stiffness and damping from measured runs, and compute the next command."""
+    from coupling.cli.fitted import robot_target, write_findings, write_robot
     from coupling.conduct import conduct
     from coupling.files.toml_file import load_toml
     from coupling.identification.next.inputs import next_case_text
@@ -56,16 +55,13 @@ def learn(
     from coupling.identification.runs.results import figures, learned_text
     from coupling.identification.runs.source import read_source
     from coupling.report.learn_report import learn_page, learn_summary
-    from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
 
     pairs = pairs_of(runs)
-    target = output or Path("results", f"{pairs[0][1].stem}_learned.toml")
-    if target.suffix != ".toml":
-        raise LearnError(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    target = robot_target(output, f"{pairs[0][1].stem}_learned", LearnError)
     if draws == 1:
         raise LearnError("--draws: expected 0, or 2 or more, got 1")
     if next_run is not None and no_next:
@@ -80,20 +76,14 @@ def learn(
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
     result = figures(found)
-    make_folder_of(target, LearnError)
-    print_sections(console, learn_summary(result))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
-    report = target.with_suffix(".html")
-    _write(target.with_suffix(".json"), result.text() + "\n")
-    _write(report, learn_page(title, result))
-    console.print(f"Report: {report}")
-    if found.refusal:
-        raise typer.Exit(_REFUSED)
-    _write(target, learned_text(found, target))
-    console.print(f"Robot file: {target}")
+    page = learn_page(title, result)
+    write_findings(target, result, learn_summary(result), page, LearnError)
+    write_robot(target, learned_text(found, target), LearnError)
     last = pairs[-1][0]
     case = target.with_name(f"{target.stem}_case.toml")
-    _write(case, next_case_text(load_toml(last / "case.toml", CaseError), target))
+    text = next_case_text(load_toml(last / "case.toml", CaseError), target)
+    write_atomically(case, text, LearnError)
     if no_next:
         console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
         return
@@ -103,7 +93,3 @@ def learn(
     print_run(done, folder)
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
-
-
-def _write(file: Path, text: str) -> None:
-    write_atomically(file, text, LearnError)

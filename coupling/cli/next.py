@@ -248,9 +248,9 @@ def _advance(
 
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
-        told = figures(found, done.run.forecast)
-        write_atomically(place / PLAN, told.text() + "\n", LearnError)
-        write_atomically(place / REPORT, next_page(title, told), LearnError)
+        result = figures(found, done.run.forecast)
+        write_atomically(place / PLAN, result.text() + "\n", LearnError)
+        write_atomically(place / REPORT, next_page(title, result), LearnError)
     print_run(done, output)
     console.print(f"How it was found: {place / REPORT}")
     if not done.run.correction.converged:
@@ -265,5 +265,4 @@ def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Ru
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
-    told = forecast(found, correction.joints, wrench, watch)
-    return replace(run, forecast=told)
+    return replace(run, forecast=forecast(found, correction.joints, wrench, watch))

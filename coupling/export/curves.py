@@ -14,7 +14,6 @@ class SampledCurve(Protocol):
     @property
     def values(self) -> np.ndarray:
         """Values that a controller interpolates, [m] and unit quaternions or [rad], (n, k)."""
-        ...
 
     def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return the values on the straight way from some values to others.
@@ -23,7 +22,6 @@ class SampledCurve(Protocol):
             start, end: Values, units as of `values`, (m, k).
             share: Share of the way, 0 to 1, (m,).
         """
-        ...
 
     def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
         """Return how far values are off at the tool [m], (m,).
@@ -32,7 +30,6 @@ class SampledCurve(Protocol):
             values: Values in place of the motion's own in these rows, its units, (m, k).
             rows: The rows.
         """
-        ...
 
 
 def continuous(quaternion: np.ndarray) -> np.ndarray:

@@ -39,8 +39,8 @@ def write_fmu(
     """
     unknown = identified(_UNKNOWN)
     guid = content_guid({**entries, **unknown}).encode()
-    told = {name: data.replace(_UNKNOWN.encode(), guid) for name, data in unknown.items()}
-    write_archive(file, ".fmu", {**entries, **told}, date)
+    stated = {name: data.replace(_UNKNOWN.encode(), guid) for name, data in unknown.items()}
+    write_archive(file, ".fmu", {**entries, **stated}, date)
     return file
 
 

@@ -132,5 +132,4 @@ def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
     lowest = problem.lowest
     for i in np.flatnonzero(np.any(others < lowest[:, None], axis=0)):
         others[:, i] = weighted.without(int(i)).solve()
-    errors: np.ndarray = problem.target - np.einsum("krp,pk->kr", problem.columns, others)
-    return errors
+    return problem.target - np.einsum("krp,pk->kr", problem.columns, others)

@@ -9,7 +9,6 @@ def torque_per_current(robot: Robot, joint: int, table: object, error: type[Exce
     """Return the torque at the gear's output over the current of a joint's motor [N m/A].
 
     Args:
-        robot: The robot.
         joint: Number of the joint, from 0.
         table: Name of the table with the current, for the message.
         error: Exception class where the robot's file does not tell.

@@ -93,8 +93,7 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
 def _reduced(directions: np.ndarray) -> np.ndarray:
     """Return directions that span the same, each with a parameter of its own and few others."""
     _, order = qr(directions, mode="r", pivoting=True)
-    reduced: np.ndarray = np.linalg.solve(directions[:, order[: len(directions)]], directions)
-    return reduced
+    return np.linalg.solve(directions[:, order[: len(directions)]], directions)
 
 
 def _named(

@@ -97,7 +97,7 @@ class GearLaw:
             elongation: Their elongations there [rad], (e,).
         """
         a, rest = elements.slip_angle, start - elongation
-        angle = np.unique(np.concatenate([self.angle, rest + a, rest - a]))
+        angle = np.sort(np.concatenate([self.angle, rest + a, rest - a]))
         angle = angle[np.append(True, np.diff(angle) > _NARROW)]
         ends = np.concatenate([[angle[0] - 1.0], angle, [angle[-1] + 1.0]])
         torque = self.at(ends) + elements.torque(np.clip(ends[:, None] - rest, -a, a))

@@ -133,7 +133,9 @@ class RowsFit:
         def seen_by(splines: np.ndarray, signal: np.ndarray) -> np.ndarray:
             return np.lib.stride_tricks.sliding_window_view(signal, len(splines))[::parts] @ splines
 
-        right = seen_by(weighted, self._weighted(values)) + _ITSELF**2 * seen_by(one, values)
+        right = seen_by(weighted, self._weighted(values))
+        alone = seen_by(one[: (self.rows.degree + 1) * parts], values)  # it is zero behind
+        right += _ITSELF**2 * alone[: len(right)]
         # Coefficient m begins at row m - degree, here behind 2 pad others; the first one is m = -pad.
         first, count = pad - self.rows.degree, self.rows.coefficients + 2 * pad
         return right[first : first + count]

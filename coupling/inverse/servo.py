@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter
 
 from coupling.inverse.gear_elements import GearElements
 from elastic_robot.gear_parts import Drive
@@ -136,6 +135,9 @@ def low_pass(values: np.ndarray, step: float, time_constant: float, start: float
         time_constant: T [s], > 0.
         start: y at the first time.
     """
+    # Here, because it is a quarter of what every command's start takes.
+    from scipy.signal import lfilter
+
     ratio = step / time_constant
     decay, mean = np.exp(-ratio), -np.expm1(-ratio) / ratio
     before, now = mean - decay, 1.0 - mean

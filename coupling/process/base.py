@@ -80,7 +80,6 @@ class Process(Protocol):
     @property
     def identity(self) -> str:
         """Key of its answers: equal for processes that answer alike, empty where it is not known."""
-        ...
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the response of the process to the actual path of all tools, base axes.
@@ -88,7 +87,6 @@ class Process(Protocol):
         Raises:
             ProcessError: If it has no answer.
         """
-        ...
 
 
 class ProcessWrapper:

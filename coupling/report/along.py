@@ -10,7 +10,16 @@ from plotly.subplots import make_subplots
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.shares import spike
-from coupling.report.style import FLOOR_UM, UM, curve, distance_curve, log_axis, style
+from coupling.report.style import (
+    FLOOR_UM,
+    UM,
+    DrawnLine,
+    curve,
+    log_axis,
+    over_time,
+    shown_distance,
+    style,
+)
 from coupling.report.tables import mode_names
 from coupling.results.run_result import ReversalResult
 from coupling.run.stored_run import StoredRobot
@@ -39,10 +48,10 @@ def deviation(run: StoredRobot) -> go.Figure:
             paths.append((f"{stage}, {other}", run.other[stage], "dot", 1.0))
         for name, drawn, dash, width in paths:
             line = {"color": color, "dash": dash, "width": width}
-            points = distance_curve(drawn.time, drawn.distance_to(run.desired))
+            points = curve(drawn.time, shown_distance(drawn.distance_to(run.desired)))
             figure.add_scatter(**points, name=name, mode="lines", line=line, row=1, col=1)
     if run.plant is not None:
-        points = distance_curve(run.plant.time, run.plant.distance_to(run.desired))
+        points = curve(run.plant.time, shown_distance(run.plant.distance_to(run.desired)))
         line = {"color": PLANT, "width": 1.5}
         figure.add_scatter(**points, name="on the plant", mode="lines", line=line, row=1, col=1)
     _label(figure, run, gears)
@@ -140,16 +149,13 @@ def _hint(change: ReversalResult) -> str:
 
 def components(run: StoredRobot) -> go.Figure:
     """Deviation of the first of the actual paths by axis."""
-    figure = go.Figure()
     first, path = next(iter(run.actual.items()))
     difference = UM * (path.position[0] - run.desired.position[0])
-    for axis, color, values in zip("xyz", (AFTER, GREEN, BEFORE), difference.T, strict=True):
-        line = {"color": color, "width": 1.5}
-        points = curve(run.desired.time, values)
-        figure.add_scatter(**points, name=axis, showlegend=True, mode="lines", line=line)
-    figure.update_yaxes(title=f"{first.split()[0]} [um]")
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 280)
+    lines = [
+        DrawnLine(axis, color, run.desired.time, values)
+        for axis, color, values in zip("xyz", (AFTER, GREEN, BEFORE), difference.T, strict=True)
+    ]
+    return over_time(lines, f"{first.split()[0]} [um]", 280)
 
 
 def wrench(run: StoredRobot) -> go.Figure:

@@ -9,6 +9,7 @@ from typing import Any
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
 from coupling.report.section import Note, Section, Table
+from coupling.report.style import UM
 from coupling.results.run_result import RunResult, TouchOffResult
 from coupling.results.run_state import AnswerResult, RunCase
 from coupling.run.stored_run import CASE, StoredRun
@@ -16,7 +17,6 @@ from coupling.run.stored_run import CASE, StoredRun
 # Evaluations that are listed one by one.
 _LISTED = 12
 _KEY = 12
-_UM = 1e6
 _WHERE = {
     "inverse": "first on the desired path, then on the path that the tool takes under each command",
     "mirror": "on the paths that the tool takes, from iteration to iteration",
@@ -107,14 +107,14 @@ def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str
             for values, factor, digits in (
                 (found.part_position_m, 1.0, 6),
                 (found.part_rpy_deg, 1.0, 4),
-                (found.shift_m, _UM, 1),
+                (found.shift_m, UM, 1),
                 (found.turn_rad, 1e3, 3),
             )
         )
         said.append(
             f"{name} robot: touched off with its sag, the part is really at {part} m, roll, pitch,"
             f" yaw {rpy} deg; there the controller shows a frame that is off by {shift} um and {turn}"
-            f" mrad, world axes. The touched points fit that to {_UM * found.residual_m:.2f} um."
+            f" mrad, world axes. The touched points fit that to {UM * found.residual_m:.2f} um."
         )
     return said
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.check.backlash import GearReplay
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
 from coupling.files.atomic_file import make_folder_of, write_atomically
@@ -18,6 +17,7 @@ from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
 from coupling.report.tables import gear_loads, motor_limit
 from coupling.report.thinning import PARTS
+from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, GearResult
 from coupling.run.motor_demands import COLD, WARM, MotorDemand
 
@@ -117,7 +117,7 @@ def _of_gears(robot: CheckedRobot) -> Iterator[str]:
         yield _left("hysteresis", robot.hysteresis, robot.unknown)
 
 
-def _left(what: str, wrong: Sequence[GearReplay], unknown: str) -> str:
+def _left(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     """Return what an error of the gears leaves, or why that is not known."""
     if not wrong:
         return f"What an error of the {what} leaves is not known: {unknown}"

@@ -19,7 +19,7 @@ from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, curve, distance_curve, log_axis, style
+from coupling.report.style import UM, DrawnLine, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
@@ -75,9 +75,9 @@ def _figures(found: Comparison) -> Table:
     own, other = (run.figures for run in found.runs)
 
     def row(
-        name: str, told: Callable[[RunResult], float | None], digits: int = 2
+        name: str, figure: Callable[[RunResult], float | None], digits: int = 2
     ) -> tuple[str, ...]:
-        return (name, *(_cell(told(figures), digits) for figures in (own, other)))
+        return (name, *(_cell(figure(figures), digits) for figures in (own, other)))
 
     def deviation(figures: RunResult, stage: int, key: str) -> float | None:
         whole = figures.deviations
@@ -154,34 +154,23 @@ def _commands(found: Comparison, robot: str, first: StoredRobot, second: StoredR
 
 def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
     """Draw the deviations of both runs on one scale."""
-    figure = go.Figure()
+    lines = []
     for (name, _, own), color in zip(pairs, _COLOURS, strict=True):
-        stages = list(own.actual.items())
-        for stage, path in stages:
-            line = {
-                "color": color,
-                "width": 1.5,
-                "dash": "solid" if path is stages[-1][1] else "dot",
-            }
-            points = distance_curve(path.time, path.distance_to(own.desired))
-            figure.add_scatter(**points, mode="lines", name=f"{name}: {stage}", line=line)
-    figure.update_yaxes(log_axis(title="distance [um]"))
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 400)
+        *_, last = own.actual
+        for stage, path in own.actual.items():
+            distance = shown_distance(path.distance_to(own.desired))
+            dash = "solid" if stage == last else "dot"
+            lines.append(DrawnLine(f"{name}: {stage}", color, path.time, distance, dash=dash))
+    return over_time(lines, "distance [um]", 400).update_yaxes(log_axis())
 
 
 def _angles(difference: CommandDifference) -> go.Figure:
     """Draw the difference of two commands."""
-    figure = go.Figure()
-    for joint, own in enumerate(np.degrees(difference.angle).T):
-        line = {"color": JOINTS[joint % len(JOINTS)], "width": 1.3}
-        points = curve(difference.time, own)
-        figure.add_scatter(
-            **points, mode="lines", name=f"joint {joint + 1}", showlegend=True, line=line
-        )
-    figure.update_yaxes(title="angle [deg]", exponentformat="none")
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 320)
+    lines = [
+        DrawnLine(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
+        for joint, own in enumerate(np.degrees(difference.angle).T)
+    ]
+    return over_time(lines, "angle [deg]", 320).update_yaxes(exponentformat="none")
 
 
 def _joints(difference: CommandDifference) -> Table:
@@ -216,8 +205,8 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
 def _inputs(found: Comparison) -> Section:
     rows = found.inputs()
     none = "None: case, robots and programs are the same."
-    told = Table(("input", *found.names), rows, "words") if rows else none
-    return Section("Inputs that differ", [told])
+    listed = Table(("input", *found.names), rows, "words") if rows else none
+    return Section("Inputs that differ", [listed])
 
 
 _ALONG = Note("Distance between actual and desired TCP at equal times; dotted: before.")

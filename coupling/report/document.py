@@ -30,7 +30,6 @@ def document(title: str, sections: Iterable[Section]) -> str:
 
     Args:
         title: Title, as plain text.
-        sections: Its sections.
     """
     drawn: dict[str, go.Figure] = {}
     body = ""

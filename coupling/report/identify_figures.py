@@ -148,8 +148,7 @@ def _far(entry: IdentifiedParameterResult) -> float:
 
 def label(entry: IdentifiedParameterResult) -> str:
     """Return a parameter's name as short as it is clear."""
-    name: str = entry.name.removesuffix(".stiffness")
-    return name
+    return entry.name.removesuffix(".stiffness")
 
 
 def _rows(found: IdentifiedResult) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:

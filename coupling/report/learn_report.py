@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import style
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.report.tables import gear_loads
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
-
-_UM = 1e6
 
 
 def learn_page(title: str, found: LearnedResult) -> str:
@@ -50,9 +49,9 @@ def learn_summary(found: LearnedResult) -> list[Section]:
 def _sizes(found: LearnedResult) -> list[Table]:
     left = found.left_m
     rows = [
-        ("left by the robot file", f"{_UM * left.robot_file:.1f}"),
-        ("left by the learned robot", f"{_UM * left.learned:.1f}"),
-        ("noise alone", f"{_UM * found.noise_left_m:.1f}"),
+        ("left by the robot file", f"{UM * left.robot_file:.1f}"),
+        ("left by the learned robot", f"{UM * left.learned:.1f}"),
+        ("noise alone", f"{UM * found.noise_left_m:.1f}"),
     ]
     frames = [
         (
@@ -60,7 +59,7 @@ def _sizes(found: LearnedResult) -> list[Table]:
             one.run,
             f"{one.rows}",
             f"{one.from_s:.2f} to {one.to_s:.2f}",
-            ", ".join(f"{_UM * value:.0f}" for value in one.frame_shift_m),
+            ", ".join(f"{UM * value:.0f}" for value in one.frame_shift_m),
             ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
             f"{1e3 * one.clock_s:.1f}",
         )
@@ -80,7 +79,7 @@ def _parameters(found: LearnedResult) -> Table:
             own.name,
             *(f"{value:.4g}" for value in (own.start, own.value, own.low, own.high)),
             "kept" if own.written == own.start else f"{own.written:.4g}",
-            f"{_UM * own.effect_m:.2g}",
+            f"{UM * own.effect_m:.2g}",
             own.reason,
         )
         for own in found.parameters
@@ -99,21 +98,12 @@ def _parameters(found: LearnedResult) -> Table:
 
 
 def _left(one: LearnedRunResult) -> go.Figure:
-    figure = go.Figure()
-    for distances, name, color in (
-        (one.left_robot_file_m, "robot file", BEFORE),
-        (one.left_learned_m, "learned robot", AFTER),
-    ):
-        figure.add_scatter(
-            x=one.time,
-            y=[_UM * value for value in distances],
-            mode="lines",
-            name=name,
-            line={"color": color, "width": 1.5},
-        )
-    figure.update_xaxes(title="time of the run [s]")
-    figure.update_yaxes(title="distance [um]", rangemode="tozero")
-    return style(figure, 360)
+    lines = [
+        DrawnLine("robot file", BEFORE, one.time, UM * np.array(one.left_robot_file_m)),
+        DrawnLine("learned robot", AFTER, one.time, UM * np.array(one.left_learned_m)),
+    ]
+    figure = over_time(lines, "distance [um]", 360, "time of the run [s]")
+    return figure.update_yaxes(rangemode="tozero")
 
 
 def _intervals(found: LearnedResult) -> go.Figure:

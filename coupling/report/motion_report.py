@@ -8,10 +8,8 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import curve, style
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.results.motion_result import MotionParameterResult, MotionResult, RecordingResult
-
-_UM = 1e6
 
 
 def motion_page(title: str, found: MotionResult) -> str:
@@ -60,7 +58,7 @@ def motion_summary(found: MotionResult) -> list[Section]:
             for own in found.lines
         ]
         sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
-    slow = [f"{_UM * own:.0f}" for own in found.slow_error_rad if own is not None]
+    slow = [f"{UM * own:.0f}" for own in found.slow_error_rad if own is not None]
     if slow:
         words = f"Likely size of one period a turn: {', '.join(slow)} urad."
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))
@@ -74,9 +72,9 @@ def _sizes(found: MotionResult) -> Table:
     for one in found.recordings:
         words = "predicted" if one.held_out else "fitted"
         for text, factor, values in (
-            ("motor less link [urad]", _UM, one.wind_up_rad),
-            ("- without lines of the encoder", _UM, one.wind_up_without_lines_rad),
-            ("- by lag, offset and lines alone", _UM, one.wind_up_lag_alone_rad),
+            ("motor less link [urad]", UM, one.wind_up_rad),
+            ("- without lines of the encoder", UM, one.wind_up_without_lines_rad),
+            ("- by lag, offset and lines alone", UM, one.wind_up_lag_alone_rad),
             ("motor torque [% of its rms]", 100.0, one.torque_relative),
             (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
         ):
@@ -108,7 +106,7 @@ def _terms(found: MotionResult) -> Table:
     rows = [
         (
             own.term,
-            *(_size(value, _UM) for value in own.wind_up_rad),
+            *(_size(value, UM) for value in own.wind_up_rad),
             *(_size(value, 100.0) for value in own.torque_relative),
             _size(own.likelier, 1.0),
         )
@@ -121,48 +119,38 @@ def _terms(found: MotionResult) -> Table:
 
 def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
     """Draw motor less link of an encoder over time: measured, predicted, what is left."""
-    time = np.array(one.time)
-    measured = _UM * np.array(one.measured_wind_up[k])
-    left = _UM * np.array(one.left_wind_up[k])
-    return _over_time(time, measured, left, f"joint {found.joints[k]} [urad]")
+    measured = UM * np.array(one.measured_wind_up[k])
+    left = UM * np.array(one.left_wind_up[k])
+    return _beside(one, measured, left, f"joint {found.joints[k]} [urad]")
 
 
 def share_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
     """Draw an encoder's motor less link without its lag over time, and what makes it."""
-    figure, time = go.Figure(), np.array(one.time)
-    shares = {own.name: _UM * np.array(own.wind_up[k]) for own in one.shares}
-    measured = _UM * np.array(one.measured_wind_up[k]) - shares.pop("lag", 0.0)
-    for (words, values), color in zip(
-        {"measured": measured, **shares}.items(),
-        (DESIRED, AFTER, BEFORE, GREEN, PLANT),
-        strict=False,
-    ):
-        line = {"color": color, "width": 1.2}
-        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
-    figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title=f"joint {found.joints[k]} [urad]")
-    return style(figure, 300)
+    shares = {own.name: UM * np.array(own.wind_up[k]) for own in one.shares}
+    measured = UM * np.array(one.measured_wind_up[k]) - shares.pop("lag", 0.0)
+    curves = {"measured": measured, **shares}.items()
+    colours = (DESIRED, AFTER, BEFORE, GREEN, PLANT)
+    lines = [
+        DrawnLine(words, color, one.time, values, 1.2)
+        for (words, values), color in zip(curves, colours, strict=False)
+    ]
+    return over_time(lines, f"joint {found.joints[k]} [urad]", 300)
 
 
 def torque_figure(one: RecordingResult, k: int) -> go.Figure:
     """Draw the torque of a motor over time: measured, predicted, what is left."""
-    time = np.array(one.time)
     measured, left = np.array(one.measured_torque[k]), np.array(one.left_torque[k])
-    return _over_time(time, measured, left, f"joint {k + 1} [N m]")
+    return _beside(one, measured, left, f"joint {k + 1} [N m]")
 
 
-def _over_time(time: np.ndarray, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
-    figure = go.Figure()
-    for words, values, color, width in (
-        ("measured", measured, DESIRED, 1.0),
-        ("predicted", measured - left, AFTER, 1.5),
-        ("left", left, BEFORE, 1.0),
-    ):
-        line = {"color": color, "width": width}
-        figure.add_scatter(**curve(time, values), mode="lines", name=words, line=line)
-    figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title=label)
-    return style(figure, 300)
+def _beside(one: RecordingResult, measured: np.ndarray, left: np.ndarray, label: str) -> go.Figure:
+    """Draw what was measured, what is predicted and what is left, (k,) each in the label's unit."""
+    lines = [
+        DrawnLine("measured", DESIRED, one.time, measured, 1.0),
+        DrawnLine("predicted", AFTER, one.time, measured - left),
+        DrawnLine("left", BEFORE, one.time, left, 1.0),
+    ]
+    return over_time(lines, label, 300)
 
 
 _WIND_UP = Note(

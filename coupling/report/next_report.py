@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import JOINTS
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import style
+from coupling.report.style import UM, DrawnLine, over_time
 from coupling.results.next_result import NextResult, PathCorrectionResult
 
-_UM = 1e6
+_TIME = "time of the run [s]"
 
 
 def next_page(title: str, found: NextResult) -> str:
@@ -62,9 +63,9 @@ def _runs(found: NextResult) -> list[Table]:
             (
                 f"{number}",
                 _um(own.noise_m),
-                ", ".join(f"{round(_UM * value) + 0}" for value in own.frame_shift_m),
+                ", ".join(f"{round(UM * value) + 0}" for value in own.frame_shift_m),
                 ", ".join(f"{1e3 * value:.2f}" for value in own.frame_turn_rad),
-                ", ".join(f"{_UM * value:.0f}" for value in own.tip_m),
+                ", ".join(f"{UM * value:.0f}" for value in own.tip_m),
                 f"{1e3 * own.clock_s:+.1f}",
                 f"{own.left_out}",
             )
@@ -112,41 +113,27 @@ def _causes(found: NextResult) -> list[Section]:
 
 
 def _distances(found: NextResult) -> go.Figure:
-    figure = go.Figure()
-    runs = found.runs
-    for number, own in enumerate(runs, start=1):
-        color = JOINTS[
-            (len(runs) - number) % len(JOINTS)
-        ]  # that of the last run is always the same
-        figure.add_scatter(
-            x=own.time,
-            y=[_UM * value for value in own.distance_m],
-            mode="lines",
-            name=f"run {number}: {own.measured}",
-            line={"color": color, "width": 1.2},
-        )
-    figure.update_xaxes(title="time of the run [s]")
-    figure.update_yaxes(title="distance from the desired path [um]", rangemode="tozero")
-    return style(figure, 380)
+    lines = []
+    for number, own in enumerate(found.runs, start=1):
+        # The colour of the last run is always the same.
+        color = JOINTS[(len(found.runs) - number) % len(JOINTS)]
+        distance = UM * np.array(own.distance_m)
+        lines.append(DrawnLine(f"run {number}: {own.measured}", color, own.time, distance, 1.2))
+    figure = over_time(lines, "distance from the desired path [um]", 380, _TIME)
+    return figure.update_yaxes(rangemode="tozero")
 
 
 def _correction(own: PathCorrectionResult) -> go.Figure:
-    figure = go.Figure()
-    for axis, color in zip("xyz", JOINTS, strict=False):
-        figure.add_scatter(
-            x=own.time,
-            y=[_UM * row["xyz".index(axis)] for row in own.deviation_m],
-            mode="lines",
-            name=axis,
-            line={"color": color, "width": 1.5},
-        )
-    figure.update_xaxes(title="time of the run [s]")
-    figure.update_yaxes(title="beyond the model, base axes [um]")
-    return style(figure, 320)
+    deviation = UM * np.array(own.deviation_m)
+    lines = [
+        DrawnLine(axis, color, own.time, values)
+        for axis, color, values in zip("xyz", JOINTS, deviation.T, strict=False)
+    ]
+    return over_time(lines, "beyond the model, base axes [um]", 320, _TIME)
 
 
 def _um(length: float) -> str:
-    return f"{_UM * length:.3g}"
+    return f"{UM * length:.3g}"
 
 
 _MEASURED = Note(

@@ -15,12 +15,11 @@ from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.section import Note, Part, Section, Table, warned
-from coupling.report.style import style
+from coupling.report.style import UM, style
 from coupling.results.placement_result import PlacementResult, SettingResult
 
 # What the page is called.
 REPORT = "report.html"
-_UM = 1e6
 _SETTINGS = {"present": "held as now", "best": "held as the best"}
 
 
@@ -58,8 +57,8 @@ def place_summary(figures: PlacementResult) -> list[Section]:
     rows = [
         (
             name,
-            f"{_UM * own.moved_m:.0f}",
-            f"{_UM * own.exposure_m:.1f}",
+            f"{UM * own.moved_m:.0f}",
+            f"{UM * own.exposure_m:.1f}",
             changes(own),
             f"{own.conditioning:.3f}",
             "-" if own.limit_margin_rad is None else f"{np.rad2deg(own.limit_margin_rad):.0f}",
@@ -125,7 +124,7 @@ def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figur
             figure.add_heatmap(
                 x=own.first,
                 y=own.second,
-                z=_UM * values,
+                z=UM * values,
                 zmin=0.0,
                 zmax=top,
                 colorscale="Viridis",
@@ -150,7 +149,7 @@ def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figur
 
 def _top(values: list[np.ndarray]) -> float:
     """Return where the colours of maps end [um]: 95 % of their places are below."""
-    flat = np.concatenate([_UM * each[np.isfinite(each)] for each in values])
+    flat = np.concatenate([UM * each[np.isfinite(each)] for each in values])
     return max(float(np.quantile(flat, 0.95)), 1e-9) if len(flat) else 1.0
 
 
@@ -179,7 +178,7 @@ def _hint(own: PartMap, i: int, j: int) -> str:
     if not np.isfinite(own.moved[i, j]):
         return f"{place}: not possible"
     return (
-        f"{place}: displacement {_UM * own.moved[i, j]:.0f} um, gears {_UM * own.exposure[i, j]:.1f}"
+        f"{place}: displacement {UM * own.moved[i, j]:.0f} um, gears {UM * own.exposure[i, j]:.1f}"
         f" um, {own.changing[i, j]:.0f} gears reverse"
     )
 
@@ -194,8 +193,8 @@ def _gears(figures: PlacementResult) -> Section:
             f"{gear.in_backlash_s:.1f}",
             f"{gear.margin_Nm:.0f}",
             f"{gear.swing_Nm:.0f}",
-            f"{_UM * gear.backlash_20_percent_m:.0f}",
-            *([f"{_UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
+            f"{UM * gear.backlash_20_percent_m:.0f}",
+            *([f"{UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
         )
         for name, own in figures.named[: 1 if figures.present is None else 2]
         for gear in own.gears

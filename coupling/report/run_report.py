@@ -25,7 +25,7 @@ from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import shares_of
-from coupling.report.style import curve, style
+from coupling.report.style import DrawnLine, over_time
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
@@ -55,7 +55,6 @@ def write_pages(run: StoredRun, target: Path) -> None:
     """Write the report of a run that has been read; of a cell, also those of its robots, in its folder.
 
     Args:
-        run: The run.
         target: File to write.
 
     Raises:
@@ -104,17 +103,17 @@ def cell_head(cell: StoredRun) -> list[Section]:
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
-    told = tables.deviations(own, robots=robots)
-    return _head(cell, own, replace(told, parts=(*told.parts, text, *links)))
+    left = tables.deviations(own, robots=robots)
+    return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
 
 
-def _head(run: StoredRun, figures_: RunResult, told: Section) -> list[Section]:
+def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Section]:
     """Return verdict, deviations, touch-off and warnings."""
     # A run of an earlier version has warned of rates alone.
     warnings = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
     return [
         verdict(figures_, case_of(run).process.model),
-        told,
+        deviations,
         Section("", touched_off((own.name, own.touch_off) for own in figures_.robots)),
         *warned(warnings, figures_.remarks),
     ]
@@ -154,8 +153,8 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
 
 def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
-    told = cost(robot.figures, case_of(run), run.answers)
-    parts: list[Part] = [*told, *evaluations_table(run.answers), _CONVERGENCE]
+    costs = cost(robot.figures, case_of(run), run.answers)
+    parts: list[Part] = [*costs, *evaluations_table(run.answers), _CONVERGENCE]
     title = "The process: where and at what cost"
     return Section(title, parts, "convergence", [along.convergence(robot)])
 
@@ -187,20 +186,14 @@ def cell_page(cell: StoredRun) -> str:
 
 def gap_figure(cell: StoredRun) -> go.Figure:
     """Gap between the tools of a cell over time, actual and as commanded."""
-    figure = go.Figure()
     assert cell.gap is not None
     assert cell.figures.pinch_gap_m is not None
     time = cell.first.desired.time
-    for values, name, color in zip(cell.gap.T, cell.figures.stages, (BEFORE, AFTER), strict=False):
-        points = curve(time, 1e3 * values)
-        figure.add_scatter(
-            **points, name=name, mode="lines", showlegend=True, line={"color": color}
-        )
+    stages = zip(cell.figures.stages, (BEFORE, AFTER), cell.gap.T, strict=False)
+    lines = [DrawnLine(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
+    figure = over_time(lines, "gap [mm]", 320)
     commanded = 1e3 * cell.figures.pinch_gap_m.commanded
-    figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
-    figure.update_yaxes(title="gap [mm]")
-    figure.update_xaxes(title="time [s]")
-    return style(figure, 320)
+    return figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
 
 
 def _page(figures_: RunResult, sections: list[Section], case: str) -> str:

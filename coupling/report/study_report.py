@@ -14,13 +14,12 @@ from coupling.files.atomic_file import write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import style
+from coupling.report.style import UM, style
 from coupling.results.study_result import StudyResult
 from coupling.study.bench import PARTS
 from coupling.study.folder import REPORT, RUN
 from coupling.study.stored_study import StoredStudy, read_study
 
-_UM = 1e6
 _BAND = "rgba(0, 114, 178, 0.22)"
 # Parameters that are drawn against the deviation, the most important ones.
 _DRAWN = 6
@@ -49,7 +48,6 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
     """Return the page of a study as one self-contained HTML text.
 
     Args:
-        study: The study.
         with_run: Whether the report of its run is beside it.
     """
     figures = study.figures
@@ -77,7 +75,7 @@ def bands(study: StoredStudy) -> go.Figure:
     """Quantiles of the deviation along the path."""
     figure, time, share = go.Figure(), study.time, study.figures.coverage
     low, median, high, everywhere = (
-        _UM * study.band[name] for name in ("low", "median", "high", "everywhere")
+        UM * study.band[name] for name in ("low", "median", "high", "everywhere")
     )
     figure.add_scatter(x=time, y=low, line={"width": 0}, showlegend=False, hoverinfo="skip")
     figure.add_scatter(
@@ -104,7 +102,7 @@ def distribution(study: StoredStudy) -> go.Figure:
     """Share of robots whose largest deviation stays below a limit."""
     figure = go.Figure()
     for name, words, color in (("maximum", "max", AFTER), ("rms", "rms", DESIRED)):
-        values = np.sort(_UM * study.measures[name])
+        values = np.sort(UM * study.measures[name])
         shares = np.arange(1, len(values) + 1) / (len(values) + 1)
         line = {"color": color, "shape": "hv"}
         figure.add_scatter(x=values, y=100.0 * shares, name=words, line=line)
@@ -140,7 +138,7 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
     columns = min(len(shown), 2)
     rows = -(-len(shown) // columns)
     figure = make_subplots(rows, columns, shared_yaxes=True, vertical_spacing=0.28 / rows)
-    values = _UM * study.measures["maximum"]
+    values = UM * study.measures["maximum"]
     for k, name in enumerate(shown):
         place = {"row": k // columns + 1, "col": k % columns + 1}
         figure.add_scatter(
@@ -161,7 +159,7 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
 def _verdict(figures: StudyResult) -> Section:
     command, share = figures.command, figures.coverage
     text = [] if command.converged else [f"The command is NOT CONVERGED: {command.reason}."]
-    limit = _UM * figures.quantile("maximum", share)
+    limit = UM * figures.quantile("maximum", share)
     text.append(
         f"{100 * share:g} % of further robots stay below {limit:.2f} um along the whole path."
     )
@@ -193,8 +191,8 @@ def _quantiles(figures: StudyResult) -> Section:
         (
             words,
             # Its run may be an earlier version's.
-            "-" if isnan(getattr(model, name)) else f"{_UM * getattr(model, name):.2f}",
-            *(f"{_UM * found[name][share]:.2f}" for share in shares),
+            "-" if isnan(getattr(model, name)) else f"{UM * getattr(model, name):.2f}",
+            *(f"{UM * found[name][share]:.2f}" for share in shares),
         )
         for name, words in names
     ]

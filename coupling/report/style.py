@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -39,9 +40,42 @@ def curve(time: np.ndarray, values: np.ndarray, parts: int = PARTS) -> dict[str,
     return {"x": time[rows], "y": values[rows]}
 
 
-def distance_curve(time: np.ndarray, distance: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the points to draw of a distance [m] over time [s], (n,) each, logarithmic in [um]."""
-    return curve(time, np.maximum(UM * distance, FLOOR_UM))
+class DrawnLine(NamedTuple):
+    """A curve over time.
+
+    Attributes:
+        name, color: Entry in the legend.
+        time: Rising [s], (n,).
+        values: In the unit of the figure's axis, (n,).
+        width: Width [px].
+        dash: "solid" or "dot".
+    """
+
+    name: str
+    color: str
+    time: np.ndarray | Sequence[float]
+    values: np.ndarray
+    width: float = 1.5
+    dash: str = "solid"
+
+
+def over_time(
+    lines: Iterable[DrawnLine], label: str, height: int, time: str = "time [s]"
+) -> go.Figure:
+    """Draw curves over one time, with the labels of both axes; `height` is in [px]."""
+    figure = go.Figure()
+    for own in lines:
+        points = curve(np.asarray(own.time), own.values)
+        line = {"color": own.color, "width": own.width, "dash": own.dash}
+        figure.add_scatter(**points, mode="lines", name=own.name, line=line)
+    figure.update_xaxes(title=time)
+    figure.update_yaxes(title=label)
+    return style(figure, height)
+
+
+def shown_distance(distance: np.ndarray) -> np.ndarray:
+    """Return a distance [m], (n,), in [um], no less than a logarithmic axis shows."""
+    return np.maximum(UM * distance, FLOOR_UM)
 
 
 def decades(low: float, high: float) -> dict[str, Any]:

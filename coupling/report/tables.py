@@ -9,10 +9,10 @@ from typing import Any
 from coupling.path.deviation import Deviation
 from coupling.report.section import Note, Section, Table
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
+from coupling.report.style import UM
 from coupling.results.run_result import GearResult, RunResult
 from coupling.solve.correction import HOW
 
-_UM = 1e6
 # One step inwards, in no-break spaces.
 _IN = "\u00a0\u00a0"
 _MODES = {"dynamic": "moving robot", "quasistatic": "quasi-static robot"}
@@ -84,7 +84,7 @@ def _less_constant(found: Deviation | None) -> tuple[str, ...] | None:
     """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
     if found is None or isnan(found.maximum_less_constant):
         return None
-    return f"{_UM * found.maximum_less_constant:.2f}", f"{_UM * found.rms_less_constant:.2f}", ""
+    return f"{UM * found.maximum_less_constant:.2f}", f"{UM * found.rms_less_constant:.2f}", ""
 
 
 def _figures_of(found: Deviation | DeviationShare | tuple[str, ...] | None) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ def _figures_of(found: Deviation | DeviationShare | tuple[str, ...] | None) -> t
     if isinstance(found, tuple):
         return found
     time = found.time if isinstance(found, DeviationShare) else found.time_of_maximum
-    return (f"{_UM * found.maximum:.2f}", f"{_UM * found.rms:.2f}", f"{time:.3f}")
+    return (f"{UM * found.maximum:.2f}", f"{UM * found.rms:.2f}", f"{time:.3f}")
 
 
 def _of_tooth_passing(figures: RunResult) -> list[str]:
@@ -103,13 +103,13 @@ def _of_tooth_passing(figures: RunResult) -> list[str]:
     if found is None:
         return []
     walls = ", ".join(
-        f"{axis} {_UM * low:.2f} to {_UM * high:.2f}"
+        f"{axis} {UM * low:.2f} to {UM * high:.2f}"
         for axis, (low, high) in found.envelope_m.items()
     )
     return [
         f"A tooth passes every {1e3 * found.period_s:.3g} ms. Of the last deviation the slow part, its"
-        f" mean over a tooth passing, is at most {_UM * found.slow_m:.2f} um, the ripple around it"
-        f" {_UM * found.ripple_m:.2f} um; a surface cut at the extremes of every tooth passing lies off"
+        f" mean over a tooth passing, is at most {UM * found.slow_m:.2f} um, the ripple around it"
+        f" {UM * found.ripple_m:.2f} um; a surface cut at the extremes of every tooth passing lies off"
         f" by {walls} um, base axes."
     ]
 
@@ -158,7 +158,7 @@ def passages(figures: RunResult) -> list[Section]:
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
         rows.append((name, str(len(own)), str(other), f"{within:.2f}"))
     left = [own.deviation_m for own in figures.robustness if own.name.startswith("backlash")]
-    most = max((_UM * own.maximum for own in left), default=0.0)
+    most = max((UM * own.maximum for own in left), default=0.0)
     much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
     text = (
         f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
@@ -179,8 +179,8 @@ def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
             f"{gear.robot} joint {gear.joint}" if several else f"joint {gear.joint}",
             str(gear.backlash_reversals),
             f"{gear.in_backlash_s:.2f}",
-            f"{_UM * gear.backlash_20_percent_m:.0f}",
-            *([f"{_UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
+            f"{UM * gear.backlash_20_percent_m:.0f}",
+            *([f"{UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
             f"{max(gear.margin_Nm, 0.0):.0f}",
             f"{-gear.margin_Nm:.0f}" if gear.margin_Nm < 0.0 else "-",
             "-" if gear.base_tilt_rad is None else f"{degrees(gear.base_tilt_rad):.1f}",
@@ -256,7 +256,7 @@ def _of_deviations(rows: Iterable[tuple[str, Deviation]]) -> Table:
         [
             (
                 name,
-                *(f"{_UM * length:.2f}" for length in (own.maximum, own.rms, own.normal_maximum)),
+                *(f"{UM * length:.2f}" for length in (own.maximum, own.rms, own.normal_maximum)),
                 f"{own.time_of_maximum:.3f}",
                 *(_less_constant(own) or ("-", "-"))[:2],
             )

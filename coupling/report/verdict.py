@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from coupling.report.section import Section
+from coupling.report.style import UM
 from coupling.report.tables import mode_names
 from coupling.results.run_result import ReplayResult, RunResult
-
-_UM = 1e6
 
 
 def verdict(figures: RunResult, process: str) -> Section:
@@ -16,7 +15,6 @@ def verdict(figures: RunResult, process: str) -> Section:
 
     Args:
         figures: Content of result.json.
-        process: Name of the process's model.
     """
     reason = figures.reason
     state = reason[:1].upper() + reason[1:] if figures.converged else f"NOT CONVERGED: {reason}"
@@ -88,4 +86,4 @@ def _of_backlash(figures: RunResult) -> str:
 
 
 def _um(length: float) -> str:
-    return f"{float(f'{_UM * length:.3g}'):g} um"
+    return f"{float(f'{UM * length:.3g}'):g} um"

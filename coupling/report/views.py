@@ -65,8 +65,7 @@ class PathView:
     def logarithms(self) -> np.ndarray:
         """Decimal logarithms of the deviation [um], (n,)."""
         distance = self.actual.distance_to(self.desired)
-        found: np.ndarray = np.log10(np.maximum(UM * distance, FLOOR_UM))
-        return found
+        return np.log10(np.maximum(UM * distance, FLOOR_UM))
 
 
 def from_above(views: Sequence[PathView]) -> tuple[go.Figure, ...]:

@@ -117,7 +117,6 @@ class ResultFile(ResultPart):
         """Read a file.
 
         Args:
-            file: The file.
             error: Exception class for every problem; its message says where, and what was expected.
             advice: Advice where the file cannot be read.
         """

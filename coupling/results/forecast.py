@@ -26,10 +26,10 @@ class RunForecast(ResultPart):
             parameters that were not fitted.
 
     Example:
-        >>> told = RunForecast(
+        >>> forecast = RunForecast(
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
-        >>> print(told.sentence.partition(";")[0])
+        >>> print(forecast.sentence.partition(";")[0])
         Expected on your robot: 90 um rms (70 um to 120 um in 90 of 100 runs), its largest about 400 um
     """
 

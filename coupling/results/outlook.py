@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from pydantic import computed_field
 
-from coupling.path.deviation import Deviation
+from coupling.path.deviation import Deviation, measure
+from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
 
@@ -24,6 +25,13 @@ class Replay:
     name: str
     deviation: Deviation
     tools: tuple[Deviation, ...]
+
+    @classmethod
+    def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
+        """Return what a path of all tools leaves to the desired one."""
+        pairs = zip(path.tools, desired.tools, strict=True)
+        tools = tuple(measure(own, wanted) for own, wanted in pairs)
+        return cls(name, measure(path, desired), tools)
 
 
 class WorstReplay(ResultPart):

@@ -27,15 +27,12 @@ class Planner(Protocol):
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return its joint angles along the path of its tool."""
-        ...
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the path of its undeflected tool, at times (n,) [s], under a motion of its drives."""
-        ...
 
     def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ def link_points(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Return base, centres of the joints and TCP of the undeflected robot, base frame [m].
 
     Args:
-        robot: The robot.
         q: Drive angles [rad], (joints,).
 
     Returns:

@@ -49,7 +49,6 @@ class Inverter:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
 
         Args:
-            wanted: Desired motion of the robot.
             controller: Controller that takes the command.
             goal: Deviation of the simulated tool that needs no further improvement [m].
             watch: Function called with the progress of the work.

@@ -70,7 +70,6 @@ def robot_parameters(
     """Return the parameters of a robot that are not zero, kind by kind.
 
     Args:
-        robot: The robot.
         torque_curve: A name of `TORQUE_CURVES`; a linear one has no backlash, and a gear with a table of
             its own under "spline" neither backlash nor stiffness.
         kinds: Those that count, in their order.

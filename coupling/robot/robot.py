@@ -109,7 +109,6 @@ class SimulatedRobot(Protocol):
         Raises:
             SimulationError: If the robot cannot be simulated.
         """
-        ...
 
 
 class Robot(SimulatedRobot, Protocol):
@@ -121,7 +120,6 @@ class Robot(SimulatedRobot, Protocol):
         Raises:
             PlanningError: If it cannot follow.
         """
-        ...
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the paths of the undeflected tools under a motion of the drives.
@@ -130,7 +128,6 @@ class Robot(SimulatedRobot, Protocol):
             joints: The motion.
             time: Rising, within the motion [s], (k,).
         """
-        ...
 
     def inverse(
         self,
@@ -153,4 +150,3 @@ class Robot(SimulatedRobot, Protocol):
             PlanningError: If a path asks for more than the drives can do.
             SimulationError: If the robot cannot be simulated.
         """
-        ...

@@ -104,7 +104,7 @@ class RobotFmu:
     ) -> None:
         self.torque_curve = torque_curve
         self.drive = drive
-        self._file = file
+        self.file = file
         self._watch = watch
         self._folder = ScratchFolder()
         if not _SAFE_PATH.fullmatch(str(self._folder.path)):
@@ -116,6 +116,7 @@ class RobotFmu:
             unpack(file, self._folder.path)
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._processes: list[WorkerProcess] = []
+        self._saved: JointPath | None = None
         self._started(1)
 
     def __enter__(self) -> RobotFmu:
@@ -219,7 +220,9 @@ class RobotFmu:
     ) -> np.ndarray:
         """Return poses, and elastic coordinates or motors' values behind them, (n, 7 + m)."""
         trajectory = Path(self._folder.path, "trajectory.npz")
-        save_trajectory(trajectory, command)
+        if command is not self._saved:
+            save_trajectory(trajectory, command)
+            self._saved = command
         mode = str(values["mode"])
         parameters = {
             "trajectory": str(trajectory),
@@ -265,7 +268,7 @@ class RobotFmu:
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
         while len(self._processes) < count:
-            with _simulation_errors(f"{self._file}: "):
+            with _simulation_errors(f"{self.file}: "):
                 self._processes.append(WorkerProcess(self._folder.path))
         return self._processes[:count]
 

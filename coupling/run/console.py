@@ -74,7 +74,7 @@ class RunView:
             case Evaluated(evaluation, path):
                 self._evaluated(evaluation, path)
             case CorrectionIteration():
-                self._passed(event)
+                self._finished(event)
 
     def _working(self, work: events.Progress) -> None:
         self._progress.update(
@@ -100,7 +100,7 @@ class RunView:
             f" {1e6 * evaluation.path_change_rms:>10.4f} {force:>13} {1e6 * deviation:>11.3f}"
         )
 
-    def _passed(self, finished: CorrectionIteration) -> None:
+    def _finished(self, finished: CorrectionIteration) -> None:
         text = f"      iteration {finished.number}: deviation max {_um(finished.deviation.maximum)}"
         text += f", rms {_um(finished.deviation.rms)}"
         correction = finished.correction

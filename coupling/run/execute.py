@@ -145,8 +145,6 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
     """Return the loop of a case's robots and its process, as its tables say.
 
     Args:
-        case: The case.
-        cell: Its robots.
         watch: Function called with what happens.
     """
     return Loop(

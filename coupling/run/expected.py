@@ -138,7 +138,6 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     """Return a sentence for each value that is out of what is usual.
 
     Args:
-        case: The case.
         wrench: Response of the process; None where it was not evaluated.
     """
     found = [

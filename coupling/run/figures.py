@@ -38,8 +38,6 @@ def figures_of(
     Verdict, iterations and evaluations of the process are those of the whole cell.
 
     Args:
-        run: The run.
-        case: Name of the case.
         robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
@@ -104,7 +102,6 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """Return what to expect on a robot that is none of the model's own.
 
     Args:
-        run: The run.
         before: Deviation under its uncorrected command.
 
     Returns:

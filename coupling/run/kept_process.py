@@ -16,7 +16,6 @@ def checked_process(case: Case, watch: Watch = unwatched) -> Process:
     """Return the process of a case, its answers checked, tried as often as its table says.
 
     Args:
-        case: The case.
         watch: Function called with tries that fail.
     """
     table = case.process_table
@@ -28,7 +27,6 @@ def kept_process(case: Case, store: Path | None, watch: Watch = unwatched) -> St
     """Return the process of a case.
 
     Args:
-        case: The case.
         store: Folder of the store; None keeps nothing.
         watch: Function called with what happens.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -22,6 +23,8 @@ from elastic_robot.fmi.interface import IDEAL
 # Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for
 # one as the native one for a hundred.
 _POLISH = {"native": 300, "python": 20}
+# Processes that simulate one robot, at most.
+_MOST_PROCESSES = 4
 
 
 class Models:
@@ -38,6 +41,7 @@ class Models:
         self._stack = ExitStack()
         self._folder = self._stack.enter_context(ScratchFolder())
         self._loaded: dict[tuple[str, str, str], SimulatedModel] = {}
+        self._beside: dict[RobotFmu, tuple[RobotFmu, ...]] = {}
 
     def __enter__(self) -> Models:
         return self
@@ -57,6 +61,14 @@ class Models:
             return found
         file = build_fmu(robot, self._file(), BuildOptions(self.kind))
         return self._load(robot, torque_curve, file, drive)
+
+    def side_by_side(self, fmu: RobotFmu) -> tuple[RobotFmu, ...]:
+        """Return a robot's FMU and others of it that run beside it, as far as there are processors."""
+        if fmu not in self._beside:
+            more = range(min(os.cpu_count() or 1, _MOST_PROCESSES) - 1)
+            others = [RobotFmu(fmu.file, fmu.torque_curve, drive=fmu.drive) for _ in more]
+            self._beside[fmu] = (fmu, *map(self._stack.enter_context, others))
+        return self._beside[fmu]
 
     def take(
         self, robot: Robot, torque_curve: str, fmu: bytes, drive: str = IDEAL

@@ -71,7 +71,6 @@ def motor_demands(
     """Return what a path asks of the motors of a robot.
 
     Args:
-        moving: The robot.
         links: Motion of its links.
         loads: Torques of its gears along it.
     """

@@ -13,6 +13,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
+from coupling.robot.parameters import with_joints
 from coupling.robot.robot import LimitWarning
 from coupling.run.models import Models
 from coupling.run.robustness import SimulatedModel
@@ -44,11 +45,11 @@ class MotorLoads:
             drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives
         )
 
-    def exceeded(self, robot: str = "") -> Iterator[LimitWarning]:
+    def exceeded(self, robot: str) -> Iterator[LimitWarning]:
         """Yield a warning for each motor that is asked for more torque than it has.
 
         Args:
-            robot: Name of the robot in a cell of several.
+            robot: Name of the robot in a cell of several, else empty.
         """
         for joint, load in self.loads.items():
             if load.limit is not None and load.torque > load.limit:
@@ -78,7 +79,6 @@ def motor_loads(
     gives is what is told.
 
     Args:
-        model: The robot, simulated.
         models: Simulations of robots.
         command: Motion of its drives, or of what its servos are told.
         wrench: Wrench on its tool, axes of its base.
@@ -113,20 +113,17 @@ def without_limits(robot: Robot) -> Robot:
         >>> without_limits(robot) == robot
         True
     """
-    joints = [
-        joint
-        if joint.drive is None
-        else replace(joint, drive=replace(joint.drive, torque_limit=None))
-        for joint in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
+    motors = [(i, joint, joint.drive) for i, joint in enumerate(robot.joints) if joint.drive]
+    unlimited = {
+        i: replace(own, drive=replace(drive, torque_limit=None)) for i, own, drive in motors
+    }
+    return with_joints(robot, unlimited)
 
 
 def motor_load(drive: Drive, motion: MotorHistory) -> MotorLoad:
     """Return what the motion of one motor comes to.
 
     Args:
-        drive: Its drive.
         motion: Its motion, (n, 1) each.
 
     Example:

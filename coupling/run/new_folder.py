@@ -39,8 +39,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
                 replace_folder(beside, target)
             require_free(folder, overwrite)
             work = beside if is_finished(target) else target
-            if _is_filled(work) and not is_run(work):
-                raise ResultError(f"{work}: holds files that are not a result: name another folder")
+            _require_own_files(work)
             clear_for_work(work)
         try:
             with writing(folder, ResultError):
@@ -63,12 +62,14 @@ def require_free(folder: Path, overwrite: bool) -> None:
         return
     if not folder.is_dir():
         raise ResultError(f"{folder}: expected the name of a folder, got a file")
-    if not _is_filled(folder):
-        return
-    if not is_run(folder):
-        raise ResultError(f"{folder}: holds files that are not a result: name another folder")
+    _require_own_files(folder)
     if is_finished(folder) and not overwrite:
         raise ResultError(f"{folder}: holds a result already: add --overwrite to replace it")
+
+
+def _require_own_files(folder: Path) -> None:
+    if _is_filled(folder) and not is_run(folder):
+        raise ResultError(f"{folder}: holds files that are not a result: name another folder")
 
 
 def _is_filled(folder: Path) -> bool:

@@ -86,7 +86,6 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
     """Run a command as written on moving robots and under a load that differ from the model.
 
     Args:
-        case: The case.
         cell: Its plant.
         found: The command, with what it leads to on the model.
         watch: Function called with the progress of the work.
@@ -147,7 +146,6 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     """Return what is other on a plant, a phrase for each difference.
 
     Args:
-        plant: The plant.
         robots: Robots of the case.
     """
     said = []

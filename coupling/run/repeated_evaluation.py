@@ -41,11 +41,7 @@ class ProcessRequest:
 
 
 class RememberedProcess(ProcessWrapper):
-    """A process that remembers what it was asked last.
-
-    Args:
-        process: The process.
-    """
+    """A process that remembers what it was asked last."""
 
     def __init__(self, process: Process) -> None:
         self.process = process
@@ -71,7 +67,6 @@ def repeated_evaluation(
     alike, are not asked, nor is a process that takes too long or has become another one meanwhile.
 
     Args:
-        case: The case.
         last: Last request to its process.
         found: Result of the method.
         watch: Function called with what happens.
@@ -95,7 +90,6 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
     """Return a correction whose reason says that the process answers differently, where it does.
 
     Args:
-        found: The correction.
         kind: "couple" or "compensate".
         repeated: Difference of two responses to its last path; None where it was asked once.
     """

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
@@ -89,7 +88,6 @@ def replayed(
     """Replay a command as written, under the validation's wrench, on moving robots that differ.
 
     Args:
-        cell: The robots.
         models: Simulation of each of them, in their order.
         found: The command.
         simulate: Function that gives the simulation of a robot with other motors or kinematic errors.
@@ -111,9 +109,7 @@ def replayed(
         path = differing(cell, others, differences, variation.name).simulate(
             found.joints, loaded.scaled(variation.force), "dynamic"
         )
-        pairs = zip(path.tools, found.desired.tools, strict=True)
-        tools = tuple(measure(own, desired) for own, desired in pairs)
-        replays.append(Replay(variation.name, measure(path, found.desired), tools))
+        replays.append(Replay.of(variation.name, path, found.desired))
     return tuple(replays)
 
 
@@ -142,7 +138,6 @@ def differing(
     """Return the cell with robots whose parameters differ from the models'.
 
     Args:
-        cell: The robots.
         models: Simulation of each of them, with its payload, in their order.
         differences: Differences of each of them.
         what: Difference from the model, in words.
@@ -169,7 +164,6 @@ def noise_replays(
     A command that was made for forces with noise of their own is off by as much under those without.
 
     Args:
-        cell: The robots.
         samples: Times at which the process is asked [s], (k,).
         noise: Noise of its forces as they come.
         found: The command, with the forces without what was taken off.
@@ -192,6 +186,4 @@ def noise_replays(
             drawn = low_pass(samples, drawn, noise.filter.cutoff)
         forces.append(interpolated(time, samples, drawn))
     path = cell.simulate(found.joints, loads.plus(np.stack(forces)), "dynamic")
-    pairs = zip(path.tools, found.desired.tools, strict=True)
-    tools = tuple(measure(own, desired) for own, desired in pairs)
-    return (Replay("noise", measure(path, found.desired), tools),)
+    return (Replay.of("noise", path, found.desired),)

@@ -9,7 +9,6 @@ import numpy as np
 
 from coupling.case.case import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
-from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolated
@@ -61,8 +60,6 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
     process's stiffness, where it is known, as in a coupling.
 
     Args:
-        case: The case.
-        cell: Its robots.
         found: The command, with the process's answer to the path under it.
     """
     if not np.any(found.response.wrench.wrench):
@@ -82,12 +79,7 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
     back = moved.at_rows(np.searchsorted(all_times, found.achieved.time))
     change = factor * back.deviation_from(found.achieved)
     path = found.achieved.displaced(change)
-    pairs = zip(path.tools, found.desired.tools, strict=True)
-    replay = Replay(
-        "sampling",
-        measure(path, found.desired),
-        tuple(measure(own, desired) for own, desired in pairs),
-    )
+    replay = Replay.of("sampling", path, found.desired)
     off = path.distance_to(found.achieved)
     return SamplingCheck(float(off.max()), float(path.time[off.argmax()]), replay)
 

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from coupling.path.joint_path import JointPath
 from coupling.process.force_laws import ForceReaction
@@ -37,7 +38,8 @@ SHORTEST, LONGEST = 1e-5, 0.1
 # Steps tried between them.  The first at which deviations grow is the limit; longer ones may be stable
 # again.
 _TRIES = 50
-_BISECTIONS = 12
+# Relative precision of the limit.
+_PRECISION = 1e-4
 # Postures at most, spread over the time in contact.
 _POSTURES = 12
 # Share of the limit that is called safe: between the postures, and with other loads, robot and
@@ -130,7 +132,11 @@ class StepLimit:
             if grown == 0:
                 lasting = 0.0
             elif grown is not None:
-                lasting = min(lasting, _first_growth(posture, tries[grown - 1], tries[grown]))
+                lasting = brentq(
+                    lambda step, own=posture: own.growth(step) - 1.0,
+                    *tries[grown - 1 : grown + 1],
+                    rtol=_PRECISION,
+                )
         rate = max((posture.contact_rate for posture in postures), default=0.0)
         touch = 0.5 * np.sqrt(_TOUCH) / rate if rate > 0.0 else np.inf
         return cls(tuple(postures), float(lasting), float(touch))
@@ -151,17 +157,6 @@ class StepLimit:
         return max((step for step in steps if step <= bound * (1.0 + 1e-9)), default=0.0)
 
 
-def _first_growth(posture: LinearisedPosture, stable: float, grown: float) -> float:
-    """Return the step between two at which deviations begin to grow [s]."""
-    for _ in range(_BISECTIONS):
-        middle = float(np.sqrt(stable * grown))
-        if posture.growth(middle) >= 1.0:
-            grown = middle
-        else:
-            stable = middle
-    return grown
-
-
 def postures_in_contact(
     robot: Robot, motion: JointPath, desired: np.ndarray, reaction: ForceReaction, quasistatic: bool
 ) -> tuple[LinearisedPosture, ...]:
@@ -170,7 +165,6 @@ def postures_in_contact(
     Gears count as engaged: in their backlash a robot is softer, and what grows there ends at the flanks.
 
     Args:
-        robot: The robot.
         motion: Its drives at the samples.
         desired: Desired position of the TCP there, base frame [m], (n, 3).
         reaction: Force and stiffness of the process there.

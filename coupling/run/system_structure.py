@@ -67,8 +67,7 @@ class SystemStructure:
         _add_units(root, {*POSE_UNITS.values(), *self.outputs.values()})
         self._add_experiment(root)
         indent(root, " ")
-        text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
-        return text
+        return tostring(root, encoding="UTF-8", xml_declaration=True)
 
     def _add_experiment(self, root: Element) -> None:
         """Add start, stop and step.

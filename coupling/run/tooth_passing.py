@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from coupling.run.execute import Run
 
@@ -57,45 +58,15 @@ class DeviationParts:
         # A point of constant values far beyond either end stands for all of them.
         known = np.concatenate([[time[0] - period], time, [time[-1] + period]])
         values = np.concatenate([deviation[:1], deviation, deviation[-1:]])
-        steps = np.diff(known).reshape(-1, *[1] * (deviation.ndim - 1))
-        pieces = 0.5 * steps * (values[1:] + values[:-1])
-        sums = np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
-        slow = (
-            _integral(known, values, sums, time + half)
-            - _integral(known, values, sums, time - half)
-        ) / period
+        integral = make_interp_spline(known, values, k=1).antiderivative()
+        slow = (integral(time + half) - integral(time - half)) / period
         within = half * (1.0 + _ROUNDING)
         first = np.searchsorted(time, time - within)
         last = np.searchsorted(time, time + within, side="right")
-        lowest, highest = (
-            _extreme(take, deviation, first, last) for take in (np.minimum, np.maximum)
-        )
+        rows = np.column_stack([first, last]).ravel()  # every other piece is that within a period
+        padded = np.concatenate([deviation, deviation[-1:]])
+        lowest, highest = (take.reduceat(padded, rows)[::2] for take in (np.minimum, np.maximum))
         return cls(slow, deviation - slow, lowest, highest)
-
-
-def _integral(
-    known: np.ndarray, values: np.ndarray, sums: np.ndarray, time: np.ndarray
-) -> np.ndarray:
-    """Return the integral of straight pieces from their start to times between their ends."""
-    shape = (-1, *[1] * (values.ndim - 1))
-    first = (np.searchsorted(known, time, side="right") - 1).clip(max=len(known) - 2)
-    since = (time - known[first]).reshape(shape)
-    slope = (values[first + 1] - values[first]) / np.diff(known)[first].reshape(shape)
-    integral: np.ndarray = sums[first] + since * (values[first] + 0.5 * since * slope)
-    return integral
-
-
-def _extreme(take: np.ufunc, values: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return the extremes of rows first to last - 1, from those of runs of 1, 2, 4, ... rows."""
-    found, width, runs = values[first], 1, values
-    count = last - first
-    while width <= count.max():
-        own = (width <= count) & (count < 2 * width)
-        rows = np.flatnonzero(own)
-        found[rows] = take(runs[first[rows]], runs[last[rows] - width])
-        runs = take(runs[:-width], runs[width:])
-        width *= 2
-    return found
 
 
 def tooth_passing_parts(run: Run) -> list[DeviationParts] | None:

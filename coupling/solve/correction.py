@@ -146,7 +146,6 @@ class Method(Protocol):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        ...
 
 
 class Compensation(Method, Protocol):
@@ -155,7 +154,6 @@ class Compensation(Method, Protocol):
     @property
     def tolerance_m(self) -> float:
         """Largest deviation from the desired path that ends the iteration [m]."""
-        ...
 
 
 class Uncorrected:

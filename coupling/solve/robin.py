@@ -121,8 +121,7 @@ class Robin(ConstantRelaxation):
         if self._stabilisation is None or self._stabilisation.hold.shape != force.shape[:2]:
             self._stabilisation = LocalStabilisation.begun(np.zeros(force.shape[:2]))
         held = np.repeat(self._stabilisation.hold, 3, axis=0).T[..., None]
-        stiffness: np.ndarray = self._own + held * np.eye(held.shape[1])
-        return stiffness
+        return self._own + held * np.eye(held.shape[1])
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
         """Return the stiffness that the coupling before this one found, or a first guess."""
@@ -224,5 +223,4 @@ class ProcessStiffness:
 
 def _square(vectors: np.ndarray) -> np.ndarray:
     """Return v v^T of vectors (..., m)."""
-    product: np.ndarray = vectors[..., :, None] * vectors[..., None, :]
-    return product
+    return vectors[..., :, None] * vectors[..., None, :]

@@ -81,4 +81,3 @@ class SchemeBuilder(Protocol):
 
     def __call__(self, first: float = 1.0) -> Scheme:
         """Return the scheme whose first factor is `first`."""
-        ...

@@ -139,7 +139,6 @@ class Store:
         """Take room for an answer before it is computed; its key is to be held.
 
         Args:
-            key: The key.
             size: Least size of the answer [bytes].
 
         Raises:

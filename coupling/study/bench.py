@@ -59,11 +59,7 @@ class StudyJob:
 
 
 class RobotPool:
-    """Robots that stay loaded from sample to sample; a context manager that ends them.
-
-    Args:
-        work: The study.
-    """
+    """Robots that stay loaded from sample to sample; a context manager that ends them."""
 
     def __init__(self, work: StudyJob) -> None:
         self._work = work

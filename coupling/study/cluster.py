@@ -84,7 +84,6 @@ def simulate(
     A worker that ends costs its task, which another one takes.
 
     Args:
-        work: The study.
         points: Values of the parameters by sample.
         workers: Who does the work.
         place: The study's folder.

@@ -95,7 +95,6 @@ def opened(
 
     Args:
         folder: The study's folder, of this program alone.
-        case: The case.
         table: Table [study].
         run: Run folder of the command.
         couple: Whether the process is evaluated for every sample.

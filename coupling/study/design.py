@@ -25,8 +25,7 @@ def latin_hypercube(count: int, width: int, seed: int) -> np.ndarray:
 
     Another number of points is another design.
     """
-    points: np.ndarray = qmc.LatinHypercube(width, rng=seed).random(count)
-    return points
+    return qmc.LatinHypercube(width, rng=seed).random(count)
 
 
 DESIGNS = {"sobol": sobol, "latin-hypercube": latin_hypercube}

@@ -33,7 +33,6 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
     """Give the folder of a study to this program alone, made where there is none.
 
     Args:
-        folder: The folder.
         overwrite: Whether a study that is there goes first.
 
     Raises:

@@ -55,8 +55,7 @@ class StudyParameter:
         if spread.low is not None and spread.high is not None:
             return spread.low + (spread.high - spread.low) * share
         normal = truncnorm(-CUT_OFF, CUT_OFF, loc=spread.mean, scale=spread.deviation)
-        found: np.ndarray = normal.ppf(share)
-        return found
+        return normal.ppf(share)
 
     def in_words(self) -> str:
         """Return its distribution, for people."""
@@ -103,7 +102,6 @@ class StudyParameters:
         """Return the uncertain parameters of a case.
 
         Args:
-            case: The case.
             loaded: Whether its command works against any wrench.
         """
         table, robots = case.study, tuple(robot.name for robot in case.robots)

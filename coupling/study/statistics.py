@@ -33,8 +33,7 @@ def quantile(values: np.ndarray, share: float) -> np.ndarray:
         >>> float(quantile(np.arange(1.0, 20.0), 0.95))
         19.0
     """
-    found: np.ndarray = np.quantile(values, share, axis=0, method="weibull")
-    return found
+    return np.quantile(values, share, axis=0, method="weibull")
 
 
 def samples_for(coverage: float) -> int:
@@ -88,8 +87,7 @@ def _limit(distance: np.ndarray, share: float) -> np.ndarray:
     whole = squares.sum(axis=0)
     others = np.sqrt(np.maximum(whole - squares, 0.0) / (count - 1))
     ratio = np.divide(distance, others, out=np.zeros_like(distance), where=others > 0.0)
-    limit: np.ndarray = quantile(ratio.max(axis=1), share) * np.sqrt(whole / count)
-    return limit
+    return quantile(ratio.max(axis=1), share) * np.sqrt(whole / count)
 
 
 def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...] | None:
@@ -142,5 +140,4 @@ def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:
 
 def largest_in_parts(distance: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Return the largest distance [m] in each part of a path, (m,)."""
-    found: np.ndarray = np.maximum.reduceat(distance, first)
-    return found
+    return np.maximum.reduceat(distance, first)

@@ -15,6 +15,7 @@ from coupling.path.frame import Frame
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.motion import Segment, SegmentedPath, circle, link, polyline
 from coupling.toolpaths.task import Task
+from coupling.toolpaths.untilted import UntiltedPath
 
 
 class _Contours(SegmentedPath):
@@ -52,10 +53,14 @@ class _Contours(SegmentedPath):
         """The wall's angle where leans are measured from its normal: the wall is right of the feed."""
         return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
 
-    def task(self, part: Frame, corners: Corners = NONE) -> Task:
+    def task(
+        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+    ) -> Task:
         """Return the task: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
-        return replace(super().task(part, corners), wall_angle=angle, step_down=self.step_down_m)
+        return replace(
+            super().task(part, corners, untilted), wall_angle=angle, step_down=self.step_down_m
+        )
 
     def _segments(self) -> Iterator[Segment]:
         at = np.array([self._radius(0.0), 0.0, self.clearance_m])

@@ -40,7 +40,9 @@ class GcodePath(ToolPathTable):
     def _program(self) -> GcodeProgram:
         return read_program(self.file)
 
-    def task(self, part: Frame, corners: Corners = NONE) -> Task:
+    def task(
+        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+    ) -> Task:
         """Return the task, with remarks on words without effect and the jump of the acceleration."""
         ignored = self._program.ignored
         words = ", ".join(
@@ -52,7 +54,7 @@ class GcodePath(ToolPathTable):
                 f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"
                 f" up to {jump:.3g} m/s^2 at the feed"
             )
-        return replace(super().task(part, corners), remarks=tuple(remarks))
+        return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
 
     def _jump(self) -> float:
         """Return the largest jump of the acceleration within the moves that are driven without a rest.

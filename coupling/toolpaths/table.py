@@ -79,14 +79,17 @@ class ToolPathTable(Schema, ABC):
             _require_slow_turns(path)
         return path
 
-    def task(self, part: Frame, corners: Corners = NONE) -> Task:
+    def task(
+        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+    ) -> Task:
         """Return the task along the path, its TCP being the tool's tip.
 
         Args:
             part: base_from_part.
             corners: Times at which the process is to be evaluated as well [s].
+            untilted: The path before the tool is turned, where it is known already.
         """
-        untilted = self.untilted(part, corners)
+        untilted = untilted or self.untilted(part, corners)
         return Task(part, self._tilted(untilted), sample_rows=untilted.sample_rows)
 
 

@@ -64,6 +64,7 @@ def cases() -> dict[str, Callable[..., Case]]:
     return {
         "cone, 0.05 m/s": _example("cone", own, tool_path={"depth_m": 0.003}),
         "ISO 9283, 0.25 m/s": _example("iso9283", own, tool_path=iso),
+        "ISO 9283, 1 m/s": _example("iso9283", own, tool_path=iso | {"feed_m_s": 1.0}),
         "slot, milled": _example("milling_20000", own),
         "cone, FANUC R-2000iC": _example(
             "cone",

@@ -20,8 +20,9 @@ from coupling.run.models import Models
 from docs.scripts.inverse_servos import with_motors
 from docs.scripts.learning_shop import CUT, Shop, _unseen
 from docs.scripts.learning_studies import DEPTH, Left, case_text
+from docs.scripts.next_histories import commanded
 from docs.scripts.page import table
-from docs.scripts.robots_with_backlash import MIXED, with_backlash
+from docs.scripts.robots_with_backlash import FANUC_HOME, MIXED, with_backlash
 
 # Factors of friction and hysteresis of the robot that really moves.
 TRUTH = {"friction": 1.2, "hysteresis": 1.2}
@@ -31,13 +32,14 @@ NOISE, ENCODER, TORQUE = 1e-5, 5e-6, 0.01
 
 @dataclass(frozen=True)
 class _Pass:
-    """What one run told, and what the command after it leaves."""
+    """What one run told, and what the commands of `learn` and of `next` after it leave."""
 
     found: Learned
     left: Left
+    next: Left
 
-    def cells(self) -> tuple[str, str, str]:
-        """What is left, the largest error and median half interval of friction, and what is held."""
+    def cells(self) -> tuple[str, str, str, str]:
+        """What is left by both, error and half interval of friction, and what is held."""
         told = [own for own in self.found.parameters if own.identifiable]
         truth = [
             (TRUTH.get(p.parameter.kind, 1.0) if p.parameter.gear is not None else 1.0) * p.start
@@ -47,12 +49,16 @@ class _Pass:
         friction = [own for own in self.found.parameters if own.parameter.kind == "friction"]
         off = max(abs(own.value / own.start / TRUTH["friction"] - 1.0) for own in friction)
         half = np.median([0.5 * np.log(own.high / own.low) for own in friction])
-        absolute = f"{1e6 * self.left.maximum:.0f} / {1e6 * self.left.rms:.1f}"
         return (
-            f"{absolute}, less a constant {self.left}",
+            f"{_both(self.left)}, less a constant {self.left}",
+            _both(self.next),
             f"{100.0 * off:.1f}, {100.0 * half:.1f}",
             f"{held} of {len(told)}",
         )
+
+
+def _both(left: Left) -> str:
+    return f"{1e6 * left.maximum:.0f} / {1e6 * left.rms:.1f}"
 
 
 class MotorShop(Shop):
@@ -73,7 +79,7 @@ class MotorShop(Shop):
         """Return what a run's command leaves."""
         return Left.of(self.off(run, self.real(run)[0]))
 
-    def measured(self, with_columns: bool, own_frame: bool) -> _Pass:
+    def measured(self, with_columns: bool) -> _Pass:
         """Return what a run tells, with and without columns of motors."""
         path, moved = self.real(self._first)
         rng, at = np.random.default_rng(1), _unseen(self._first).world_from_base
@@ -91,18 +97,29 @@ class MotorShop(Shop):
             self._first, Measurement("measured.csv", path.time[rows], seen, None, motors)
         )
         with Models("native") as models:
-            found = learn([source], LearnOptions(own_frame=own_frame), models)
+            found = learn([source], LearnOptions(), models)
         run = self._first if found.refusal else self.commanded(self._first, found)
-        return _Pass(found, self.left(run))
+        after = self._folder / f"next{len(list(self._folder.glob('next*')))}"
+        commanded([source], after)
+        return _Pass(found, self.left(run), self.left(after))
 
 
 def motors() -> str:
     """Return the table."""
     own = with_motors(find_robot("icme2008"))
-    abb = with_motors(Path(with_backlash(find_robot("abb_irb7600"), MIXED)))
+    fanuc, abb = (
+        with_motors(Path(with_backlash(find_robot(name), MIXED)))
+        for name in ("fanuc_r2000ic", "abb_irb7600")
+    )
     cases = {
         "example, cone": case_text(
             "cone", robot={"description": own, "drive": "servo"}, tool_path={"depth_m": DEPTH}
+        ),
+        "FANUC R-2000iC, cone": case_text(
+            "cone",
+            robot={"description": fanuc, "drive": "servo", "home_deg": FANUC_HOME},
+            part={"position_m": [1.6, 0.3, 0.6]},
+            tool_path={"depth_m": DEPTH},
         ),
         "ABB IRB 7600, ISO 9283 at 0.25 m/s": case_text(
             "iso9283",
@@ -112,15 +129,15 @@ def motors() -> str:
     }
     head = (
         *("max / rms [um]", "before", "columns of motors", "after one run"),
+        "by next, frame known",
         *("friction: largest error, median half interval [%]", "held"),
     )
     rows: list[Sequence[str]] = []
     for title, data in cases.items():
         with MotorShop(data) as shop:
             before = shop.left(shop._first)
-            told = f"{1e6 * before.maximum:.0f} / {1e6 * before.rms:.1f}"
             for with_columns in (False, True):
-                found = shop.measured(with_columns, own_frame=False)
-                rows.append((title, told, "yes" if with_columns else "no", *found.cells()))
+                found = shop.measured(with_columns)
+                rows.append((title, _both(before), "yes" if with_columns else "no", *found.cells()))
                 print(*rows[-1], flush=True)
     return table(head, rows)

@@ -158,7 +158,7 @@ def picture() -> str:
             x=own.time[::5],
             y=1e6 * distance[::5],
             mode="lines",
-            name=f"pass {number}",
+            name=f"run {number}",
             line={"width": 1.4, "color": JOINTS[number - 1]},
         )
     figure.update_xaxes(title="time [s]")

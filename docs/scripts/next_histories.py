@@ -26,7 +26,7 @@ from coupling.identification.next.figures import figures
 from coupling.identification.next.inputs import inputs_folder, write_inputs
 from coupling.identification.next.options import FrameAccuracy, NextOptions
 from coupling.identification.runs.measurement import read_measurement
-from coupling.identification.runs.source import read_source
+from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.results.forecast import RunForecast
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -227,17 +227,8 @@ def told(trial: Trial) -> Told:
             if number == trial.runs:
                 break
             sources.append(read_source(run, read_measurement(folder / f"measured{number}.csv")))
-            with Models("native") as models:
-                options = NextOptions(KNOWN)
-                found = plan(sources, options, models)
-                found = selected(found, models)
-                run = folder / f"run{number + 1}"
-                own = load_case(write_inputs(inputs_folder(run), found, figures(found)))
-                done = expected(own, found, models, unwatched)
-                run.mkdir()
-                write_run(run, own, done)
-                forecast = done.forecast
-                move = "again" if found.judgement.again else found.move.kind
+            run = folder / f"run{number + 1}"
+            forecast, move = commanded(sources, run)
         time = moves[0].time
         distance = [np.linalg.norm(own.deviation, axis=1) for own in moves]
     result = Told(trial, tuple(runs), time, np.array(distance))
@@ -245,6 +236,17 @@ def told(trial: Trial) -> Told:
         f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in runs)})", flush=True
     )
     return result
+
+
+def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | None, str]:
+    """Compute the next command into a run folder; return what it is to leave, and how it was found."""
+    with Models("native") as models:
+        found = selected(plan(sources, NextOptions(KNOWN), models), models)
+        case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
+        done = expected(case, found, models, unwatched)
+    run.mkdir()
+    write_run(run, case, done)
+    return done.forecast, "again" if found.judgement.again else found.move.kind
 
 
 def all_told(trials: list[Trial]) -> list[Told]:

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from elastic_robot.motion import Drives
+from elastic_robot.trajectory import Drives
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from mujoco import rollout
 
 from elastic_robot.description import Robot
-from elastic_robot.motion import Drives
+from elastic_robot.trajectory import Drives
 from examples.mujoco_robot.elastic_model import ElasticModel
 from examples.mujoco_robot.integrators import INTEGRATORS, DriveSamples
 from examples.mujoco_robot.multibody import tcp_pose

@@ -43,13 +43,11 @@ class BalancerCurve:
 
     def torque(self, angle: np.ndarray) -> np.ndarray:
         """Return tau_b [N m] at angles [rad], of their shape."""
-        torque: np.ndarray = self.spline(angle)
-        return torque
+        return self.spline(angle)
 
     def slope(self, angle: np.ndarray) -> np.ndarray:
         """Return dtau_b/dphi [N m/rad] at angles [rad], of their shape."""
-        slope: np.ndarray = self.spline(angle, 1)
-        return slope
+        return self.spline(angle, 1)
 
 
 @dataclass(frozen=True)

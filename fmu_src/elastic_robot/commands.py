@@ -146,5 +146,4 @@ def _explained(past: LastStep, command: Command, length: float) -> np.ndarray:
     values = np.array([gained, q, qd])
     bounds = np.array([2.0 * (command.qdd - past.acceleration), 0.5 * c * c * qdd, c * qdd])
     upper, lower = np.maximum(bounds, 0.0), np.minimum(bounds, 0.0)
-    limited: np.ndarray = np.maximum(np.minimum(values, upper), lower)
-    return limited
+    return np.maximum(np.minimum(values, upper), lower)

@@ -237,11 +237,7 @@ class Joint:
                 )
 
     def _require_balancer(self, table: np.ndarray, stiffness: float) -> None:
-        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():
-            raise ValueError(
-                "balancer: expected at least 3 pairs of finite numbers [rad, N m], got"
-                f" {len(table)} points"
-            )
+        _require_pairs("balancer", table, 3)
         flat = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
         if len(flat):
             raise ValueError(
@@ -257,11 +253,7 @@ class Joint:
             )
 
     def _require_table(self, table: np.ndarray) -> None:
-        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 5 or not np.isfinite(table).all():
-            raise ValueError(
-                "torque_table: expected at least 5 pairs of finite numbers [rad, N m], got"
-                f" {len(table)} points"
-            )
+        _require_pairs("torque_table", table, 5)
         flat = np.flatnonzero(np.any(np.diff(table, axis=0) <= 0.0, axis=1))
         if len(flat):
             angle = table[flat[0] : flat[0] + 2, 0]
@@ -274,6 +266,14 @@ class Joint:
                 "torque_table: expected torques on both sides of zero, got"
                 f" {table[0, 1]:.6g} to {table[-1, 1]:.6g} N m"
             )
+
+
+def _require_pairs(name: str, table: np.ndarray, least: int) -> None:
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) < least or not np.isfinite(table).all():
+        raise ValueError(
+            f"{name}: expected at least {least} pairs of finite numbers [rad, N m], got"
+            f" {len(table)} points"
+        )
 
 
 @dataclass(frozen=True)

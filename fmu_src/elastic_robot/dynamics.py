@@ -152,8 +152,7 @@ class Dynamics:
         """Return J^T K J of spring and contact at rest, as x feels it [N m/rad], (m, m)."""
         lever = tcp_jacobian(self.chain, self.data, theta)[:3, self.chain.elastic]
         place = self.data.oMf[self.chain.tcp].translation
-        matrix: np.ndarray = lever.T @ acting.support(place) @ lever
-        return matrix
+        return lever.T @ acting.support(place) @ lever
 
     def contact_state(
         self, theta: np.ndarray, rate: np.ndarray, acting: ToolLoad
@@ -206,8 +205,7 @@ class Dynamics:
 
 def _point_jacobian(jacobian: np.ndarray, offset: np.ndarray) -> np.ndarray:
     """Return the translational Jacobian of a point at an offset from the TCP, (..., 3, angles)."""
-    moved: np.ndarray = jacobian[..., :3, :] - pin.skew(offset) @ jacobian[..., 3:, :]
-    return moved
+    return jacobian[..., :3, :] - pin.skew(offset) @ jacobian[..., 3:, :]
 
 
 def _relative(

@@ -70,8 +70,7 @@ class KinematicErrors:
         sine, cosine = self.amplitude * np.sin(turned), self.amplitude * np.cos(turned)
         n = self.order
         sines = np.stack([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
-        derivatives: np.ndarray = sines @ self._owner
-        return derivatives
+        return sines @ self._owner
 
     def output_angle(self, q: np.ndarray) -> np.ndarray:
         """Return u = q + eps(q) [rad] at q (..., n) [rad], (..., n)."""
@@ -150,8 +149,7 @@ class KinematicErrors:
 
     def _turned(self, q: np.ndarray) -> np.ndarray:
         """Return the angles of the sines [rad], (..., s)."""
-        turned: np.ndarray = self.order * q[..., self.joint] + self.phase
-        return turned
+        return self.order * q[..., self.joint] + self.phase
 
     @cached_property
     def _owner(self) -> np.ndarray:

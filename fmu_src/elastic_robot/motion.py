@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -30,6 +29,7 @@ from elastic_robot.settings import SETTINGS
 from elastic_robot.slipping import SlipPiece
 from elastic_robot.tool_load import Load, ToolLoad
 from elastic_robot.torque_curves import TorqueCurve
+from elastic_robot.trajectory import Drives
 
 # Part of the local error allowed that DOP853 has to keep, for it is to judge other integrators; the
 # least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
@@ -44,21 +44,6 @@ _LONGEST_STEP = 4e-3
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
 _Event = Callable[[float, np.ndarray], float]
-
-
-class Drives(Protocol):
-    """Motion of the drives over time."""
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
-        ...
-
-    def next_kink(self, time: float, jump: float) -> float:
-        """Return the first time after `time` of a jump of the third derivative.
-
-        Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
-        """
-        ...
 
 
 @dataclass(frozen=True)
@@ -119,7 +104,6 @@ def _overshot(
     `solve_ivp` sees only what lasts to a step's end.
 
     Args:
-        solved: Its result.
         turns: Places of the zeros of rates among its events.
         ways: How far the elements are from the end of their piece [rad], (e,).
     """

@@ -159,7 +159,6 @@ class Motors:
 
         Args:
             commands: q, q', q'' of all drives' commands [rad, rad/s, rad/s^2], (3, n).
-            state: The motors.
             carried: S + H + d x' of all elastic coordinates, -T of gears [N m], (m,).
             given: Torques of motors without servo [N m], (d,).
         """
@@ -201,7 +200,6 @@ class Motors:
         In any unit, (k,).
 
         Args:
-            now: The motors.
             modes: Numbers of what z does, (d,).
             before: The motors where that began.
         """

@@ -52,5 +52,4 @@ class ByParameter:
             raise ParameterError(
                 f"parameter: expected one of {', '.join(self.names)}, got {name!r}"
             )
-        values: np.ndarray = self.values[..., self.names.index(name)]
-        return values
+        return self.values[..., self.names.index(name)]

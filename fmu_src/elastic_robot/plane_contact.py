@@ -84,8 +84,7 @@ class PlaneContact:
     @cached_property
     def unit(self) -> np.ndarray:
         """Unit vector n of the normal, base axes, (3,)."""
-        unit: np.ndarray = self.normal / np.linalg.norm(self.normal)
-        return unit
+        return self.normal / np.linalg.norm(self.normal)
 
     @cached_property
     def offset(self) -> np.ndarray:
@@ -94,13 +93,11 @@ class PlaneContact:
 
     def depth(self, gap: np.ndarray) -> np.ndarray:
         """Return d [m], (...), of ways from the TCP to the anchor [m], (..., 3)."""
-        depth: np.ndarray = self.radius + gap @ self.unit
-        return depth
+        return self.radius + gap @ self.unit
 
     def approach(self, velocity: np.ndarray) -> np.ndarray:
         """Return d' [m/s], (...), of velocities relative to the plane [m/s], (..., 3)."""
-        approach: np.ndarray = -(velocity @ self.unit)
-        return approach
+        return -(velocity @ self.unit)
 
     def force(self, gap: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return the force on the sphere [N], (..., 3), none where d <= 0.
@@ -111,8 +108,7 @@ class PlaneContact:
         """
         slip, size, depth, resisting = self._state(gap, velocity)
         pressure = np.where(depth > 0.0, self.stiffness * depth * resisting, 0.0)
-        force: np.ndarray = pressure[..., None] * (self.unit - self.friction * slip / size)
-        return force
+        return pressure[..., None] * (self.unit - self.friction * slip / size)
 
     def force_gradient(
         self, gap: np.ndarray, velocity: np.ndarray

@@ -141,7 +141,6 @@ def by_parameter(
     """Return the columns of the parameters: a spring's or damper's own only act on its coordinate.
 
     Args:
-        chain: The robot's chain.
         curve: Torque curve, or a branch of it.
         x, rate: Elastic coordinates and their rates [rad, rad/s], (..., m).
         of_gravity: Columns of gravity [kg m], (..., m, 3).

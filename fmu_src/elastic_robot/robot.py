@@ -11,7 +11,7 @@ from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.hysteresis import Hysteresis, Past
-from elastic_robot.motion import DrivenMotion, Drives, State
+from elastic_robot.motion import DrivenMotion, State
 from elastic_robot.motors import IDEAL, Motors, MotorState, require_drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot_outputs import RobotOutputs
@@ -20,6 +20,7 @@ from elastic_robot.snapshot import HeldInputs, Snapshot
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
+from elastic_robot.trajectory import Drives
 from elastic_robot.turns import Turns
 
 

@@ -58,8 +58,7 @@ class RobotOutputs:
         theta, rate = chain.theta(np.stack([held.q, held.qd]))
         if not self._quasistatic:
             theta, rate = self._theta(), self._theta_rate()
-        velocity: np.ndarray = tcp_jacobian(chain, self._dynamics.data, theta) @ rate
-        return velocity
+        return tcp_jacobian(chain, self._dynamics.data, theta) @ rate
 
     def rigid(self) -> np.ndarray:
         """Return the pose of the TCP with undeflected joints [m, 1], (7,), qw as of the elastic one."""
@@ -206,8 +205,7 @@ class RobotOutputs:
         state, damping = self._now(), self._parameters.damping
         rate = np.zeros_like(state.v) if self._quasistatic else state.v
         of_elements = self._hysteresis.torque(state.elongation)
-        torque: np.ndarray = self._curve.torque(state.x) + of_elements + damping * rate
-        return torque
+        return self._curve.torque(state.x) + of_elements + damping * rate
 
     def _pose(self, theta: np.ndarray, opposite: bool) -> np.ndarray:
         pose = pose_of(base_from_tool(self.chain, self._dynamics.data, theta))
@@ -249,8 +247,7 @@ class RobotOutputs:
         """Return the force of the contact on the tool [N], (3,); none where it is not touched."""
         if not self._held.acting.contact.holds:
             return np.zeros(3)
-        force: np.ndarray = self._contact()[2][0, :3]
-        return force
+        return self._contact()[2][0, :3]
 
     def contact_gap(self) -> np.ndarray:
         """Return the way from the sphere at the TCP to the contact's plane [m], (1,); 1 without one."""

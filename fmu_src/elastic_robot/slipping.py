@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.hysteresis import REVERSAL_TIME, HeldHysteresis, Hysteresis
+from elastic_robot.hysteresis import REVERSAL_TIME, Hysteresis
 
 # An element sticks until it is this far beyond its slip angle [rad]: rounding of a robot at rest moves
 # it less, and so does not have it slip and stick by turns.
@@ -45,13 +45,6 @@ class SlipPiece:
         """Return s [rad], (e,), at elastic coordinates x [rad], (m,)."""
         change = (x - self.x)[self.hysteresis.elements.coordinate]
         return self.elongation + np.where(self.slips, 0.0, change)
-
-    def held(self, x: np.ndarray) -> HeldHysteresis:
-        """Return what the elements add to the equation of motion at x [rad], (m,)."""
-        law, elongation = self.hysteresis, self.elongation_at(x)
-        return HeldHysteresis(
-            law.torque(elongation), law.slope(~self.slips), law.gradient(elongation)
-        )
 
     def ways(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return how far each element is from the end of the piece [rad], (e,).

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic_robot.motion import Drives, State
+from elastic_robot.motion import State
 from elastic_robot.motors import MotorState
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.tool_load import ToolLoad
+from elastic_robot.trajectory import Drives
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,7 @@ def symmetric(entries: np.ndarray) -> np.ndarray:
                [2., 4., 5.],
                [3., 5., 6.]])
     """
-    matrix: np.ndarray = np.tensordot(entries, _ENTRIES, 1)
-    return matrix
+    return np.tensordot(entries, _ENTRIES, 1)
 
 
 @dataclass(frozen=True)

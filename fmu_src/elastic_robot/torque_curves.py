@@ -23,19 +23,15 @@ class Branch(Protocol):
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Restoring torque S(x) [N m]."""
-        ...
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad]."""
-        ...
 
     def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
         """dS/dk at fixed x [rad]."""
-        ...
 
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
         """dS/dB at fixed x [N m/rad]; without backlash that of a backlash that opens."""
-        ...
 
 
 class TorqueCurve(Branch, Protocol):
@@ -44,33 +40,26 @@ class TorqueCurve(Branch, Protocol):
     @property
     def half_width(self) -> np.ndarray:
         """Angle +-half_width at which the law changes [rad]; infinite for a smooth curve."""
-        ...
 
     @property
     def bends(self) -> np.ndarray:
         """Mask of coordinates whose slope changes along a branch, (m,)."""
-        ...
 
     @property
     def bend_angles(self) -> np.ndarray:
         """Rising angles of jumps of slope or curvature [rad], padded with infinity, (m, most)."""
-        ...
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its backlash."""
-        ...
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
         """Angle x [rad] at which the curve carries a torque; 0 where that is not unique."""
-        ...
 
     def region(self, x: np.ndarray) -> np.ndarray:
         """Number of the branch x lies on: -1, 0 (inside the backlash) or 1; 1 everywhere if smooth."""
-        ...
 
     def in_region(self, region: np.ndarray) -> Branch:
         """Return the branch of a number as of `region`, continued beyond its ends."""
-        ...
 
 
 class CurveClass(Protocol):
@@ -78,7 +67,6 @@ class CurveClass(Protocol):
 
     def build(self, parameters: Parameters) -> TorqueCurve:
         """Return the curve of given parameters."""
-        ...
 
 
 @dataclass(frozen=True)

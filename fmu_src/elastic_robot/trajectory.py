@@ -7,14 +7,27 @@ from bisect import bisect_right
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.settings import SETTINGS
-from elastic_robot.table_file import parse_table, read_table
+from elastic_robot.table_file import read_table
+
+
+class Drives(Protocol):
+    """Motion of the drives over time."""
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' [rad, rad/s, rad/s^2] at times (k,) [s], (3, k, n)."""
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return the first time after `time` of a jump of the third derivative.
+
+        Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
+        """
 
 
 class HeldCommand(NamedTuple):
@@ -100,10 +113,10 @@ class Trajectory:
         last = self.end - self.start
         slack = SETTINGS.slack_at(max(abs(self.start), abs(self.end)))
         if not (-slack <= lowest and highest <= last + slack):
-            asked = self.start + (lowest if lowest < 0.0 else highest)
+            outside = self.start + (lowest if lowest < 0.0 else highest)
             raise TrajectoryError(
                 f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
-                f" {asked:.9g} s"
+                f" {outside:.9g} s"
             )
         times = seconds if lowest >= 0.0 and highest <= last else np.clip(seconds, 0.0, last)
         values: np.ndarray = self._polynomial(times)
@@ -224,7 +237,7 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         TrajectoryError: With the file, what was expected and what was got.
     """
     try:
-        return _trajectory_of(*read_table(path), joint_count)
+        return trajectory_of(*read_table(path), joint_count)
     except (ValueError, TrajectoryError) as cause:
         reason = str(cause).removeprefix("trajectory: ")
         raise TrajectoryError(f"trajectory {path}: {reason}") from cause
@@ -232,22 +245,13 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         raise TrajectoryError(f"trajectory {path}: it does not fit into memory") from cause
 
 
-def parse_trajectory(content: bytes, is_npz: bool, joint_count: int) -> Trajectory:
-    """Return the trajectory of a file's content.
-
-    Args:
-        content: All bytes of the file.
-        is_npz: Its name ends in .npz; otherwise the content decides.
-        joint_count: Number of joints.
+def trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:
+    """Return the trajectory of a table's columns, its data (k, columns) in [s, rad, rad/s, rad/s^2].
 
     Raises:
         TrajectoryError: With what was expected and what was got.
-        ValueError: The same, of the table itself.
     """
-    return _trajectory_of(*parse_table(content, is_npz), joint_count)
 
-
-def _trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:
     def column(name: str) -> int:
         if columns.count(name) != 1:
             got = ", ".join(columns)

@@ -18,11 +18,7 @@ _NEARBY = 2.0
 
 
 class Turns:
-    """The product, and the last one that was made: it serves all angles nearby.
-
-    Args:
-        chain: The robot's chain.
-    """
+    """The product, and the last one that was made: it serves all angles nearby."""
 
     def __init__(self, chain: Chain) -> None:
         self._axes = chain.axes

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import reference
-from places import REFERENCE, TESTS
+from places import REFERENCE
 from replay_tables import command_spline
 from scipy.spatial.transform import Rotation
 
@@ -25,14 +22,6 @@ POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
 @pytest.fixture(scope="session")
 def fmu(example, tmp_path_factory) -> Path:
     return build_fmu(example, tmp_path_factory.mktemp("judge") / "R.fmu", BuildOptions("native"))
-
-
-def judged(folder: Path, fmu: Path, *options: object) -> dict:
-    """Run the judge where the project has not been imported."""
-    program = [sys.executable, TESTS / "helpers" / "replay.py", folder, fmu, *options]
-    done = subprocess.run([*map(str, program)], capture_output=True, text=True, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def write(folder: Path, name: str, columns: tuple[str, ...], rows: np.ndarray) -> None:
@@ -61,7 +50,7 @@ def write_step(folder: Path, curve: str, base: tuple[np.ndarray, Rotation] | Non
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_a_standing_robot_under_a_force_that_steps(fmu, tmp_path, curve):
+def test_a_standing_robot_under_a_force_that_steps(judged, fmu, tmp_path, curve):
     """The path desired is the reference's, exact to 3e-14 m: what is left is the tolerance.
 
     Between its samples it is a cubic spline, to which a force that steps is a kink.
@@ -76,7 +65,7 @@ def test_a_standing_robot_under_a_force_that_steps(fmu, tmp_path, curve):
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_a_command_with_rates_on_rows_of_its_own(fmu, tmp_path, curve):
+def test_a_command_with_rates_on_rows_of_its_own(judged, fmu, tmp_path, curve):
     """Rows every 1 ms with rates and accelerations; the path every 10 ms and between."""
     with np.load(REFERENCE / "iso_path_joints.npz") as archive:
         write(tmp_path, "command", tuple(archive["columns"]), archive["data"])
@@ -93,7 +82,7 @@ def test_a_command_with_rates_on_rows_of_its_own(fmu, tmp_path, curve):
     assert looser["rms_um"] > 2.0 * answer["rms_um"]
 
 
-def test_a_path_that_is_moved_aside_is_missed_by_as_much(fmu, tmp_path):
+def test_a_path_that_is_moved_aside_is_missed_by_as_much(judged, fmu, tmp_path):
     write_step(tmp_path, "linear")
     rows = np.loadtxt(tmp_path / "desired.csv", delimiter=",", skiprows=1)
     rows[:, 2] += 10e-6
@@ -105,7 +94,7 @@ def test_a_path_that_is_moved_aside_is_missed_by_as_much(fmu, tmp_path):
     assert answer["rms_um"] == pytest.approx(np.sqrt(100.0 + 900.0 / len(rows)), abs=1e-3)
 
 
-def test_robots_of_a_cell_stand_in_one_frame(fmu, tmp_path):
+def test_robots_of_a_cell_stand_in_one_frame(judged, fmu, tmp_path):
     """The support is the same robot somewhere else; the gap is missed by what the tools miss it by."""
     at, rpy = np.array([3.8, 0.2, -0.1]), [10.0, -20.0, 170.0]
     base = at, Rotation.from_euler("xyz", rpy, degrees=True)
@@ -133,7 +122,7 @@ base_rpy_deg = {rpy}
     assert judged(tmp_path, fmu, "--every", 0.001)["gap"]["max_um"] == pytest.approx(10.0, rel=1e-3)
 
 
-def test_parameters_are_set_by_name_and_scaled_by_kind(fmu, tmp_path):
+def test_parameters_are_set_by_name_and_scaled_by_kind(judged, fmu, tmp_path):
     """Without weight a constant force bends the robot, a thousandth as much where it is stiffer."""
     posture, pose = reference("poses")[0, 1:], reference("a_fk")[0, 1:8]
     time = np.array([0.0, 0.01, 0.02, 0.03])

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import shutil
 import subprocess
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import fmpy
 import pytest
+from filelock import FileLock
 from fmpy.fmi2 import FMU2Slave
 from places import TESTS
 
-from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.fmu_export.compiler import SOURCES, _cache, _version, host_platform
 from elastic_robot.fmi.variables import POSE
 
 POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
@@ -94,18 +98,42 @@ def compiler() -> str:
     return found
 
 
+def compiled(folders: Sequence[Path], *arguments: str) -> Path:
+    """What this machine's compiler makes in the first folder; kept in the cache folder, named by a
+    hash of the compiler, its arguments and the C files of all folders."""
+    command = [compiler(), "-std=c99", *arguments]
+    digest = hashlib.sha256(repr(command).encode() + _version((compiler(),)))
+    for folder in folders:
+        for file in sorted(folder.rglob("*.[ch]")):
+            digest.update(file.relative_to(folder).as_posix().encode() + file.read_bytes())
+    made = _cache() / "tests" / digest.hexdigest()[:24]
+    if not made.is_file():
+        made.parent.mkdir(parents=True, exist_ok=True)
+        with (
+            FileLock(made.with_suffix(".lock")),
+            tempfile.TemporaryDirectory(dir=made.parent) as new,
+        ):
+            out = Path(new, "out")
+            subprocess.run([*command, "-o", str(out)], cwd=folders[0], check=True)
+            out.rename(made)
+    return made
+
+
+def _of_master(name: str, *flags: str) -> Path:
+    warned = ("-O1", "-Wall", "-Wextra", f"-I{os.path.relpath(SOURCES / 'fmi', _MASTERS)}")
+    return compiled((_MASTERS, SOURCES), *warned, "-c", *flags, f"{name}.c")
+
+
 def build_master(name: str, file: Path, *flags: str) -> Path:
     """Compile a master in C of tests/native that loads the library."""
-    command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra"]
-    command += [f"-I{SOURCES / 'fmi'}", *flags, "-o", str(file), str(_MASTERS / f"{name}.c")]
+    command = [compiler(), *flags, "-o", str(file), str(_of_master(name, *flags))]
     subprocess.run([*command, "-ldl", "-lm", "-lpthread"], check=True)
     return file
 
 
 def build_linked(name: str, file: Path, library: Path, *flags: str) -> Path:
     """Compile a program of tests/native that is linked with a library of the FMU."""
-    command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra", *flags, f"-I{SOURCES / 'fmi'}"]
-    command += ["-o", str(file), str(_MASTERS / f"{name}.c"), str(library)]
+    command = [compiler(), *flags, "-o", str(file), str(_of_master(name, *flags)), str(library)]
     subprocess.run([*command, f"-Wl,-rpath,{library.parent}", "-ldl", "-lm"], check=True)
     return file
 

@@ -8,5 +8,5 @@ TESTS = Path(__file__).parents[1]
 ROOT = TESTS.parent
 EXAMPLES, CASES, DOCS = ROOT / "examples", ROOT / "examples" / "cases", ROOT / "docs"
 REFERENCE = TESTS / "reference"
-HOSTS = TESTS / "fmu" / "hosts"
+HOSTS, HELPERS = TESTS / "fmu" / "hosts", TESTS / "helpers"
 LINE_CASE = TESTS / "cases" / "line.toml"

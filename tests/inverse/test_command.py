@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linked_gear import END, INERTIA, load, simulated_miss
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, make_interp_spline
 
@@ -23,8 +25,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
 from elastic_robot.trajectory import Trajectory
 
-STIFFNESS, BACKLASH, DAMPING, INERTIA = 2e5, 1e-4, 500.0, 20.0
-END = 0.8
+STIFFNESS, BACKLASH, DAMPING = 2e5, 1e-4, 500.0
 FREE = DriveLimits(1)
 
 
@@ -61,13 +62,7 @@ NODES = np.linspace(0.0, END, 101)
 LINK = uniform(make_interp_spline(NODES, ramp(NODES), 5, bc_type=(REST, REST)), NODES[1], 5)
 
 
-def load(times: np.ndarray) -> np.ndarray:
-    """Torque on the link that turns round [N m]; steady at both ends."""
-    s = np.clip((times - 0.1) / 0.6, 0.0, 1.0)
-    values: np.ndarray = 30.0 * np.cos(4 * np.pi * (s - np.sin(2 * np.pi * s) / (2 * np.pi)))
-    return values
-
-
+@functools.cache
 def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
     """The gear carries T = load - M phi''; the wind-up by a stiff solver from d e' + S(e) = T."""
     times = np.linspace(0.0, END, 801)
@@ -84,24 +79,6 @@ def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
     else:
         wind_up = curve.deflection(torque)
     return GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
-
-
-def simulated_miss(task: GearTask, command: UniformSpline) -> np.ndarray:
-    """M y'' + d (y - q)' + S(y - q) = load, from rest: y - phi every millisecond."""
-
-    def slope(t: float, state: np.ndarray) -> list[float]:
-        now = np.array([t])
-        q, rate = command.at(now)[0, 0], command.at(now, 1)[0, 0]
-        wind_up = state[0] - q
-        torque = task.curve.torque(np.array([wind_up]))[0] + task.damping * (state[1] - rate)
-        return [state[1], (load(now)[0] - torque) / INERTIA]
-
-    start = [LINK.at(np.zeros(1))[0, 0], 0.0]
-    solved = solve_ivp(
-        slope, (0.0, END), start, "DOP853", task.time, max_step=1e-3, rtol=1e-9, atol=1e-13
-    )
-    miss: np.ndarray = solved.y[0] - LINK.at(task.time)[:, 0]
-    return miss
 
 
 def rows_of(cycle: float, degree: int) -> CommandRows:

@@ -56,7 +56,7 @@ def solve(time, torque, kind, tau, start, **curve):
 
 def integrated(time, torque, kind, tau, start):
     """Radau's method, started anew at each sample, where the torque bends."""
-    curve = curve_of(kind)
+    curve, rtol = curve_of(kind), 1e-12 if kind in ("linear", "backlash") else 1e-10
 
     def rate(t, e):
         return (np.interp(t, time, torque) - curve.torque(e)) / (tau * K)
@@ -67,7 +67,7 @@ def integrated(time, torque, kind, tau, start):
     angles = [start]
     for a, b in itertools.pairwise(time):
         done = solve_ivp(
-            rate, (a, b), [angles[-1]], method="Radau", jac=slope, rtol=1e-12, atol=1e-15
+            rate, (a, b), [angles[-1]], method="Radau", jac=slope, rtol=rtol, atol=1e-15
         )
         angles.append(done.y[0, -1])
     return np.array(angles)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 
@@ -50,25 +51,29 @@ def turned(drive, command, gear_torque, time, start):
 
     `command` gives q_cmd and q_cmd' at times and their middles, (2 n - 1,) each, `gear_torque` likewise.
     """
-    q_cmd, rate_cmd = command
-    a, h = drive.slip_angle, time[1] - time[0]
+    a, h = drive.slip_angle, float(time[1] - time[0])
+    q_cmd, rate_cmd, gear_torque = (np.asarray(x).tolist() for x in (*command, gear_torque))
 
     def growth(j, q, v, z, s, q0):
         wanted = drive.position_gain * (q_cmd[j] - q) + drive.feed_forward * rate_cmd[j] - v
         stretched = min(max(s + q - q0, -a), a)
-        lost = drive.stribeck * (1.0 - np.exp(-((v / drive.stribeck_rate) ** 2)))
+        lost = drive.stribeck * (1.0 - math.exp(-((v / drive.stribeck_rate) ** 2)))
         friction = drive.friction * stretched / a * (1.0 - lost) + drive.viscous * v
         torque = drive.rate_gain * wanted + z - gear_torque[j] - friction
-        return np.array([v, torque / drive.inertia, drive.integral_gain * wanted])
+        return v, torque / drive.inertia, drive.integral_gain * wanted
 
-    state, s, found = np.array(start), 0.0, [start[0]]
+    def after(length, growing):
+        return [x + length * g for x, g in zip(state, growing, strict=True)]
+
+    state, s, found = start, 0.0, [start[0]]
     for n in range(len(time) - 1):
         q0 = state[0]
         k1 = growth(2 * n, *state, s, q0)
-        k2 = growth(2 * n + 1, *(state + 0.5 * h * k1), s, q0)
-        k3 = growth(2 * n + 1, *(state + 0.5 * h * k2), s, q0)
-        k4 = growth(2 * n + 2, *(state + h * k3), s, q0)
-        state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        k2 = growth(2 * n + 1, *after(0.5 * h, k1), s, q0)
+        k3 = growth(2 * n + 1, *after(0.5 * h, k2), s, q0)
+        k4 = growth(2 * n + 2, *after(h, k3), s, q0)
+        whole = zip(k1, k2, k3, k4, strict=True)
+        state = after(h / 6.0, [a1 + 2.0 * (a2 + a3) + a4 for a1, a2, a3, a4 in whole])
         s = min(max(s + state[0] - q0, -a), a)
         found.append(state[0])
     return np.array(found)

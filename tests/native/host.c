@@ -51,7 +51,7 @@ static void shake(fmi2Component c, int steps, double size, double *poses)
     }
 }
 
-enum { STEPS = 200 };
+enum { STEPS = 100 };
 
 static void run(void)
 {

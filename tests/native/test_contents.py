@@ -13,7 +13,7 @@ import fmpy
 import fmpy.validation
 import pytest
 from lxml import etree
-from native_fmu import NativeFmu, build_master, compiler, run_master
+from native_fmu import NativeFmu, build_master, compiled, run_master
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
@@ -21,7 +21,7 @@ from coupling.fmu_export.native_standards import STANDARDS
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 SYSTEM = {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
-C99 = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fPIC", "-shared"]
+WARNED = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-fPIC", "-shared")
 
 
 @dataclass
@@ -110,17 +110,14 @@ def test_fmi_3_is_valid_and_documented_with_scalars_and_arrays(example, tmp_path
 
 
 @pytest.fixture(scope="module")
-def own(packed, tmp_path_factory) -> Path:
+def own(packed) -> Path:
     """The packed sources' library as a master makes it: listed files, all warnings, no flags of ours.
 
     FMI 2.0.5, 2.1.1, FMI 3.0.2, 2.2.2: functions of a shared library have no prefix, "defining the
     FMI2_OVERRIDE_FUNCTION_PREFIX precompiler macro", and its like.
     """
-    library = tmp_path_factory.mktemp("own") / "own.so"
-    files = [str(packed.folder / "sources" / name) for name in packed.listed]
     plain = f"-DFMI{packed.fmi}_OVERRIDE_FUNCTION_PREFIX"
-    subprocess.run([compiler(), *C99, plain, "-o", str(library), *files, "-lm"], check=True)
-    return library
+    return compiled([packed.folder / "sources"], *WARNED, plain, *packed.listed, "-lm")
 
 
 def exported(library: Path) -> set[str]:

@@ -65,7 +65,7 @@ def test_libraries_for_other_platforms_are_made_here(name, tmp_path, monkeypatch
     reason="run by `make emulators`; needs ziglang, qemu-user and libc6-arm64-cross",
 )
 def test_the_aarch64_library_gives_the_same_poses_in_an_emulator(native, host, example, tmp_path):
-    """Other instructions and another libm round otherwise: 1e-10 m after 200 steps."""
+    """Other instructions and another libm round otherwise: 1e-10 m after 100 steps."""
     name = "aarch64-linux"
     other = NativeFmu(
         build_fmu(example, tmp_path / "A.fmu", BuildOptions("native", (name,))),

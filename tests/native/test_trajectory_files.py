@@ -11,7 +11,8 @@ from random_robots import make_robot
 from trajectory_files import DATA, INTEGERS, PLACES, READ, REFUSED, damaged_files, npz
 
 from elastic_robot.errors import TrajectoryError
-from elastic_robot.trajectory import parse_trajectory, read_trajectory
+from elastic_robot.table_file import parse_table
+from elastic_robot.trajectory import read_trajectory, trajectory_of
 
 TIMES = np.array([0.0, 0.1, 0.5, 0.8, 1.0])
 
@@ -75,7 +76,7 @@ def test_an_archive_cut_anywhere_is_refused(core):
     content = npz(compressed=True)
     for length in range(len(content)):
         with pytest.raises((ValueError, TrajectoryError)):
-            parse_trajectory(content[:length], True, 1)
+            trajectory_of(*parse_table(content[:length], True), 1)
         with pytest.raises(CoreError):
             core.parse(content[:length], True)
 
@@ -88,7 +89,7 @@ def test_damaged_files_have_one_motion_and_mostly_one_verdict(core):
     refused = apart = 0
     for content, is_npz in damaged_files(seed=1, count=4000):
         try:
-            expected = parse_trajectory(content, is_npz, 1)
+            expected = trajectory_of(*parse_table(content, is_npz), 1)
         except (ValueError, TrajectoryError):
             expected = None
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 import tomllib
@@ -12,6 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
+from coupling.check import new_case as module
 from coupling.check.new_case import CASE, STARTS, new_case, write_case
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
@@ -23,11 +25,16 @@ WAYS = [
     (name, two) for name, start in STARTS.items() for two in (False, True)[: 1 + bool(start.cell)]
 ]
 
+example_case = functools.cache(load_case)
+
 
 @pytest.mark.parametrize("robot", shipped_robots())
 @pytest.mark.parametrize(("process", "two_robots"), WAYS)
-def test_every_robot_follows_the_path_of_every_process(robot, process, two_robots, tmp_path):
+def test_every_robot_follows_the_path_of_every_process(
+    robot, process, two_robots, tmp_path, monkeypatch
+):
     """As told by the case in the folder alone, at one in forty samples."""
+    monkeypatch.setattr(module, "load_case", example_case)
     if robot == "kuka_kr210":
         pytest.importorskip("rtbdata", reason="needs the package rtb-data")
     file = write_case(new_case(robot, process, two_robots, tmp_path), tmp_path)

@@ -32,7 +32,7 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
 from coupling.store import Store
-from coupling.study.conduct import changed_table
+from coupling.study.conduct import changed_table, opened
 from coupling.study.folder import locked
 from coupling.study.parameters import StudyParameter, StudyParameters
 
@@ -110,16 +110,6 @@ def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, und
     assert tables(folder) == tables(undisturbed)
 
 
-def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
-    folder = tmp_path / "study"
-    for samples in (20, SAMPLES):
-        done = command(
-            "study", case, "-o", folder, "--run", run, "--samples", samples, "--workers", 1
-        )
-        assert done.returncode == 0, done.stderr
-    assert tables(folder) == tables(undisturbed)
-
-
 def test_every_row_is_the_command_on_a_robot_changed_by_hand(
     case, run, undisturbed, example, tmp_path
 ):
@@ -174,13 +164,14 @@ def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
     assert tables(undisturbed) == before
 
 
-def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
+def test_a_latin_hypercube_does_not_grow(run, tmp_path):
     file = moving(tmp_path, '[study]\ndesign = "latin-hypercube"\nforce_factor = [0.9, 1.1]\n')
-    options = ("study", file, "-o", tmp_path / "study", "--run", run, "--workers", 1)
-    assert command(*options, "--samples", 20).returncode == 0
-    done = command(*options, "--samples", 40)
-    assert done.returncode == 2
-    assert "differs in samples" in done.stderr
+    case = load_case(file)
+    few, more = (changed_table(case.study, samples=samples) for samples in (20, 40))
+    for _ in range(2):
+        assert len(opened(tmp_path, case, few, run, couple=False).points) == 20
+    with pytest.raises(StudyError, match="differs in samples"):
+        opened(tmp_path, case, more, run, couple=False)
 
 
 def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case, run, tmp_path):
@@ -221,13 +212,15 @@ def cluster() -> Iterator[str]:
         process.communicate()
 
 
-def test_a_cluster_that_runs_already_gives_the_same_bytes(
+def test_a_study_grows_on_a_cluster_that_runs_already_to_the_same_bytes(
     case, run, undisturbed, cluster, tmp_path
 ):
     folder = tmp_path / "study"
-    options = ("-o", folder, "--run", run, "--samples", SAMPLES, "--scheduler", cluster)
-    done = program("study", case, *options)
-    assert done.returncode == 0, done.stderr
+    for samples in (20, SAMPLES):
+        options = ("-o", folder, "--run", run, "--samples", samples, "--scheduler", cluster)
+        done = command("study", case, *options)
+        assert done.returncode == 0, done.stderr
+        assert rows(folder) == samples
     assert tables(folder) == tables(undisturbed)
 
 

@@ -59,7 +59,6 @@ class LoopParameters(ElasticParameters):
         """Return the parameters of a robot.
 
         Args:
-            robot: The robot.
             torque_curve: A name of `TORQUE_CURVES`.
             shaped: Numbers of joints, from 0, whose slip angles are fitted as well.
         """
@@ -91,7 +90,6 @@ def with_elements(robot: Robot, ranges: Mapping[int, float]) -> Robot:
     """Return the robot with elements for gears that have none, three as a data sheet's loop has them.
 
     Args:
-        robot: The robot.
         ranges: Ranges of gears' torques [N m] by their joints' numbers, from 0.
     """
 
@@ -156,7 +154,6 @@ class LoopModel:
     """The robot's own equilibria along loading loops.
 
     Args:
-        elasticity: The parameters.
         measured: The measurements, with loops.
         torque_curve: A name of `TORQUE_CURVES`.
 

@@ -166,8 +166,7 @@ def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
 
 def rms(values: np.ndarray) -> np.ndarray:
     """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
-    size: np.ndarray = np.sqrt(np.mean(values**2, axis=0))
-    return size
+    return np.sqrt(np.mean(values**2, axis=0))
 
 
 def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:

@@ -139,8 +139,8 @@ class MotionIdentification:
         identified = {
             p.name for p, own in zip(self.first.problem.parameters, self.chosen, strict=True) if own
         }
-        told = np.array([p.name in identified for p in self.fit.problem.parameters])
-        return self.fit.problem.robot_of(np.where(told, self.fit.x, self.fit.problem.start))
+        written = np.array([p.name in identified for p in self.fit.problem.parameters])
+        return self.fit.problem.robot_of(np.where(written, self.fit.x, self.fit.problem.start))
 
 
 def identify_motion(
@@ -264,8 +264,6 @@ def judge(
     """Return how well a recording is predicted.
 
     Args:
-        problem: The problem.
-        moved: The recording.
         x: Values as the fit counts, parts of usual sizes [1], (P,).
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
         held_out: Whether it was not fitted.

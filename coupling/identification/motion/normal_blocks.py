@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import correlate
 
 from coupling.identification.verdict import quantile
 
@@ -30,9 +31,7 @@ def correlation_time(residual: np.ndarray) -> float:
     longest = 1.0
     for channel in residual.T:
         centred = channel - channel.mean()
-        size = 1 << (2 * len(centred) - 1).bit_length()
-        spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
-        covariance = np.fft.irfft(spectrum, size)[: len(centred)]
+        covariance = correlate(centred, centred, method="fft")[len(centred) - 1 :]
         if covariance[0] <= 0.0:
             continue
         correlation = covariance / covariance[0]
@@ -118,8 +117,7 @@ class NormalBlocks:
     @property
     def spread(self) -> np.ndarray:
         """Variances of the solution, were so many rows one and of size 1 [1], (P,)."""
-        spread: np.ndarray = self.correlated * np.diag(_inverse(self._whole[0]))
-        return spread
+        return self.correlated * np.diag(_inverse(self._whole[0]))
 
     @property
     def deviation(self) -> np.ndarray:
@@ -156,8 +154,7 @@ class NormalBlocks:
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Return the inverse of normal equations, zero along what they do not see."""
     root = _root_of_inverse(matrix)
-    inverse: np.ndarray = root @ root.T
-    return inverse
+    return root @ root.T
 
 
 def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
@@ -167,11 +164,9 @@ def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
     values, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
     seen = values > _UNSEEN * values.max(initial=0.0)
     part = np.divide(1.0, np.sqrt(np.abs(values)), out=np.zeros_like(values), where=seen)
-    root: np.ndarray = axes * part / scale[:, None]
-    return root
+    return axes * part / scale[:, None]
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return the solution of normal equations, none along what they do not see."""
-    found: np.ndarray = _inverse(matrix) @ vector
-    return found
+    return _inverse(matrix) @ vector

@@ -93,7 +93,6 @@ def motion_parameters(robot: Robot, with_link: Iterable[int]) -> tuple[MotionPar
     """Return the parameters of a robot that its motion can identify.
 
     Args:
-        robot: The robot.
         with_link: Indices of joints whose link's angle is measured.
     """
     measured, found = set(with_link), []

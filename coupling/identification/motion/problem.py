@@ -76,8 +76,7 @@ class MovedRecording:
     def without_own(self, values: np.ndarray, joint: int) -> np.ndarray:
         """Return wind-up [rad], (n,), less what offset and lines of the recording can take of it."""
         own = self.own[joint]
-        left: np.ndarray = values - own @ (own.T @ values)
-        return left
+        return values - own @ (own.T @ values)
 
 
 @dataclass(frozen=True)
@@ -145,8 +144,7 @@ class MotionProblem:
     @property
     def prior(self) -> np.ndarray:
         """Weights of squares of departures from the start [1], (P,); 0 if nothing is known."""
-        weights: np.ndarray = self.correlated / np.array([p.prior for p in self.parameters]) ** 2
-        return weights
+        return self.correlated / np.array([p.prior for p in self.parameters]) ** 2
 
     def only(self, chosen: np.ndarray) -> MotionProblem:
         """Return the problem of some of the parameters, by a mask, (P,)."""
@@ -205,8 +203,7 @@ class MotionProblem:
         usual = [
             dry_friction(j.drive)[0] if j.drive is not None else 1.0 for j in self.robot.joints
         ]
-        relative: np.ndarray = dry / np.maximum(usual, 1.0)
-        return relative
+        return dry / np.maximum(usual, 1.0)
 
     def left(self, moved: MovedRecording, predicted: Predicted) -> tuple[np.ndarray, np.ndarray]:
         """Return measured less predicted wind-up [rad] and torque [N m], (n, j) each.
@@ -227,8 +224,7 @@ class MotionProblem:
                 not count.
         """
         channels = np.hstack([wind_up / self.wind_up_deviation, torque / self.torque_deviation])
-        seen: np.ndarray = channels[:, np.isfinite(channels).all(axis=0)]
-        return seen
+        return channels[:, np.isfinite(channels).all(axis=0)]
 
     def residual(self, x: np.ndarray) -> np.ndarray:
         """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,)."""

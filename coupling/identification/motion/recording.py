@@ -128,8 +128,7 @@ def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:
         return values
     sections = butter(_ORDER, bandwidth, fs=1.0 / step, output="sos")
     length = min(len(values) - 1, round(2.0 / (bandwidth * step)))
-    filtered: np.ndarray = sosfiltfilt(sections, values, axis=0, padlen=length)
-    return filtered
+    return sosfiltfilt(sections, values, axis=0, padlen=length)
 
 
 @dataclass(frozen=True)

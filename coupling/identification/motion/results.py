@@ -134,8 +134,6 @@ def moved_text(
     """Return the robot file with what was identified.
 
     Args:
-        found: The identification.
-        figures: Its figures.
         start: The start file.
         target: Path of the new one.
         source: Words on what was recorded, for [sources].

@@ -108,8 +108,7 @@ def delayed(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     """Return values at equal steps [s] a lag [s] later, any unit, (n,): a spline, held at its ends."""
     rows = np.arange(len(values))
     there = np.clip(rows - lag / step, 0.0, len(values) - 1.0)
-    later: np.ndarray = CubicSpline(rows, values)(there)
-    return later
+    return CubicSpline(rows, values)(there)
 
 
 def column(parameter: SensorParameter, motion: SmoothedMotion, dry: np.ndarray) -> np.ndarray:
@@ -134,8 +133,7 @@ def worn(motion: SmoothedMotion, joint: int) -> np.ndarray:
     """Return what friction after a rest is over that at the start [1], (n,): it wears off."""
     q = motion.q[:, joint]
     travel = np.cumsum(np.abs(np.diff(q, prepend=q[0])))
-    left: np.ndarray = np.exp(-travel / _WEARS_OFF)
-    return left
+    return np.exp(-travel / _WEARS_OFF)
 
 
 def torque_column(
@@ -166,7 +164,6 @@ def own_columns(recording: Recording, joint: int, lines: tuple[float, ...]) -> n
     The offset's column comes first, then cosine and sine of every line.
 
     Args:
-        recording: The recording.
         joint: Index of the joint.
         lines: Numbers of periods in a turn of the link.
     """
@@ -224,11 +221,9 @@ def _taken(
     for own, turn in zip(left, angle, strict=True):
         for k, line in enumerate(lines.tolist()):
             taken[k] += 2.0 * abs(np.exp(1j * line * turn) @ own) ** 2 / len(own)
-    share: np.ndarray = taken / max(whole, 1e-300)
-    return share
+    return taken / max(whole, 1e-300)
 
 
 def _fitted(left: np.ndarray, phase: np.ndarray) -> np.ndarray:
     columns = np.column_stack([np.cos(phase), np.sin(phase)])
-    fitted: np.ndarray = columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
-    return fitted
+    return columns @ np.linalg.lstsq(columns, left, rcond=None)[0]

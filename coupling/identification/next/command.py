@@ -16,7 +16,7 @@ from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
-from coupling.identification.runs.learning import Learned, LearnOptions, learn
+from coupling.identification.runs.learning import Learned, LearnOptions, assessed, fitted
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import Contraction, DeviationSize, RunComparison
@@ -105,8 +105,8 @@ def plan(
     before, every = Hypotheses.before(options.repeatability), range(len(sources))
     ranked = moves(history, known, options.absolute, before)
     history = history.beside(ranked[0].model.x)
-    told = compared(history, ranked[0].model, every, before).hypotheses
-    judgement = compared_runs(history, options.absolute, told.rms)
+    hypotheses = compared(history, ranked[0].model, every, before).hypotheses
+    judgement = compared_runs(history, options.absolute, hypotheses.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
@@ -122,11 +122,11 @@ def plan(
     history = history.beside(move.model.x)
     found = next_repeating(history, move, judgement, before)
     if move.model is not ranked[0].model:
-        told = compared(history, move.model, every, before).hypotheses
+        hypotheses = compared(history, move.model, every, before).hypotheses
     number = judgement.best if judgement.worse else judgement.last
     follows = largest(causes(history, move.model.x, number))
     return CommandPlan(
-        history, tuple(ranked), move, judgement, found, learned, options, told, follows
+        history, tuple(ranked), move, judgement, found, learned, options, hypotheses, follows
     )
 
 
@@ -139,8 +139,8 @@ def _worth_learning(history: History, first: bool) -> bool:
     """
     if len(history.runs) > _LEARNED_FROM:
         return False
-    told = history.runs[-1].source.forecast
-    return first or (told is not None and told.left_over > _BESIDE)
+    forecast = history.runs[-1].source.forecast
+    return first or (forecast is not None and forecast.left_over > _BESIDE)
 
 
 def _learned(history: History, options: NextOptions, models: Models, watch: Watch) -> Learned:
@@ -153,11 +153,11 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     shift, turn = options.known.shift, options.known.turn
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
-    told = [
+    sources = [
         replace(run.source, seen=replace(run.source.seen, position=run.tcp_positions))
         for run in history.runs
     ]
-    best = learn(told, replace(own, start=history.start), models, watch)
+    best = fitted(sources, replace(own, start=history.start), models, watch)
     for _ in range(_TURNS):
         if best.fit.left_over.over < _NOISE:
             break
@@ -165,11 +165,11 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
         cleaned = _cleaned(history, x)
         if cleaned is None:
             break
-        after = learn(cleaned, replace(own, start=x), models, watch)
+        after = fitted(cleaned, replace(own, start=x), models, watch, best)
         if after.fit.left_over.over > _LESS * best.fit.left_over.over:
             break
         best = after
-    return best
+    return assessed(best, own, watch)
 
 
 def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:

@@ -88,11 +88,12 @@ class MeasuredRun:
         seen = aligned(source.seen, model.path, own_frame=np.isinf(known.turn))
         coarse = clock_offset(source.seen, model.path)
         kept = _kept(seen.name, seen.position - model.position(seen.time))
-        lost = seen.time[~kept] - coarse
-        if len(lost):
-            rows = np.flatnonzero(~np.isin(np.round(source.seen.time, 9), np.round(lost, 9)))
-            source = replace(source, seen=source.seen.at_rows(rows))
-            seen = seen.at_rows(np.flatnonzero(kept))
+        seen = seen.at_rows(np.flatnonzero(kept))
+        told = source.seen.time
+        start, end = seen.time[[0, -1]] - coarse
+        lost = (told > start) & (told < end)
+        lost &= ~np.isin(np.round(told, 9), np.round(seen.time - coarse, 9))
+        source = replace(source, seen=source.seen.at_rows(np.flatnonzero(~lost)))
         cycle = float(np.median(np.diff(source.stored.joints.time)))
         clock, tip = 0.0, np.zeros(3)
         for _ in range(_ROUNDS):
@@ -123,7 +124,9 @@ class MeasuredRun:
         )
         own = own.at_rows(np.flatnonzero(inside))
         noise = noise_of([own.position - model.position(own.time)])
-        return cls(source, own, coarse + clock, shift, turn, tip, noise, len(lost))
+        return cls(
+            source, own, coarse + clock, shift, turn, tip, noise, int(np.count_nonzero(lost))
+        )
 
 
 def _kept(name: str, beyond: np.ndarray) -> np.ndarray:

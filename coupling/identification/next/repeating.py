@@ -148,7 +148,7 @@ class _SlowParts:
 
     Attributes:
         runs: The measured runs.
-        smoothers: Low-run of each.
+        smoothers: Low-pass of each.
         time: The times [s], (k,).
         values: Displacement [m] and rotation vector [rad] of every measured run, (k, 6).
     """

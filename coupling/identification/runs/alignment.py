@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.errors import LearnError
+from coupling.identification.runs.lost_target import require_steady, rows_of_target
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
@@ -32,13 +33,16 @@ _PLANE = 0.02
 def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     """Return what was seen during the run, on the command's clock and in the robot's base frame.
 
+    Rows that a device wrote while it had lost its target are left out.
+
     Args:
         seen: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
 
     Raises:
-        LearnError: If it is no measured run of this command, or too little of one.
+        LearnError: If it is no measured run of this command, too little of one, or not of the tool all
+            along.
     """
     _require_length_unit(seen, model)
     path = SimulatedPath(model)
@@ -57,6 +61,13 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
             f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
             f"{moved if abs(offset) > _CLOCK_TOLD else ''}"
         )
+    seen = seen.at_rows(rows_of_target(seen.name, seen.position, path.position(seen.time)))
+    if np.ptp(seen.time) < _SHORTEST:
+        raise LearnError(
+            f"{seen.name}: expected at least {_SHORTEST:g} s of a tool that is seen to move, got"
+            f" {np.ptp(seen.time):.3g} s, as all other positions repeat the one before: is it a tool"
+            " that stands, or has the device lost its target?"
+        )
     there = path.position(seen.time)
     if np.ptp(there, axis=0).max() < _SMALLEST:
         raise LearnError(
@@ -74,6 +85,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
             f" {1e3 * most:.2g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
             " command's, another clock's by seconds, or in other axes (--own-frame)?"
         )
+    require_steady(seen.name, seen.time, seen.position - there)
     return _mounted(seen, path)
 
 

@@ -14,11 +14,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from coupling.errors import SimulationError
+from coupling.identification.runs.effect import in_parallel
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
 from coupling.identification.runs.residual import Residual, noise_of
 from coupling.identification.runs.slow_part import SlowPart
+from coupling.robot.robot_fmu import RobotFmu
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
@@ -113,18 +115,21 @@ class Descent:
                 return now, True
         return now, False
 
-    def at(self, z: np.ndarray, scale: float | None = None) -> DescentPoint:
+    def at(
+        self, z: np.ndarray, scale: float | None = None, fmu: RobotFmu | None = None
+    ) -> DescentPoint:
         """Return what some unknowns leave, with a scale that is given or their own.
 
         Args:
             z: Unknowns, as in `DescentPoint` [1, m, rad, s], (U,).
             scale: Cauchy's scale [m]; None: by the residual.
+            fmu: FMU that simulates; None: the problem's first.
         """
         problem = self.problem
         values = changed(problem.parameters, z[: len(problem.parameters)])
         simulated, residuals, slow = [], [], []
         for number, one in enumerate(problem.runs):
-            path = one.simulated(problem.fmu, values)
+            path = one.simulated(fmu or problem.fmu, values)
             rest = self._residuals[number].rows(path, problem.own(z, number))
             simulated.append(path)
             residuals.append(rest)
@@ -183,7 +188,11 @@ class Descent:
         return matrix, right
 
     def fitted_beside(
-        self, now: DescentPoint, held: Sequence[PoseDerivatives], step: np.ndarray
+        self,
+        now: DescentPoint,
+        held: Sequence[PoseDerivatives],
+        step: np.ndarray,
+        fmu: RobotFmu,
     ) -> DescentPoint:
         """Return what a step comes to with all that it does not change fitted to it.
 
@@ -191,16 +200,17 @@ class Descent:
             now: The point it begins at.
             held: Derivatives of the pose in every measured run.
             step: Step of the log factors [1], (P,); 0 of those that are fitted to it.
+            fmu: FMU that simulates.
         """
         z = now.z.copy()
         z[: len(step)] += step
-        after = self.at(z, now.scale)
+        after = self.at(z, now.scale, fmu)
         free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
         for _ in range(_FITTED):
             matrix, right = self.equations(after, held)
             z = after.z.copy()
             z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
-            further = self._tried(z, now.scale)
+            further = self._tried(z, now.scale, fmu)
             if further is None or further.cost >= after.cost:
                 break
             after = further
@@ -232,17 +242,23 @@ class Descent:
 
         Levenberg and Marquardt's rule (D. Marquardt, J. SIAM 11 (1963) 431).  None: nothing is better.
         """
-        for _ in range(_TRIED):
-            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
-            after = self._tried(now.z + step, now.scale)
-            if after is not None and after.cost < now.cost:
-                return after, _AFTER_BETTER * damping
-            damping *= _AFTER_WORSE
-        return None, damping
+        fmus, diagonal = self.problem.fmus, np.diag(np.diag(matrix))
+        dampings = damping * _AFTER_WORSE ** np.arange(_TRIED)
+        # Mostly the first one does; of others as many at a time as there are FMUs.
+        for some in (
+            dampings[:1],
+            *np.split(dampings[1:], range(len(fmus), _TRIED - 1, len(fmus))),
+        ):
+            points = [now.z + np.linalg.solve(matrix + own * diagonal, right) for own in some]
+            found = in_parallel(fmus, points, lambda fmu, z: self._tried(z, now.scale, fmu))
+            for own, after in zip(some.tolist(), found, strict=True):
+                if after is not None and after.cost < now.cost:
+                    return after, _AFTER_BETTER * own
+        return None, _AFTER_WORSE * float(dampings[-1])
 
-    def _tried(self, z: np.ndarray, scale: float) -> DescentPoint | None:
+    def _tried(self, z: np.ndarray, scale: float, fmu: RobotFmu) -> DescentPoint | None:
         """Return what some unknowns leave; None of a robot that gives way under its own weight."""
         try:
-            return self.at(z, scale)
+            return self.at(z, scale, fmu)
         except SimulationError:
             return None

@@ -14,7 +14,7 @@ fit goes on with rows that count as their noise says, and as what is left over n
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -225,8 +225,7 @@ def _sides(
     gears = backlash_trials(problem.parameters, shown)
 
     def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
-        own = Descent(replace(problem, fmus=(fmu,)), part.slow)
-        return own.fitted_beside(now, held, step)
+        return part.fitted_beside(now, held, step, fmu)
 
     all_steps = [step for steps in gears for step in steps]
     ordered = iter(in_parallel(problem.fmus, all_steps, tried))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -39,8 +37,6 @@ from elastic_robot.fmi.interface import IDEAL
 ANYWHERE = FramePrior(shift=1.0, turn=1.0)
 # What is learned must leave less than this part of what the robot file leaves.
 _WORTH = 0.9
-# Processes that simulate, at most.
-_MOST_PROCESSES = 4
 # More than so many times the noise is not noise.
 _FAR = 2.5
 
@@ -169,6 +165,23 @@ class Learned:
         ]
 
 
+@dataclass(frozen=True)
+class FittedRuns:
+    """A fit to measured runs.
+
+    Attributes:
+        sources: Runs and measurements.
+        problem: The problem that was fitted.
+        start: Log factors at which the fit began [1], (P,).
+        fit: The fit.
+    """
+
+    sources: tuple[MeasuredFile, ...]
+    problem: FitProblem
+    start: np.ndarray
+    fit: ParameterFit
+
+
 def learn(
     sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
 ) -> Learned:
@@ -185,58 +198,75 @@ def learn(
         LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
             learned.
     """
-    with ExitStack() as stack:
-        # Simulations run side by side, as far as there are processors.
-        more = min(os.cpu_count() or 1, _MOST_PROCESSES) - 1
-        own = [models, *(stack.enter_context(Models(models.kind)) for _ in range(more))]
-        return _learned(sources, options, own, watch)
+    return assessed(fitted(sources, options, models, watch), options, watch)
 
 
-def _learned(
+def fitted(
     sources: Sequence[MeasuredFile],
     options: LearnOptions,
-    in_parallel: Sequence[Models],
-    watch: Watch,
-) -> Learned:
+    models: Models,
+    watch: Watch = unwatched,
+    before: FittedRuns | None = None,
+) -> FittedRuns:
+    """Return the fit to measured runs, without a verdict on any parameter.
+
+    Args:
+        sources, options, models, watch: As for `learn`.
+        before: Fit to the same runs with other measurements, of which what they share is taken.
+
+    Raises:
+        LearnError: As `learn`.
+    """
     require_comparable(sources)
-    models, first, last = in_parallel[0], sources[0], sources[-1]
-    fmus = tuple(one.of(first.robot, first.torque_curve, first.drive).fmu for one in in_parallel)
-    runs = []
-    for source in sources:
+    first, last = sources[0], sources[-1]
+    fmus = models.side_by_side(models.of(first.robot, first.torque_curve, first.drive).fmu)
+    parameters = learnable(first.robot, first.torque_curve, first.drive)
+    runs, effects = [], []
+    for number, source in enumerate(sources):
+        watch(Progress("learning: what the parameters do", number, len(sources) + 1))
         own = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
-        runs.append(source.whole(options.own_frame, model))
-    parameters = learnable(first.robot, first.torque_curve, first.drive)
-    runs = [_with_motors(one, first) for one in runs]
-    effects = []
-    for number, one in enumerate(runs):
-        watch(Progress("learning: what the parameters do", number, len(runs) + 1))
-        effects.append(ParameterEffect(first.robot, first.torque_curve, parameters, one))
-        runs[number] = _weighed(one, effects[-1], fmus[0])
+        one = _with_motors(source.whole(options.own_frame, model), first)
+        known = None if before is None else before.problem.effects[number]
+        if known is None or not known.along(one):
+            known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
+        effects.append(known)
+        runs.append(_weighed(one, known, fmus[0]))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
-    fitter = Fitter(problem)
-    before = fitter.without(np.zeros(len(parameters)))
     watch(Progress("learning: fit", 0, 1))
-    fit = fitter.fit(start)
+    return FittedRuns(tuple(sources), problem, start, Fitter(problem).fit(start))
+
+
+def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched) -> Learned:
+    """Return the verdict on the parameters of a fit.
+
+    Args:
+        found: The fit.
+        options: Options of learning.
+        watch: Told how far the work is.
+    """
+    problem, fit, first, last = found.problem, found.fit, found.sources[0], found.sources[-1]
+    parameters = problem.parameters
 
     def drawn(done: int, total: int) -> None:
         watch(Progress("learning: simulated robots, for the intervals", done, total))
 
     if options.draws:
-        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
+        spread = spread_of(problem, fit, found.start, options.draws, options.seed, drawn)
     else:
         spread = spread_of_fit(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)
-    gears = diagnose(moving, runs[-1].wanted)
+    gears = diagnose(moving, problem.runs[-1].wanted)
     verdicts = judged(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
-    found = any(own.identifiable for own in verdicts)
-    whole = gears if found else diagnose(moving, last.wanted_whole)
-    return Learned(tuple(sources), tuple(runs), fit, before, verdicts, spread, gears, whole)
+    identifiable = any(own.identifiable for own in verdicts)
+    whole = gears if identifiable else diagnose(moving, last.wanted_whole)
+    before = Fitter(problem).without(np.zeros(len(parameters)))
+    return Learned(found.sources, problem.runs, fit, before, verdicts, spread, gears, whole)
 
 
 def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:

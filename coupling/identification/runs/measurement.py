@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections import deque
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -26,6 +27,8 @@ _TIME, _POSITION, _ROTATION = ("time",), ("x", "y", "z"), ("qx", "qy", "qz", "qw
 _UNIT = 1e-2
 # Fewest rows that can be a measured run.
 _FEWEST = 20
+# Simulations that are kept: those of one iteration of a fit.
+_KEPT = 12
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,9 @@ class MeasuredPath:
     desired: ToolPath
     wanted: DesiredMotion
     seen: Measurement
+    _kept: deque[tuple[object, SimulatedPath]] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: deque(maxlen=_KEPT)
+    )
 
     @cached_property
     def held(self) -> RotationSpline | None:
@@ -98,6 +104,15 @@ class MeasuredPath:
 
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         """Return where the tool is on a robot with other parameters."""
+        key = fmu.fingerprint, fmu.torque_curve, fmu.drive, changed
+        for known, path in list(self._kept):
+            if known == key:
+                return path
+        path = self._simulated(fmu, changed)
+        self._kept.append((key, path))
+        return path
+
+    def _simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         reference = None if self.held is None else self.desired
         what, seen = "learned parameters", self.seen.motors
         if seen is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -64,6 +64,9 @@ class FitProblem:
     runs: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()
+    _secants: dict[float, tuple[SecantEffect, ...]] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
 
     @property
     def fmu(self) -> RobotFmu:
@@ -101,10 +104,12 @@ class FitProblem:
         Args:
             change: Change of a log factor.
         """
-        return tuple(
-            SecantEffect(self.fmus, one, effect, change)
-            for one, effect in zip(self.runs, self.effects, strict=True)
-        )
+        if change not in self._secants:
+            self._secants[change] = tuple(
+                SecantEffect(self.fmus, one, effect, change)
+                for one, effect in zip(self.runs, self.effects, strict=True)
+            )
+        return self._secants[change]
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:
         """Return frame, clock, probe and the motors' clock of a measured run, as far as there are.

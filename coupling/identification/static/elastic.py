@@ -114,7 +114,6 @@ class Candidate:
         """Return the robot with this parameter, and the parameter's name in the FMU.
 
         Args:
-            robot: The robot.
             value: Compliance [rad/(N m)] or half width [rad].
         """
         own = self.name

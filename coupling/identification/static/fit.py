@@ -66,7 +66,6 @@ def fitted(
 
     Args:
         elasticity: The parameters, with the start values.
-        measured: The measurements.
         torque_curve: A name of `TORQUE_CURVES`.
         noise: Standard deviations.
         loss: A name of `LOSSES`.
@@ -128,7 +127,6 @@ def whitened(
     """Return whitened columns [1 per unit of p], (k, r, P), and targets [1], (k, r), around values.
 
     Args:
-        measured: The measurements.
         prediction: Prediction at the values.
         values: Values of p, in its units, (P,), around which the model is linearised.
         white: Matrices that whiten the rows [1/m, 1/rad], (k, r, r).

@@ -46,8 +46,6 @@ def judged(
     """Return the verdicts on all parameters.
 
     Args:
-        fit: The fit.
-        sure: Intervals.
         supports: Tests of tilts and backlashes by their number.
         separable: Separability of the parameters by postures and loads.
     """

@@ -47,7 +47,6 @@ def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> 
 
     Args:
         robot: The start: joints that give way, and values that are kept where not identifiable.
-        measured: The measurements.
         options: Noise, torque curve, loss, parameters to add.
 
     Raises:
@@ -157,10 +156,8 @@ def beside(
     are the fit's.
 
     Args:
-        fit: The fit.
         identified: Mask of identified parameters, (P,).
         kept: Values of the others, in p's units, (P,).
-        sure: Intervals.
     """
     written = np.where(identified, fit.values, kept)
     if identified.all() or not identified.any():

@@ -142,7 +142,6 @@ def loops_of(table: MeasuredTable, kept: Sequence[str]) -> np.ndarray | None:
     """Return the number of each row's loop, (k,); None without the column.
 
     Args:
-        table: The table.
         kept: Columns that stay as they are within a loop: drives, and where the load acts.
 
     Raises:
@@ -217,7 +216,6 @@ def noise_of(
     """Return the noise of measurements: their own columns, else one number for all rows.
 
     Args:
-        measured: The measurements.
         position, rotation, force, moment: Standard deviations [m, rad, N, N m], or None.
 
     Raises:

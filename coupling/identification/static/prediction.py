@@ -51,8 +51,6 @@ def rigid_prediction(
     """Return the prediction in the rigid robot's posture, linear in the parameters.
 
     Args:
-        elasticity: The parameters.
-        measured: The measurements.
         values: Values of p, in its units, (P,).
     """
     chain = build_chain(elasticity.robot)
@@ -100,8 +98,6 @@ def point_columns(
     more for a shift d, and the load twists the joints by J_w^T (d x f) more.
 
     Args:
-        elasticity: The parameters.
-        measured: The measurements.
         values: Values of p, in its units, (P,).
     """
     chain = build_chain(elasticity.robot)
@@ -170,8 +166,6 @@ class StaticModel:
     """The robot's own equilibria under the loads of measurements.
 
     Args:
-        elasticity: The parameters.
-        measured: The measurements.
         torque_curve: A name of `TORQUE_CURVES`.
     """
 

@@ -89,7 +89,6 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
     """Return the robot file with the identified values.
 
     Args:
-        found: The identification.
         start: The start file.
         target: Path of the new one.
         source: Words on what was measured, for [sources].

@@ -107,12 +107,7 @@ class MovedPoint:
 
 
 def moved_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
-    """Return the shifts of both points that fit best, one point at a time.
-
-    Args:
-        fit: The fit.
-        measured: The measurements.
-    """
+    """Return the shifts of both points that fit best, one point at a time."""
     columns = point_columns(fit.elasticity, measured, fit.values)
     found = []
     for name, own in zip(_NAMES, columns, strict=True):

@@ -52,7 +52,6 @@ def reached(
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
     Args:
-        robot: The robot.
         targets: The poses.
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
@@ -88,7 +87,6 @@ def angles_from_home(
     The way is straight in position and in rotation, so that the robot keeps its configuration.
 
     Args:
-        robot: The robot.
         targets: The poses.
         home: Angles of the home posture [rad], (joints,).
     """
@@ -130,7 +128,6 @@ def following(
     """Return rates and accelerations of the joints with the tool in motion.
 
     Args:
-        robot: The robot.
         q: Joint angles [rad], (joints, n).
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
@@ -142,8 +139,7 @@ def following(
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
         gradient = np.einsum("jkn,kn->jn", transposed, task)
-        found: np.ndarray = np.einsum("nij,jn->in", inverse, gradient)
-        return found
+        return np.einsum("nij,jn->in", inverse, gradient)
 
     rate = joints(motion.velocity, motion.spin)
     acceleration, spin_rate = robot.bias(posture, rate)

@@ -49,7 +49,6 @@ def part_placements(
     joints' limits.
 
     Args:
-        robot: The robot.
         base_from_tool: Orientation of its tool.
         half_size: The part reaches so far to all sides of its origin [m].
         count: Number of places at most.

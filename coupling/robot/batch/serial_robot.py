@@ -109,7 +109,6 @@ class SerialRobot:
         """Return the accelerations of the TCP and of the tool's angle without joint accelerations.
 
         Args:
-            posture: The robot.
             rate: q' [rad/s], (joints, n).
         """
         still = np.zeros((3, rate.shape[1]))
@@ -123,7 +122,6 @@ class SerialRobot:
         """Return M q'' + h less the balancers' torques [N m], (joints, n): Newton and Euler's equations.
 
         Args:
-            posture: The robot.
             rate, acceleration: q' [rad/s] and q'' [rad/s^2], (joints, n).
             gravity: Gravity, base axes [m/s^2], (3, n).
         """

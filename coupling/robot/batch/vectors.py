@@ -18,8 +18,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a . b, any unit, (n,)."""
-    product: np.ndarray = np.einsum("kn,kn->n", a, b)
-    return product
+    return np.einsum("kn,kn->n", a, b)
 
 
 def combined(columns: Columns, weights: Iterable[float]) -> np.ndarray:

@@ -49,6 +49,21 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
         ]
         return replace(angles, variables=tuple(found))
 
+    def along(
+        array: str,
+        prefix: str,
+        unit: str,
+        text: str,
+        behind: str,
+        start: Sequence[float] = (0.0,) * 3,
+    ) -> Block:
+        """Return a vector: `text`, an axis, and what is behind it in the descriptions."""
+        variables = [
+            Variable(f"{prefix}{c}", unit, f"{text} {c} {behind}", own)
+            for c, own in zip(AXES, start, strict=True)
+        ]
+        return block(variables, Array(array, f"{text} {behind}: x, y, z", 3))
+
     on_tool = "on the tool at the TCP"
     of_anchor = "of the spring's anchor, base axes,"
     of_contact = "of the contact's plane, out of it to the robot's side, base axes"
@@ -85,19 +100,11 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
             "Acceleration at the step's start",
             "Accelerations of the drives at the step's start",
         ),
-        "anchor": block(
-            [
-                Variable(f"anchor.{c}", "m", f"Position {c} {of_anchor} at the step's start", 0.0)
-                for c in AXES
-            ],
-            Array("anchor.position", f"Position {of_anchor} at the step's start: x, y, z", 3),
+        "anchor": along(
+            "anchor.position", "anchor.", "m", "Position", f"{of_anchor} at the step's start"
         ),
-        "anchor_velocity": block(
-            [
-                Variable(f"anchor.v{c}", "m/s", f"Velocity {c} {of_anchor} over the step", 0.0)
-                for c in AXES
-            ],
-            Array("anchor.velocity", f"Velocity {of_anchor} over the step: x, y, z", 3),
+        "anchor_velocity": along(
+            "anchor.velocity", "anchor.v", "m/s", "Velocity", f"{of_anchor} over the step"
         ),
         "anchor_stiffness": block(
             [
@@ -154,12 +161,8 @@ def inputs(joints: Sequence[Joint]) -> dict[str, Block]:
                 )
             ]
         ),
-        "contact_normal": block(
-            [
-                Variable(f"contact.n{c}", "1", f"Normal {c} {of_contact}", float(c == "z"))
-                for c in AXES
-            ],
-            Array("contact.normal", f"Normal {of_contact}: x, y, z", 3),
+        "contact_normal": along(
+            "contact.normal", "contact.n", "1", "Normal", of_contact, (0.0, 0.0, 1.0)
         ),
         "torque_cmd": block(
             [

@@ -19,11 +19,10 @@ from elastic_robot.fmi.interface import SLIPPED
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.fmi.master_values import MasterValues
 from elastic_robot.fmi.tolerance import TOLERANCE, allowed_error
-from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.settings import SETTINGS
-from elastic_robot.trajectory import Trajectory
+from elastic_robot.trajectory import Drives, Trajectory
 
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
@@ -33,7 +32,6 @@ class Instance:
     """Values, model and time.
 
     Args:
-        robot: The robot.
         resources: The FMU's resources.
         fingerprint: Hash of robot and model; states of another are refused.
 

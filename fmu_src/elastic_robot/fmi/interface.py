@@ -50,12 +50,12 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
-    told = outputs(chain, motors)
+    given = outputs(chain, motors)
     table = {
         **inputs(robot.joints),
-        **told,
+        **given,
         **parameters,
-        **exchange(chain, told, motors),
+        **exchange(chain, given, motors),
         "strings": strings,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}

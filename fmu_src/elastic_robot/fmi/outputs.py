@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from elastic_robot.chain import Chain
@@ -65,20 +65,7 @@ STEP = (
 COMMANDS = ("q_cmd", "qd_cmd", "qdd_cmd")
 TUNABLE = ("gravity", "stiffness", "damping", "backlash", "hysteresis", "friction")
 HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness", "contact", "contact_normal")
-REST = (
-    "wrench",
-    "q_cmd",
-    "anchor",
-    "anchor_stiffness",
-    "contact",
-    "contact_normal",
-    "gravity",
-    "stiffness",
-    "backlash",
-    "hysteresis",
-    "strings",
-    TIME,
-)
+REST = (*HELD, "gravity", "stiffness", "backlash", "hysteresis", "strings", TIME)
 
 # What motors that move by themselves move as their commands do otherwise.
 MOVED = {"rotor_angle": "q_cmd", "rotor_rate": "qd_cmd"}
@@ -100,7 +87,6 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     """Return the outputs by block.
 
     Args:
-        chain: The robot's chain.
         motors: Joints with a motor, counted from 1.
     """
 
@@ -127,25 +113,26 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
             tuned=tuned,
         )
 
-    def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
+    def state(
+        name: str, unit: str, texts: Mapping[int, str], text: str, starts_from: Names = REST
+    ) -> Block:
+        """Return the block of a state: texts by number, and that of all of them."""
+        nominal = STATES[name].nominal
         return block(
-            [
-                Variable(
-                    f"{name}[{i}]",
-                    unit,
-                    f"{text} of the motor of joint[{i}] where it moves by itself",
-                    nominal=STATES[name].nominal,
-                )
-                for i in motors
-            ],
-            Array(
-                name,
-                f"{text}s of the motors, in the order of the joints that have one",
-                len(motors),
-            ),
+            [Variable(f"{name}[{k}]", unit, own, nominal=nominal) for k, own in texts.items()],
+            Array(name, text, len(texts)),
             starts_from=starts_from,
             exchanged=(name,),
             own=(name,),
+        )
+
+    def rotor(name: str, unit: str, text: str, *starts_from: str) -> Block:
+        return state(
+            name,
+            unit,
+            {i: f"{text} of the motor of joint[{i}] where it moves by itself" for i in motors},
+            f"{text}s of the motors, in the order of the joints that have one",
+            starts_from,
         )
 
     def pose(
@@ -218,7 +205,7 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
     turned = "Rotation vector from the rigid to the elastic tool"
     compliance = "Static compliance of the TCP on the anchor's spring and the contact"
     of_contact = "of the contact on the tool, base axes"
-    names, elements = chain.elastic_names, chain.elements
+    names = chain.elastic_names
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
         "velocity": block(
@@ -269,54 +256,27 @@ def outputs(chain: Chain, motors: Sequence[int] = ()) -> dict[str, Block]:
                 6,
             ),
         ),
-        "deflection": block(
-            [
-                Variable(
-                    f"deflection[{k}]",
-                    "rad",
-                    f"Elastic angle of {name}",
-                    nominal=STATES["deflection"].nominal,
-                )
-                for k, name in enumerate(names, start=1)
-            ],
-            Array(
-                "deflection", "Elastic angles, in the order of the stiffness parameters", len(names)
-            ),
-            exchanged=("deflection",),
-            own=("deflection",),
+        "deflection": state(
+            "deflection",
+            "rad",
+            {k: f"Elastic angle of {name}" for k, name in enumerate(names, start=1)},
+            "Elastic angles, in the order of the stiffness parameters",
         ),
-        "deflection_rate": block(
-            [
-                Variable(
-                    f"deflection_rate[{k}]",
-                    "rad/s",
-                    f"Rate of elastic angle of {name}",
-                    nominal=STATES["deflection_rate"].nominal,
-                )
-                for k, name in enumerate(names, start=1)
-            ],
-            Array("deflection_rate", "Rates of the elastic angles", len(names)),
+        "deflection_rate": state(
+            "deflection_rate",
+            "rad/s",
+            {k: f"Rate of elastic angle of {name}" for k, name in enumerate(names, start=1)},
+            "Rates of the elastic angles",
             starts_from=(),
-            exchanged=("deflection_rate",),
-            own=("deflection_rate",),
         ),
-        "elongation": block(
-            [
-                Variable(
-                    f"elongation[{k}]",
-                    "rad",
-                    f"Elongation of element {number} of the hysteresis of {names[gear]}",
-                    nominal=STATES["elongation"].nominal,
-                )
-                for k, (gear, number) in enumerate(elements.places, start=1)
-            ],
-            Array(
-                "elongation",
-                "Elongations of the elements of the gears' hysteresis, in the order of the gears",
-                elements.count,
-            ),
-            exchanged=("elongation",),
-            own=("elongation",),
+        "elongation": state(
+            "elongation",
+            "rad",
+            {
+                k: f"Elongation of element {number} of the hysteresis of {names[gear]}"
+                for k, (gear, number) in enumerate(chain.elements.places, start=1)
+            },
+            "Elongations of the elements of the gears' hysteresis, in the order of the gears",
         ),
         "contact_force": block(
             [

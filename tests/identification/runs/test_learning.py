@@ -34,7 +34,7 @@ from coupling.run.stored_run import read_run
 @pytest.fixture(scope="module")
 def robots(example):
     with Models("native") as models:
-        yield Robots(example, models)
+        yield Robots(example, models, seconds=6.0, rate=1.0 / 3.0)
 
 
 def less_mean(deviation: np.ndarray) -> float:
@@ -49,7 +49,7 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
     where = robots.moved(truth)
     shift, turn, late = np.array([2e-4, -1e-4, 3e-4]), np.array([1e-4, -2e-4, 2e-4]), 0.012
     one = robots.measured(where + shift + np.cross(turn, where - where.mean(axis=0)))
-    one = replace(one, seen=replace(one.seen, time=one.seen.time + late).at_rows(np.arange(2200)))
+    one = replace(one, seen=replace(one.seen, time=one.seen.time + late).at_rows(np.arange(1450)))
     found = robots.fitter(one).fit(np.zeros(len(truth)))
     x, frame = found.z[: len(truth)], found.z[len(truth) :]
     np.testing.assert_allclose(frame[3:6], turn, atol=8e-5)
@@ -65,12 +65,12 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
 
 
 def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsure(robots):
-    """By the fit's own deviations and by two draws, of five seconds: damping of a gear that stays on its
+    """By the fit's own deviations and by two draws, of 3.5 s: damping of a gear that stays on its
     flank."""
     one = robots.measured(robots.moved(robots.factors()), every=3)
     fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
     found = fitter.fit(start)
-    drawn = spread_of(fitter.problem.until(5.0), found, start, 2, seed=1)
+    drawn = spread_of(fitter.problem.until(3.5), found, start, 2, seed=1)
     own = spread_of_fit(fitter.problem, found)
     names = [p.name for p in robots.parameters]
     assert np.all(np.abs(found.z[: len(start)]) < 2.0 * own.deviation)
@@ -132,7 +132,7 @@ def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
 def test_gears_that_float_for_most_of_a_path_are_named(robots):
     free = replace(robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time))
     loads = (diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted))
-    alone, pushed = (mostly_in_backlash(gears, 9.0) for gears in loads)
+    alone, pushed = (mostly_in_backlash(gears, 6.0) for gears in loads)
     assert alone.startswith("the gears of joints 1, 4")
     assert pushed == ""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -121,10 +123,18 @@ REFUSED = {
         lambda s, p: Measurement(s.name, s.time, s.position * [1, -1, 1]),
         "another command's",
     ),
+    "elsewhere from a row on": (
+        lambda s, p: replace(s, position=s.position + 5e-4 * (s.time > 5.0)[:, None]),
+        r"jump by 0\.866 mm at 5.* found it elsewhere",
+    ),
+    "lost again and again": (
+        lambda s, p: replace(s, position=s.position + (np.arange(2000) % 15 == 0)[:, None]),
+        r"got 1\d\d of \d* .* lost its target",
+    ),
     "too short": (lambda s, p: s.at_rows(np.arange(200)), "at least 2 s"),
     "standing": (
         lambda s, p: Measurement(s.name, s.time, np.tile(s.position[:1], (len(s.time), 1))),
-        "off",
+        "a tool that stands",
     ),
 }
 
@@ -136,6 +146,40 @@ def test_what_is_no_pass_of_its_run_is_refused(kind, radius):
     path, (change, words) = spiral(radius=radius), REFUSED[kind]
     with pytest.raises(LearnError, match=words):
         aligned(change(seen_of(path), path), path, own_frame=False)
+
+
+def test_rows_of_a_lost_target_are_left_out():
+    """Held values, of a tenth of the run, and a beam that met something else."""
+    path, noise = spiral(), 2e-5 * np.random.default_rng(1).standard_normal((2000, 3))
+    seen = seen_of(path)
+    position = seen.position + noise
+    position[700:900] = position[700]
+    position[1200:1203] += [1.0, 0.0, 0.0]
+    found = aligned(replace(seen, position=position), path, own_frame=False)
+    lost = [*range(701, 900), *range(1200, 1203)]
+    np.testing.assert_allclose(found.time, np.delete(seen.time, lost))
+
+
+@pytest.mark.parametrize("digits", [4, 5])
+def test_no_row_is_lost_to_few_digits_or_to_rest(digits):
+    path = spiral()
+    pose = path.position[0].copy()
+    pose[1000:1500] = pose[1000]
+    pose[1500:] += pose[1000] - pose[1500]
+    path = ToolPath(path.time, np.hstack([pose, np.tile([0, 0, 0, 1.0], (len(pose), 1))]))
+    seen = seen_of(path)
+    coarse = replace(seen, position=np.round(seen.position, digits))
+    assert len(aligned(coarse, path, own_frame=False).time) == len(seen.time)
+
+
+def test_a_tool_that_strikes_and_vibrates_moves_steadily():
+    """A link that leaves its flank at 0.1 m/s, and swings of 0.4 mm at 30 Hz, at 250 Hz."""
+    path = spiral()
+    seen = seen_of(path)
+    after = np.clip(seen.time - 5.0, 0.0, None)
+    struck = 1e-3 * (1.0 - np.exp(-after / 0.01)) + 4e-4 * np.sin(60.0 * np.pi * after)
+    moved = replace(seen, position=seen.position + struck[:, None] * [0.0, 0.0, 1.0])
+    assert len(aligned(moved, path, own_frame=False).time) == len(seen.time)
 
 
 def test_a_clock_that_leaves_too_little_of_a_run_is_told():

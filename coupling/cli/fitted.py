@@ -1,0 +1,51 @@
+"""What the commands that fit a robot write: its file, and beside it figures and the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+
+from coupling.cli.console import console
+from coupling.errors import CouplingError
+from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.report.section import Section
+from coupling.report.terminal import print_sections
+from coupling.results.identified_result import IdentifiedResult
+from coupling.results.learned_result import LearnedResult
+from coupling.results.motion_result import MotionResult
+
+_REFUSED = 1
+
+
+def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> Path:
+    """Return the robot file to write: `output`, else the name in the folder results."""
+    target = output or Path("results", f"{name}.toml")
+    if target.suffix != ".toml":
+        raise error(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    return target
+
+
+def write_findings(
+    target: Path,
+    found: IdentifiedResult | LearnedResult | MotionResult,
+    summary: Sequence[Section],
+    page: str,
+    error: type[CouplingError],
+) -> None:
+    """Print a summary, write figures and page beside the robot file; exit if that is refused."""
+    make_folder_of(target, error)
+    print_sections(console, summary)
+    report = target.with_suffix(".html")
+    write_atomically(target.with_suffix(".json"), found.text() + "\n", error)
+    write_atomically(report, page, error)
+    console.print(f"Report: {report}")
+    if found.refusal:
+        raise typer.Exit(_REFUSED)
+
+
+def write_robot(target: Path, text: str, error: type[CouplingError]) -> None:
+    """Write the robot file and say where it is."""
+    write_atomically(target, text, error)
+    console.print(f"Robot file: {target}")

@@ -1,0 +1,83 @@
+"""Rows that a measuring device wrote while it had lost its target: they are not where the tool was."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from coupling.errors import LearnError
+
+# How far the tool goes while a position repeats, that it is not for its digits, tenths of a millimetre
+# [m].
+_MOVED = 2e-4
+# Rows around one by whose median it is judged, and how far beside no tool is [m].
+_AROUND, _BESIDE = 7, 0.01
+# Rows that may be, as a part.
+_MOST_BESIDE = 0.05
+# A jump of positions: its size, more than digits make [m], the time within which [s], and by how much it
+# exceeds the changes from row to row around, so many to both sides: a tool that vibrates or strikes
+# moves as much in the neighbouring rows.
+_JUMP, _AT_ONCE, _EXCEEDS, _BESIDE_JUMP = 2.5e-4, 0.01, 5.0, 6
+
+
+def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Return the rows in which a tool was seen, (k,).
+
+    These are not the ones that repeat the position before them, to the last digit, while the tool moves,
+    as devices do that hold their last value, nor those a centimetre beside the ones around.
+
+    Args:
+        name: Name of the measurement.
+        position: Measured positions [m], (n, 3).
+        there: Simulated positions of the tool at the same times [m], (n, 3).
+
+    Raises:
+        LearnError: If too many of these are.
+    """
+    held = _held(position, there)
+    beyond = (position - there)[~held]
+    median = median_filter(beyond, size=(_AROUND, 1), mode="nearest")
+    near = np.linalg.norm(beyond - median, axis=1) <= _BESIDE
+    beside = len(near) - np.count_nonzero(near)
+    if beside > _MOST_BESIDE * len(near):
+        raise LearnError(
+            f"{name}: expected positions that follow each other, got {beside} of {len(near)} that are"
+            f" more than {1e3 * _BESIDE:g} mm beside those around: has the device lost its target?"
+        )
+    return np.flatnonzero(~held)[near]
+
+
+def _held(position: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Return which rows repeat the one before while the tool moves away from there, (n,)."""
+    repeats = np.append(False, np.all(np.diff(position, axis=0) == 0.0, axis=1))
+    first = np.maximum.accumulate(np.where(repeats, 0, np.arange(len(position))))
+    moved = np.zeros(len(position))
+    np.maximum.at(moved, first, np.linalg.norm(there - there[first], axis=1))
+    held: np.ndarray = repeats & (moved[first] > _MOVED)
+    return held
+
+
+def require_steady(name: str, time: np.ndarray, beyond: np.ndarray) -> None:
+    """Refuse positions that jump from one row to the next and stay there, as no tool does.
+
+    Args:
+        name: Name of the measurement.
+        time: Times [s], (n,).
+        beyond: Measured less simulated positions [m], (n, 3).
+
+    Raises:
+        LearnError: With the largest jump.
+    """
+    change = np.linalg.norm(np.diff(beyond, axis=0), axis=1)
+    around = np.lib.stride_tricks.sliding_window_view(
+        np.pad(change, _BESIDE_JUMP), 2 * _BESIDE_JUMP + 1
+    )
+    largest_beside = np.delete(around, _BESIDE_JUMP, axis=1).max(axis=1)
+    jumps = (change > np.maximum(_JUMP, _EXCEEDS * largest_beside)) & (np.diff(time) <= _AT_ONCE)
+    if np.any(jumps):
+        worst = int(np.argmax(np.where(jumps, change, 0.0)))
+        raise LearnError(
+            f"{name}: expected positions of a tool, which moves steadily, got ones that jump by"
+            f" {1e3 * change[worst]:.3g} mm at {time[worst + 1]:.6g} s and stay there: has the device"
+            " lost its target and found it elsewhere? Give the rows before or behind that alone"
+        )
