@@ -42,8 +42,10 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     assert predicted.wind_up[2] < 47e-6
     assert np.all(predicted.torque[:3] < 0.125)
     assert np.all(predicted.torque[3:] < 0.25)
-    # Without a robot the recording that is fitted leaves two and a half times as much.
-    assert np.all(found.judged[0].wind_up[:3] < 0.4 * found.judged[0].lag_alone[:3])
+    # Without a robot the recording that is fitted leaves two and a half times as much, of joint 1 in B
+    # nearly twice.
+    fitted = found.judged[0]
+    assert np.all(fitted.wind_up[:3] < {"A": 0.4, "B": 0.6}[fits] * fitted.lag_alone[:3])
     assert found.remarks == ()
     # The two encoders of a joint are as late on all three.
     values = dict(zip((p.name for p in found.fit.problem.parameters), found.fit.x, strict=True))
