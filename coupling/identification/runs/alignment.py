@@ -24,6 +24,8 @@ _SHORTEST, _SMALLEST = 2.0, 1e-3
 _FRAME_OFF, _LEFT, _LEFT_OF_PATH = 0.05, 0.01, 0.5
 # Offset of a clock from which it is told where it leaves too little of the run [s].
 _CLOCK_TOLD = 0.1
+# What a clock may gain over a run [s], where that explains half of what is off at least.
+_GAINED, _EXPLAINED = 0.008, 0.5
 # What orientations of the measured run may be off [rad].
 _TURNED = 0.02
 # Smallest extent of the path across its longest from which a frame is found, as a part.
@@ -75,7 +77,9 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
         )
     if own_frame:
         seen = _turned(seen, there)
+        _require_same_pace(seen, path)
     else:
+        _require_same_pace(seen, path)
         _require_base_frame(seen, there)
     left = _spread(seen.position - there)
     most = min(_LEFT, max(_SMALLEST, _LEFT_OF_PATH * _spread(there)))
@@ -171,6 +175,29 @@ def _turned(seen: Measurement, there: np.ndarray) -> Measurement:
             " measure in the robot's base frame"
         )
     return seen.transformed(Frame.fitted(seen.position, there))
+
+
+def _require_same_pace(seen: Measurement, path: SimulatedPath) -> None:
+    """Refuse a clock that runs faster or slower than the command's, or a command that did."""
+    time = seen.time - seen.time.mean()
+    off, rate = (
+        own - own.mean(axis=0)
+        for own in (seen.position - path.position(seen.time), path.position(seen.time, 1))
+    )
+    moved = path.position(seen.time, 1) * time[:, None]
+    columns = np.stack([rate.ravel(), (moved - moved.mean(axis=0)).ravel()], axis=1)
+    left = []
+    for fitted in (columns[:, :1], columns):
+        found = np.linalg.lstsq(fitted, off.ravel(), rcond=None)[0]
+        left.append(float(np.linalg.norm(off.ravel() - fitted @ found)))
+    pace = float(found[1])
+    if abs(pace) * np.ptp(time) > _GAINED and left[1] < _EXPLAINED * left[0]:
+        raise LearnError(
+            f"{seen.name}: expected times of the command's clock, got a tool that goes through the run"
+            f" {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, which is"
+            f" {1e3 * abs(pace) * np.ptp(time):.2g} ms at its end: is the device's clock another one,"
+            " or was the speed of the robot overridden?"
+        )
 
 
 def _require_base_frame(seen: Measurement, there: np.ndarray) -> None:

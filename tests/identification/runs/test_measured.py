@@ -127,6 +127,14 @@ REFUSED = {
         lambda s, p: replace(s, position=s.position + 5e-4 * (s.time > 5.0)[:, None]),
         r"jump by 0\.866 mm at 5.* found it elsewhere",
     ),
+    "a slow robot": (
+        lambda s, p: replace(s, time=5.0 + 1.003 * (s.time - 5.0)),
+        r"0\.3 % slower, which is 24 ms",
+    ),
+    "a slow clock": (
+        lambda s, p: replace(s, time=5.0 + 0.998 * (s.time - 5.0)),
+        r"0\.2 % faster, which is 16 ms",
+    ),
     "lost again and again": (
         lambda s, p: replace(s, position=s.position + (np.arange(2000) % 15 == 0)[:, None]),
         r"got 1\d\d of \d* .* lost its target",
