@@ -108,11 +108,13 @@ def _terms(found: MotionResult) -> Table:
             own.term,
             *(_size(value, UM) for value in own.wind_up_rad),
             *(_size(value, 100.0) for value in own.torque_relative),
+            _size(own.likelier, 1.0),
         )
         for own in found.terms
     ]
-    columns = ("left out", "with [urad]", "without", "with [%]", "without")
-    return Table(columns, rows, groups=(("", 1), ("motor less link", 2), ("motor torque", 2)))
+    columns = ("left out", "with [urad]", "without", "with [%]", "without", "likelier by e^")
+    groups = (("", 1), ("motor less link", 2), ("motor torque", 2), ("fitted", 1))
+    return Table(columns, rows, groups=groups)
 
 
 def wind_up_figure(found: MotionResult, one: RecordingResult, k: int) -> go.Figure:
@@ -161,5 +163,6 @@ _SLOW = Note(
 )
 _TERMS = Note(
     "What is left of the recording held out last at the term's joint, if the others answer to first"
-    " order; stiffness and payload as in the start, all else none."
+    " order; stiffness, rotor and payload as in the start, all else none. With a term the recordings"
+    " that are fitted are likelier by so much; below e^2 they do not support it."
 )

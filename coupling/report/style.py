@@ -44,7 +44,7 @@ class DrawnLine(NamedTuple):
     """A curve over time.
 
     Attributes:
-        name, color: What the legend says.
+        name, color: Entry in the legend.
         time: Rising [s], (n,).
         values: In the unit of the figure's axis, (n,).
         width: Width [px].

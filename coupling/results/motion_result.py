@@ -56,6 +56,7 @@ class TermResult(ResultPart):
     joint: int
     wind_up_rad: tuple[float | None, float | None]
     torque_relative: tuple[float, float]
+    likelier: float | None = None
 
 
 class LinesResult(ResultPart):

@@ -45,11 +45,11 @@ class MotorLoads:
             drive.model_copy(update={"motor": self.loads.get(drive.joint - 1)}) for drive in drives
         )
 
-    def exceeded(self, robot: str = "") -> Iterator[LimitWarning]:
+    def exceeded(self, robot: str) -> Iterator[LimitWarning]:
         """Yield a warning for each motor that is asked for more torque than it has.
 
         Args:
-            robot: Name of the robot in a cell of several.
+            robot: Name of the robot in a cell of several, else empty.
         """
         for joint, load in self.loads.items():
             if load.limit is not None and load.torque > load.limit:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 
 from coupling.solve.scheme import Scheme, SchemeBuilder
@@ -71,18 +73,18 @@ class Anderson(Scheme):
 
     Args:
         first: Factor of the first update.
-        memory: Number of earlier differences kept.
     """
 
     # Differences that add less than this fraction to the fit are noise of the robot's solution.
     DEPENDENT = 1e-8
+    # Earlier differences that are kept.
+    MEMORY = 10
 
-    def __init__(self, first: float = 1.0, memory: int = 10) -> None:
+    def __init__(self, first: float = 1.0) -> None:
         self._first = first
-        self._memory = memory
         self._last: tuple[np.ndarray, np.ndarray] | None = None
-        self._residual_steps: list[np.ndarray] = []
-        self._g_steps: list[np.ndarray] = []
+        self._residual_steps: deque[np.ndarray] = deque(maxlen=self.MEMORY)
+        self._g_steps: deque[np.ndarray] = deque(maxlen=self.MEMORY)
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the next iterate."""
@@ -91,7 +93,6 @@ class Anderson(Scheme):
             last_residual, last_g = self._last
             self._residual_steps.append((residual - last_residual).ravel())
             self._g_steps.append((g - last_g).ravel())
-            del self._residual_steps[: -self._memory], self._g_steps[: -self._memory]
         self._last = residual, g
         if not self._residual_steps:
             return x + self._first * residual

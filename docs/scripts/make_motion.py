@@ -22,7 +22,7 @@ from coupling.identification.motion.recording import Recording, read_recording
 from coupling.identification.motion.results import motion_figures
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, JOINTS, PLANT, QUIET
 from coupling.results.motion_result import MotionParameterResult, MotionResult
-from docs.scripts.motion_recovery import coverage
+from docs.scripts.motion_recovery import every_error
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
 from examples.identify.kuka_kr300_motion import converted
@@ -104,19 +104,29 @@ def terms() -> str:
         cells = [term]
         for own in (there.get(term), back.get(term)):
             if own is None:
-                cells += ["", ""]
+                cells += ["", "", ""]
                 continue
             cells.append(_pair(own.wind_up_rad, _UM))
             cells.append(_pair(own.torque_relative, 100.0))
+            cells.append("" if own.likelier is None else f"{own.likelier:.3g}")
         rows.append(tuple(cells))
-    head = ("without", "B: link [urad]", "B: torque [%]", "A: link [urad]", "A: torque [%]")
-    return table(head, rows)
+    head = ["without"]
+    for held_out, fit in ("BA", "AB"):
+        head += [f"{held_out}: link [urad]", f"{held_out}: torque [%]", f"{fit} likelier by e^"]
+    return table(tuple(head), rows)
 
 
 def held() -> str:
     """Return how often intervals hold what is known."""
-    rows = [(f"`{name}`", f"{100.0 * part:.1f} %") for name, part in coverage(REPETITIONS).items()]
-    return table(("number", "inside its interval"), rows)
+    inside = {name: own < 1.0 for name, own in every_error(REPETITIONS).items()}
+    # Numbers of one recording share its noise: the mean's standard error is that over recordings.
+    inside["mean"] = np.mean(list(inside.values()), axis=0)
+    rows = []
+    for name, own in inside.items():
+        error = np.std(own) / np.sqrt(REPETITIONS)
+        words = name if name == "mean" else f"`{name}`"
+        rows.append((words, f"{100.0 * np.mean(own):.1f} %", f"{100.0 * error:.1f} %"))
+    return table(("number", "inside its interval", "standard error"), rows)
 
 
 def picture() -> str:

@@ -22,6 +22,7 @@ from docs.scripts.next_histories import (
     Told,
     Trial,
     all_told,
+    told,
 )
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
@@ -151,7 +152,7 @@ def sums() -> str:
 
 def picture() -> str:
     """Draw the distance from the path in every run of one robot."""
-    own = _extras()[0]
+    own = told(Trial(*WITH[0]))
     figure = go.Figure()
     for number, distance in enumerate(own.distance, start=1):
         figure.add_scatter(

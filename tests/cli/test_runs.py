@@ -112,7 +112,6 @@ def test_fmus_of_both_kinds_give_the_same_command(tmp_path):
     On other robots to 1 % of what is left: a gear in its backlash carries their last digits on.
     """
     text = changed("[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]", "[0.0, 0.0, 0.002]")
-    text = text.replace("blend_s  = 0.1", "blend_s = 0.04")
     tables, left = [], []
     for kind in KINDS:
         case, out = tmp_path / f"{kind}.toml", tmp_path / kind

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pendulum import dynamics_of, held, pendulum
 from random_robots import hardly_loaded, make_robot, robots
@@ -241,6 +241,7 @@ def test_energy_of_a_free_undamped_robot_is_conserved(seed):
 
 
 @given(SEEDS)
+@settings(max_examples=12)
 def test_rotated_base_with_rotated_gravity_gives_the_rotated_motion(seed):
     described = make_robot(seed, 5)
     rng = np.random.default_rng(seed)

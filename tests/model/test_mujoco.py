@@ -79,7 +79,7 @@ def iso_path(end: float) -> tuple:
     return drives, times, np.zeros((len(times), 6))
 
 
-@pytest.mark.parametrize("scenario", [force_step(), iso_path(1.5)], ids=["force", "path"])
+@pytest.mark.parametrize("scenario", [force_step(), iso_path(1.0)], ids=["force", "path"])
 # A kink of the torque inside a step costs RK4 its order: two are left, about.
 @pytest.mark.parametrize(("curve", "order"), [("linear", 4.0), ("spline", 4.0), ("backlash", 1.5)])
 def test_mujoco_converges_to_our_motion(example, scenario, curve, order):

@@ -258,18 +258,19 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
     """Samples of a hard wall, every one coupled, against one coupled by hand; a payload for each."""
     file = moving(
         tmp_path,
-        "[study]\nstiffness_factor = [0.9, 1.1]\npayload_kg = [0.0, 8.0]\njoints = 'each'\n",
+        "[study]\nstiffness_factor = [0.9, 1.1]\npayload_kg = [0.0, 8.0]\njoints = 'each'\n"
+        "coverage = 0.5\n",
         feed="0.1",
     )
-    options = ("-o", tmp_path / "study", "--samples", 19, "--couple", "--workers", 1)
+    options = ("-o", tmp_path / "study", "--samples", 8, "--couple", "--workers", 1)
     done = command("study", file, *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "study" / "study.json").read_text())
     assert figures["wrench"] == "coupled"
-    assert figures["process_evaluations"] > 2 * 19
+    assert figures["process_evaluations"] > 2 * 8
     assert figures["not_coupled"] == []
     kept = Store(tmp_path / "store", unwatched).entries()
-    assert len(kept) > figures["process_evaluations"] - 19  # all begin on the model's path
+    assert len(kept) > figures["process_evaluations"] - 8  # all begin on the model's path
     names = tuple(entry["name"] for entry in figures["parameters"])
     assert names == (*(f"stiffness_factor[{i}]" for i in range(1, 6)), "payload_kg")
     table = read_table(tmp_path / "study" / "samples.csv", (*names, "maximum"), StudyError)

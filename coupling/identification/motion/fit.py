@@ -23,6 +23,8 @@ _OF_ITSELF, _NARROW = 1.0, 0.3
 _LEAST_PART = 1e-3
 # What is left of a channel counts as this at least [rad, N m]: below is rounding.
 _EXACT = 1e-9
+# Compliance that another fit starts from, in parts of what the first one found.
+_STIFF = 0.1
 # Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
 # the likeliest.
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
@@ -45,12 +47,16 @@ class MotionFit:
     converged: bool
 
 
-def fitted(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
+def fitted(
+    problem: MotionProblem,
+    x: np.ndarray | None = None,
+    iterations: tuple[tuple[int, float], ...] = _ITERATIONS,
+) -> MotionFit:
     """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start."""
     if x is None:
         x = _with_beside(problem, problem.start)
     converged = True
-    for most, settled in _ITERATIONS:
+    for most, settled in iterations:
         problem = reweighed(problem, x)
         if not len(x):
             break
@@ -81,6 +87,32 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     found = x.copy()
     found[own] += step
     return np.clip(found, *problem.bounds)
+
+
+def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
+    """Return the likeliest of the fits from values x [1], (P,), and from each gear stiffer in turn.
+
+    An arm of another stiffness swings out of phase with what was measured, so that the squares have
+    several minima, and least squares find the nearest.  Behind a stiff gear it hardly swings: from there
+    they go down to the first.
+    """
+    found = fitted(problem, x)
+    for k in np.flatnonzero([p.inverse for p in problem.parameters]):
+        stiff = found.x.copy()
+        stiff[k] *= _STIFF
+        other = fitted(problem, stiff, _ITERATIONS[:1])
+        if unlikely(problem, other.x) < unlikely(problem, found.x):
+            found = fitted(problem, other.x)
+    return found
+
+
+def unlikely(problem: MotionProblem, x: np.ndarray) -> float:
+    """Return minus the logarithm of likelihood and prior at x [1], (P,), for channels of any size."""
+    sizes = reweighed(problem, x)
+    rows = sum(len(moved.recording.time) for moved in problem.moved) / problem.correlated
+    deviation = np.concatenate([sizes.wind_up_deviation, sizes.torque_deviation])
+    away = 0.5 * problem.prior / problem.correlated @ (x - problem.start) ** 2
+    return float(rows * np.sum(np.log(deviation[np.isfinite(deviation)])) + away)
 
 
 def sized(fit: MotionFit) -> MotionProblem:

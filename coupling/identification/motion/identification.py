@@ -8,7 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import MotionFit, fitted, identifiable, narrow, rms, sized
+from coupling.identification.motion.fit import (
+    MotionFit,
+    fitted,
+    identifiable,
+    likeliest,
+    narrow,
+    rms,
+    sized,
+    unlikely,
+)
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
 from coupling.identification.motion.problem import (
@@ -67,12 +76,15 @@ class TermLeftOut:
         joint: Index of the joint whose figures are told.
         wind_up: Rms of wind-up with and without it [rad]; nan without encoder.
         torque: Rms of torque with and without it, over the torques' rms [1].
+        likelier: Logarithm of how much likelier the fitted recordings are with it, priors counted, to
+            first order; nan if not known.  Below 2 they do not support it.
     """
 
     term: str
     joint: int
     wind_up: tuple[float, float]
     torque: tuple[float, float]
+    likelier: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -155,8 +167,10 @@ def identify_motion(
     with_link = recordings[0].with_link
     for recording in (*recordings, *held_out):
         if recording.with_link != with_link:
+            says, wanted = (_links(own) for own in (recording.with_link, with_link))
             raise IdentifyError(
-                f"{recording.name}: expected the links' angles that {recordings[0].name} has"
+                f"{recording.name}: expected the links' angles that {recordings[0].name} has, {wanted},"
+                f" got {says}: take out of each what the other has not"
             )
     moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
@@ -177,11 +191,11 @@ def identify_motion(
         lines = _lines(first)
         moved = tuple(replace(one, lines=lines) for one in moved)
         others = tuple(replace(one, lines=lines) for one in others)
-        first = fitted(replace(sized(first), moved=moved), first.x)
+        first = likeliest(replace(problem, moved=moved), first.x)
         fit, stays = first, np.ones(len(parameters), dtype=bool)
         for _ in range(_MOST_ITERATIONS):
             own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
-            if own.all():
+            if own.all() and fit is not first:
                 break
             stays[np.flatnonzero(stays)[~own]] = False
             fit = fitted(sized(fit).only(own), fit.x[own])
@@ -192,6 +206,10 @@ def identify_motion(
         terms = _terms(fit, judged[-1]) if leave_out and others else ()
     remarks = tuple(words for one in judged for words in _worse(one))
     return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+
+
+def _links(joints: list[int]) -> str:
+    return ", ".join(f"link[{i + 1}]" for i in joints) or "none"
 
 
 def _worse(one: Judged) -> list[str]:
@@ -292,6 +310,7 @@ def _lag_alone(problem: MotionProblem, moved: MovedRecording) -> np.ndarray:
 def _terms(fit: MotionFit, judged: Judged) -> tuple[TermLeftOut, ...]:
     """Return what each term of a fit is worth, by the others' answer to first order."""
     problem, found = fit.problem, []
+    least = unlikely(problem, fit.x)
     for term in dict.fromkeys(p.term for p in problem.parameters):
         own = np.array([p.term == term for p in problem.parameters])
         none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
@@ -307,6 +326,7 @@ def _terms(fit: MotionFit, judged: Judged) -> tuple[TermLeftOut, ...]:
                 joint,
                 (float(judged.wind_up[joint]), float(without.wind_up[joint])),
                 (float(judged.torque[joint]), float(without.torque[joint])),
+                unlikely(problem, x) - least,
             )
         )
     for i, lines in enumerate(judged.moved.lines):

@@ -1,8 +1,7 @@
 """Normal equations of a fit, block of time by block, and the intervals that they give.
 
-Residuals are correlated over time and between channels: a fit without one block of a recording, for
-every block, shows how much the values owe to it [Kunsch1989].  Blocks are several times as long as the
-residuals are correlated.
+Residuals are correlated over time and between channels, those of one block and of the next hardly:
+blocks are many times as long as the correlation [Kunsch1989].
 """
 
 from __future__ import annotations
@@ -16,7 +15,9 @@ from scipy.signal import correlate
 from coupling.identification.verdict import quantile
 
 # Length of a block over the correlation time, and how many there are at least and at most.
-_TIMES, _FEWEST, _MOST = 8.0, 12, 60
+_TIMES, _FEWEST, _MOST = 12.0, 12, 60
+# A direction of which all other blocks have less than this part of the information is a block's alone.
+_ALONE = 1e-2
 # Eigenvalues of scaled normal matrices below this part of the largest are not seen.
 _UNSEEN = 1e-11
 
@@ -120,19 +121,22 @@ class NormalBlocks:
 
     @property
     def deviation(self) -> np.ndarray:
-        """Standard deviations of the solution by jackknife over blocks and by the prior [1], (P,)."""
-        matrix, vector = self._whole
-        each = np.array(
-            [
-                _solved(matrix - own, vector - part)
-                for own, part in zip(self.matrices, self.vectors, strict=True)
-            ]
-        )
-        count = len(each)
-        away = each - each.mean(axis=0)
-        by_prior = self.correlated * _inverse(matrix) ** 2 @ self.prior
-        deviation = np.sqrt((count - 1) / count * np.sum(away**2, axis=0) + by_prior)
-        return np.where(np.diag(matrix) > 0.0, deviation, np.inf)
+        """Standard deviations of the solution by its blocks and by the prior [1], (P,).
+
+        A block's part of the gradient counts by the root of the information that all others have
+        [BellMcCaffrey2002].  A fit without the block, the jackknife, counts it by that information
+        itself: too much, where a few blocks carry what tells a parameter.
+        """
+        matrix, _ = self._whole
+        solution, root = self.step, _root_of_inverse(matrix)
+        variance = self.correlated * _inverse(matrix) ** 2 @ self.prior
+        for own, vector in zip(self.matrices, self.vectors, strict=True):
+            share, axes = np.linalg.eigh(root.T @ own @ root)
+            turned = root @ axes
+            others = np.maximum(1.0 - share, _ALONE)
+            moved = turned @ (turned.T @ (vector - own @ solution) / np.sqrt(others))
+            variance += moved**2
+        return np.where(np.diag(matrix) > 0.0, np.sqrt(variance), np.inf)
 
     @property
     def half(self) -> np.ndarray:
@@ -149,10 +153,18 @@ class NormalBlocks:
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Return the inverse of normal equations, zero along what they do not see."""
+    root = _root_of_inverse(matrix)
+    return root @ root.T
+
+
+def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return R with R R^T the inverse of normal equations, zero along what they do not see."""
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     scale[scale == 0.0] = np.inf
-    both = np.outer(scale, scale)
-    return np.linalg.pinv(matrix / both, rcond=_UNSEEN, hermitian=True) / both
+    values, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
+    seen = values > _UNSEEN * values.max(initial=0.0)
+    part = np.divide(1.0, np.sqrt(np.abs(values)), out=np.zeros_like(values), where=seen)
+    return axes * part / scale[:, None]
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ from elastic_robot.description import Joint, Robot
 _NO_BACKLASH = 1e-8
 # Stiffness and rotor come from data sheets: standard deviation around the file's, in parts of it.
 _DATA_SHEET = 0.5
+# A data sheet says at most how much backlash there is: standard deviation, in parts of the file's.
+_BACKLASH = 1.0
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ _Row = tuple[str, str, dict[str, Any]]
 def _of_gear(joint: Joint) -> Iterator[_Row]:
     yield "stiffness", "stiffness", {"none": joint.stiffness, "inverse": True, "prior": _DATA_SHEET}
     if joint.backlash > 0.0:
-        yield "backlash", "backlash", {"vanishes": True, "most": 3.0}
+        yield "backlash", "backlash", {"vanishes": True, "most": 3.0, "prior": _BACKLASH}
     if joint.hysteresis:
         yield "hysteresis", "hysteresis", {}
 

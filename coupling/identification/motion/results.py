@@ -45,7 +45,12 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         ),
         slow_error_rad=_all(found.slow_error),
         terms=tuple(
-            TermResult.of(own, joint=own.joint + 1, wind_up_rad=_all(own.wind_up))
+            TermResult.of(
+                own,
+                joint=own.joint + 1,
+                wind_up_rad=_all(own.wind_up),
+                likelier=_known(own.likelier),
+            )
             for own in found.terms
         ),
     )

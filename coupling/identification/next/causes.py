@@ -217,6 +217,6 @@ def no_parameters(found: Sequence[Cause], time: np.ndarray) -> np.ndarray:
     return moved
 
 
-def largest(found: Sequence[Cause], parts: float = 0.05) -> tuple[Cause, ...]:
-    """Return the causes that are at least a part of the largest."""
-    return tuple(own for own in found if own.size >= max(parts * found[0].size, 1e-6))
+def largest(found: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Return the causes that are at least a twentieth of the largest, the first, and a micrometre."""
+    return tuple(own for own in found if own.size >= max(0.05 * found[0].size, 1e-6))

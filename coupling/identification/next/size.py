@@ -27,7 +27,7 @@ def seen_below(time: np.ndarray) -> Smoother:
     return Smoother(time, min(_SEEN, 0.25 * rate))
 
 
-def deviation_size(time: np.ndarray, off: np.ndarray, noise: float = 0.0) -> DeviationSize:
+def deviation_size(time: np.ndarray, off: np.ndarray, noise: float) -> DeviationSize:
     """Return the size of deviations.
 
     Args:

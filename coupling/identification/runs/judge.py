@@ -133,7 +133,7 @@ def measurement_lacks(
     gears: Sequence[GearDiagnosis],
     whole: Sequence[GearDiagnosis],
     seconds: float,
-    unknown: str = "",
+    unknown: str,
 ) -> str:
     """Return what a measurement lacks that identifies nothing, in words.
 

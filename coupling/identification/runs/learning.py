@@ -171,7 +171,7 @@ class FittedRuns:
 
     Attributes:
         sources: Runs and measurements.
-        problem: What was fitted.
+        problem: The problem that was fitted.
         start: Log factors at which the fit began [1], (P,).
         fit: The fit.
     """

@@ -26,13 +26,15 @@ def test_recordings_are_converted_to_radians_and_torques_at_the_joints(recording
     assert first.with_link == [0, 1, 2]
 
 
-def test_a_fit_to_one_motion_predicts_another(recordings):
+@pytest.mark.parametrize("fits", "AB")
+def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     """Bounds: lag and offset alone, the best regression of joint 3, and what is aimed at of torques.
 
-    Without friction after a rest and the rate loops 23, 16, 11, 36, 13 and 23 % of torques are left.
+    From one start alone the gear of joint 1 in B has a minimum that predicts A worse than a lag does.
     """
-    robot = load_robot(find_robot("kuka_kr300"))
-    found = identify_motion(robot, recordings[:1], recordings[1:], 20.0, leave_out=False)
+    robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
+    one, held_out = ([recordings["AB".index(name)]] for name in (fits, other))
+    found = identify_motion(robot, one, held_out, 20.0, leave_out=False)
     predicted = found.judged[1]
     assert predicted.held_out
     assert np.all(predicted.wind_up[:3] < predicted.lag_alone[:3])
@@ -40,8 +42,10 @@ def test_a_fit_to_one_motion_predicts_another(recordings):
     assert predicted.wind_up[2] < 47e-6
     assert np.all(predicted.torque[:3] < 0.125)
     assert np.all(predicted.torque[3:] < 0.25)
-    # Without a robot the recording that is fitted leaves two and a half times as much.
-    assert np.all(found.judged[0].wind_up[:3] < 0.4 * found.judged[0].lag_alone[:3])
+    # Without a robot the recording that is fitted leaves two and a half times as much, of joint 1 in B
+    # nearly twice.
+    fitted = found.judged[0]
+    assert np.all(fitted.wind_up[:3] < {"A": 0.4, "B": 0.6}[fits] * fitted.lag_alone[:3])
     assert found.remarks == ()
     # The two encoders of a joint are as late on all three.
     values = dict(zip((p.name for p in found.fit.problem.parameters), found.fit.x, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from circling_robots import Robots
 
 from coupling.errors import SimulationError
 from coupling.identification.runs.descent import Descent, size_of
+from coupling.identification.runs.fit import Fitter
 from coupling.identification.runs.judge import judged
 from coupling.identification.runs.measurement import MeasuredPath, SimulatedPath
 from coupling.identification.runs.parameters import prior_of
@@ -25,7 +27,7 @@ from coupling.run.models import Models
 @pytest.fixture(scope="module")
 def robots(example) -> Iterator[Robots]:
     with Models("native") as models:
-        yield Robots(example, models)
+        yield Robots(example, models, seconds=6.0, rate=1.0 / 3.0)
 
 
 def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
@@ -52,6 +54,26 @@ def test_a_fit_looks_along_the_run(robots, example):
     fitter = fast.fitter(fast.measured(fast.moved(truth)))
     found = fitter.fit(0.0 * truth)
     assert size_of(found.slow) < 1.1 * fitter.noise(found.residuals)
+
+
+def test_processes_beside_each_other_change_no_digit(robots, example):
+    """Differences and damped steps, the first ones far too long, by one process and by two."""
+    short = Robots(example, robots.models, seconds=2.0)
+    truth = short.drawn(31, 1.0)
+    problem = short.fitter(short.measured(short.moved(truth), every=5)).problem
+    with RobotFmu(short.fmu.file) as other:
+        found = []
+        for fmus in (problem.fmus, (*problem.fmus, other)):
+            own = replace(problem, fmus=fmus)
+            descent = Descent(own, Fitter(own)._whole.slow)
+            start = descent.framed(0.0 * truth)
+            matrix, right = descent.equations(start, own.secants(0.05))
+            found.append(descent._along(start, matrix, 3.0 * right, 1e-2))
+    (one, damping), (both, its) = found
+    assert damping > 1e-2
+    assert damping == its
+    assert one.cost < start.cost
+    np.testing.assert_array_equal(one.z, both.z)
 
 
 def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example):
