@@ -6,6 +6,7 @@ import numpy as np
 
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
+from coupling.identification.next.options import FrameAccuracy
 from coupling.results.forecast import RunForecast
 from coupling.results.next_result import NextResult, NextRunResult, PathCorrectionResult
 
@@ -49,7 +50,8 @@ def sentences(found: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
     lines = [_verdict(found)]
     lines.append(f"Next: {_move(found)}.")
-    lines += [line for run in found.history.runs if (line := clock_sentence(run))]
+    for run in found.history.runs:
+        lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
     if found.learned is not None and found.learned.refusal:
         lines.append(f"Parameters are not learned: {found.learned.refusal}.")
     if found.move.learns_path:
@@ -60,6 +62,19 @@ def sentences(found: CommandPlan) -> list[str]:
             " the measuring frame is known, and the position is corrected too."
         )
     return lines
+
+
+def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
+    """Return that a frame is doubted which is said to be known; "" where it is not."""
+    if known.explains(run.offset):
+        return ""
+    off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
+    return (
+        f"CHECK THE FRAME: {run.seen.name} is off the robot's model by a constant of {off} mm (x, y, z"
+        f" of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot are;"
+        " it is corrected as the robot's: if it is the frame's, the next run is off by that, and no"
+        " measurement in this frame shows it."
+    )
 
 
 def clock_sentence(run: MeasuredRun) -> str:

@@ -37,6 +37,7 @@ class MeasuredRun:
         clock: Offset that was added to the device's clock, for the command's [s].
         shift, turn: Shift [m] and turn [rad] that were taken off as the device's, (3,).
         tip: Offset that was taken off as the probe's, axes of the tool [m], (3,).
+        offset: Constant by which what was measured is off what the robot's model does [m], (3,).
         noise: Standard deviation of a coordinate's noise [m].
         left_out: Number of samples that were left out, as they are far beside those around them.
     """
@@ -47,6 +48,7 @@ class MeasuredRun:
     shift: np.ndarray
     turn: np.ndarray
     tip: np.ndarray
+    offset: np.ndarray
     noise: float
     left_out: int = 0
 
@@ -113,7 +115,8 @@ class MeasuredRun:
             clock = -coarse
         there = model.position(seen.time + clock)
         moved = seen.position - model.rotation(seen.time + clock).apply(tip)
-        shift, turn = known.of_device((moved - there).mean(axis=0), turn)
+        offset = (moved - there).mean(axis=0)
+        shift, turn = known.of_device(offset, turn)
         position = moved - shift - np.cross(turn, there - there.mean(axis=0))
         rotation = seen.rotation
         if rotation is not None:
@@ -125,7 +128,15 @@ class MeasuredRun:
         own = own.at_rows(np.flatnonzero(inside))
         noise = noise_of([own.position - model.position(own.time)])
         return cls(
-            source, own, coarse + clock, shift, turn, tip, noise, int(np.count_nonzero(lost))
+            source,
+            own,
+            coarse + clock,
+            shift,
+            turn,
+            tip,
+            offset,
+            noise,
+            int(np.count_nonzero(lost)),
         )
 
 

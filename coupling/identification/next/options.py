@@ -12,6 +12,8 @@ KINDS = ("auto", "parameters", "path", "both")
 # What an industrial robot's tool may be off before it is measured: pose accuracy of robots that are not
 # calibrated, some tenths of a millimetre [m], and that over an arm of a metre [rad].
 _ROBOT_OFF, _ROBOT_TURNED = 5e-4, 5e-4
+# Standard deviations of both beyond which a frame is doubted.
+_DOUBTFUL = 3.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,15 @@ class FrameAccuracy:
             shift * _share(self.shift, _ROBOT_OFF),
             turn * _share(self.turn, _ROBOT_TURNED),
         )
+
+    def explains(self, offset: np.ndarray) -> bool:
+        """Return whether device and robot together may be off by a constant [m], (3,).
+
+        Example:
+            >>> [FrameAccuracy(5e-5).explains(np.array([0.0, off, 0.0])) for off in (1e-3, 2e-3)]
+            [True, False]
+        """
+        return bool(np.abs(offset).max() <= _DOUBTFUL * np.hypot(self.shift, _ROBOT_OFF))
 
     def of_tip(self) -> float:
         """Return the part of a tip's offset that is the probe's, not the robot's tool."""

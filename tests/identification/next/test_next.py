@@ -25,7 +25,7 @@ from coupling.files.robot_file import find_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next import command as next_command
 from coupling.identification.next.causes import causes
-from coupling.identification.next.figures import clock_sentence
+from coupling.identification.next.figures import clock_sentence, frame_sentence
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
@@ -191,10 +191,32 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, tmp_path):
                 assert run.clock == pytest.approx(clock, abs=2e-4)
                 told = clock_sentence(run)
                 assert ("-8 ms" in told and "0.05 m/s 50 um" in told) if clock else told == ""
+                assert frame_sentence(run, known) == ""
                 assert run.shift[0] == pytest.approx(share * 3e-4, abs=2e-5)
                 assert run.deviation.mean(axis=0)[0] == pytest.approx(
                     (1.0 - share) * 3e-4, abs=2e-5
                 )
+
+
+def test_a_frame_that_is_not_where_it_is_said_to_be_is_doubted(shop, tmp_path):
+    """Turned by 1 mrad about the robot's base, a metre and a half away, but said to be known."""
+    folder, robot = shop
+    own = MeasuredRobot(robot.fmu, robot.chain, Settings(), Extras())
+    own.measure(folder / "first", tmp_path / "m.csv")
+    rows = np.loadtxt(tmp_path / "m.csv", delimiter=",", skiprows=1)
+    turned = Rotation.from_rotvec([0.0, 1e-3, 1e-3]).apply(rows[:, 1:])
+    table = np.column_stack([rows[:, 0], turned])
+    np.savetxt(tmp_path / "n.csv", table, delimiter=",", header="time,x,y,z", comments="")
+    with Models("native") as models:
+        source = read_source(folder / "first", read_measurement(tmp_path / "n.csv"))
+        for known, words in ((frame_of("0.05mm"), "known to 0.05 mm"), (FrameAccuracy(), "")):
+            (run,) = History.of([source], known, models).runs
+            said = frame_sentence(run, known)
+            assert words in said
+            assert bool(words) is bool(said)
+    off = (turned - rows[:, 1:]).mean(axis=0)
+    assert np.abs(off).max() > 1.5e-3
+    np.testing.assert_allclose(run.offset, off, atol=2e-5)
 
 
 def test_the_device_has_no_share_of_what_parameters_explain(shop, tmp_path, monkeypatch):
