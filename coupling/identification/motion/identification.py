@@ -167,10 +167,10 @@ def identify_motion(
     with_link = recordings[0].with_link
     for recording in (*recordings, *held_out):
         if recording.with_link != with_link:
-            says, wanted = (_links(own) for own in (recording.with_link, with_link))
+            got, needed = (_links(own) for own in (recording.with_link, with_link))
             raise IdentifyError(
-                f"{recording.name}: expected the links' angles that {recordings[0].name} has, {wanted},"
-                f" got {says}: take out of each what the other has not"
+                f"{recording.name}: expected the links' angles that {recordings[0].name} has, {needed},"
+                f" got {got}: take out of each what the other has not"
             )
     moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
