@@ -71,8 +71,8 @@ def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
     off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
     return (
         f"CHECK THE FRAME: {run.seen.name} is off the robot's model by a constant of {off} mm (x, y, z"
-        f" of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot are;"
-        " it is corrected as the robot's: if it is the frame's, the next run is off by that, and no"
+        f" of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot"
+        " are; it is corrected as the robot's: if it is the frame's, the next run is off by that, and no"
         " measurement in this frame shows it."
     )
 
