@@ -131,7 +131,29 @@ def values() -> dict[str, Any]:
         "cutoff": CUTOFF,
         "slope_low": slope.min(),
         "slope_high": slope.max(),
+        **tracking(),
     }
+
+
+def tracking() -> dict[str, str]:
+    """Return how far motors are off their references, and how much ahead of them, as ranges in words."""
+    off, ahead = np.zeros((2, 6)), np.zeros((2, 6))
+    for row, name in enumerate("AB"):
+        data = np.genfromtxt(DATA / f"recording_{name}.csv", delimiter=",", names=True)
+        for axis in _AXES:
+            wanted, moved = (np.deg2rad(data[f"{what}_{axis}"]) for what in ("reference", "motor"))
+            rate = np.gradient(wanted, data["time"])
+            off[row, axis - 1] = np.std(moved - wanted)
+            ahead[row, axis - 1] = np.cov(rate, moved - wanted)[0, 1] / np.var(rate, ddof=1)
+    return {
+        "arm_off": _range(off[:, :3], 1),
+        "wrist_off": _range(off[:, 3:], 1),
+        "arm_ahead": _range(ahead[:, :3], 0),
+    }
+
+
+def _range(values_: np.ndarray, digits: int) -> str:
+    return f"{1e3 * values_.min():.{digits}f} to {1e3 * values_.max():.{digits}f}"
 
 
 def compared(what: str, shares: np.ndarray) -> Comparison:
