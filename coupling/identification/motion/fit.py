@@ -97,12 +97,14 @@ def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
     they go down to the first.
     """
     found = fitted(problem, x)
+    least = unlikely(problem, found.x)
     for k in np.flatnonzero([p.inverse for p in problem.parameters]):
         stiff = found.x.copy()
         stiff[k] *= _STIFF
         other = fitted(problem, stiff, _ITERATIONS[:1])
-        if unlikely(problem, other.x) < unlikely(problem, found.x):
+        if unlikely(problem, other.x) < least:
             found = fitted(problem, other.x)
+            least = unlikely(problem, found.x)
     return found
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
-from coupling.errors import LearnError
 from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.alignment import aligned, clock_offset
+from coupling.identification.runs.lost_target import near_those_around
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
 from coupling.identification.runs.residual import noise_of
 from coupling.identification.runs.source import MeasuredFile
@@ -20,9 +19,8 @@ from coupling.results.next_result import DeviationSize
 
 # What shows by less than this part of what shows most is not identifiable: a tip that hardly turns.
 _IDENTIFIABLE = 1e-4
-# Samples around one by whose median it is judged, how far beside it is an outlier, by the noise and at
-# least [m], and how many may be, as a part.
-_AROUND, _FAR, _FAR_OFF, _MOST_LOST = 7, 10.0, 1e-4, 0.05
+# How far a sample is beside those around it that is an outlier, by the noise and at least [m].
+_FAR, _FAR_OFF = 10.0, 1e-4
 # Iterations that find clock and frame.
 _ROUNDS = 3
 
@@ -89,7 +87,9 @@ class MeasuredRun:
         """
         seen = aligned(source.seen, model.path, own_frame=np.isinf(known.turn))
         coarse = clock_offset(source.seen, model.path)
-        kept = _kept(seen.name, seen.position - model.position(seen.time))
+        beyond = seen.position - model.position(seen.time)
+        far = max(_FAR * noise_of([beyond]), _FAR_OFF)
+        kept = near_those_around(seen.name, beyond, far)
         seen = seen.at_rows(np.flatnonzero(kept))
         told = source.seen.time
         start, end = seen.time[[0, -1]] - coarse
@@ -138,27 +138,6 @@ class MeasuredRun:
             noise,
             int(np.count_nonzero(lost)),
         )
-
-
-def _kept(name: str, beyond: np.ndarray) -> np.ndarray:
-    """Return which samples are not far beside those around them, (n,).
-
-    Args:
-        name: Name of the measurement.
-        beyond: Measured less simulated positions [m], (n, 3).
-
-    Raises:
-        LearnError: If too many are.
-    """
-    off = np.linalg.norm(beyond - median_filter(beyond, size=(_AROUND, 1), mode="nearest"), axis=1)
-    kept: np.ndarray = off <= max(_FAR * noise_of([beyond]), _FAR_OFF)
-    lost = len(kept) - np.count_nonzero(kept)
-    if lost > _MOST_LOST * len(kept):
-        raise LearnError(
-            f"{name}: expected positions that follow each other, got {lost} of {len(kept)} that are far"
-            " beside those around them: has the device lost its target?"
-        )
-    return kept
 
 
 def _columns(

@@ -180,16 +180,16 @@ def _turned(seen: Measurement, there: np.ndarray) -> Measurement:
 def _require_same_pace(seen: Measurement, path: SimulatedPath) -> None:
     """Refuse a clock that runs faster or slower than the command's, or a command that did."""
     time = seen.time - seen.time.mean()
-    off, rate = (
-        own - own.mean(axis=0)
-        for own in (seen.position - path.position(seen.time), path.position(seen.time, 1))
+    rate = path.position(seen.time, 1)
+    off, late, slow = (
+        (own - own.mean(axis=0)).ravel()
+        for own in (seen.position - path.position(seen.time), rate, rate * time[:, None])
     )
-    moved = path.position(seen.time, 1) * time[:, None]
-    columns = np.stack([rate.ravel(), (moved - moved.mean(axis=0)).ravel()], axis=1)
+    columns = np.stack([late, slow], axis=1)
     left = []
     for fitted in (columns[:, :1], columns):
-        found = np.linalg.lstsq(fitted, off.ravel(), rcond=None)[0]
-        left.append(float(np.linalg.norm(off.ravel() - fitted @ found)))
+        found = np.linalg.lstsq(fitted, off, rcond=None)[0]
+        left.append(float(np.linalg.norm(off - fitted @ found)))
     pace = float(found[1])
     if abs(pace) * np.ptp(time) > _GAINED and left[1] < _EXPLAINED * left[0]:
         raise LearnError(

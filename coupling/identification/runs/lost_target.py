@@ -35,16 +35,30 @@ def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.nda
         LearnError: If too many of these are.
     """
     held = _held(position, there)
-    beyond = (position - there)[~held]
+    near = near_those_around(name, (position - there)[~held], _BESIDE)
+    return np.flatnonzero(~held)[near]
+
+
+def near_those_around(name: str, beyond: np.ndarray, far: float) -> np.ndarray:
+    """Return which rows are not far beside those around them, (n,).
+
+    Args:
+        name: Name of the measurement.
+        beyond: Measured less simulated positions [m], (n, 3).
+        far: From where on one is [m].
+
+    Raises:
+        LearnError: If too many are.
+    """
     median = median_filter(beyond, size=(_AROUND, 1), mode="nearest")
-    near = np.linalg.norm(beyond - median, axis=1) <= _BESIDE
+    near: np.ndarray = np.linalg.norm(beyond - median, axis=1) <= far
     beside = len(near) - np.count_nonzero(near)
     if beside > _MOST_BESIDE * len(near):
         raise LearnError(
             f"{name}: expected positions that follow each other, got {beside} of {len(near)} that are"
-            f" more than {1e3 * _BESIDE:g} mm beside those around: has the device lost its target?"
+            f" more than {1e3 * far:.3g} mm beside those around: has the device lost its target?"
         )
-    return np.flatnonzero(~held)[near]
+    return near
 
 
 def _held(position: np.ndarray, there: np.ndarray) -> np.ndarray:
