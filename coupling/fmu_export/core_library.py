@@ -21,12 +21,16 @@ from coupling.fmu_export.compiler import (
     compile_library,
     library_file,
     portable_compiler,
+    zig,
 )
 
 # Where a wheel has them (hatch_build.py); a checkout has no such folder.
 SHIPPED = Path(__file__).parent / "libraries"
 # Symbols for a debugger would name folders of the machine that it was made on.
-_FLAGS = ("-s",)
+_STRIPPED = "-s"
+# Small functions of other files are inlined: a step takes 3 to 8 % less time, to the same bits.  Zig links so for
+# Linux alone: for Windows it misses nanl of its own library, and its linker for macOS cannot.
+_ACROSS_FILES = "-flto"
 
 
 def platforms_named(names: Iterable[str]) -> list[Platform]:
@@ -68,7 +72,7 @@ def core_library(platform: Platform) -> Path:
     shipped = SHIPPED / library_name(platform)
     if shipped.is_file():
         return shipped
-    return compile_library(platform, _sources(), _FLAGS, compiler=_compiler(platform))
+    return compile_library(platform, _sources(), _flags(platform), compiler=_compiler(platform))
 
 
 def is_ready(platform: Platform) -> bool:
@@ -79,7 +83,12 @@ def is_ready(platform: Platform) -> bool:
     """
     if (SHIPPED / library_name(platform)).is_file():
         return True
-    return library_file(platform, _sources(), _compiler(platform), _FLAGS).is_file()
+    return library_file(platform, _sources(), _compiler(platform), _flags(platform)).is_file()
+
+
+def _flags(platform: Platform) -> tuple[str, ...]:
+    across_files = zig() is not None and platform.suffix == ".so"
+    return (_STRIPPED, _ACROSS_FILES) if across_files else (_STRIPPED,)
 
 
 def _sources() -> list[Path]:

@@ -102,7 +102,7 @@ def test_a_library_is_the_same_wherever_it_is_made(tmp_path, name):
         source = folder / "a.c"
         source.write_text('__attribute__((visibility("default"))) int a(int x) { return x; }')
         command = compiler.portable_compiler(platform)
-        flags, cache = core_library._FLAGS, folder / "cache"
+        flags, cache = core_library._flags(platform), folder / "cache"
         file = compile_library(platform, [source], flags, cache, compiler=command)
         made.append(file.read_bytes())
     assert made[0] == made[1]
