@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from typing import Any, ClassVar
 
 import fmpy
@@ -38,8 +39,9 @@ Progress = Callable[[int, int], None]
 # Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
 # reports no refusal.
 _WARNING = 1
-# Steps between two reports of progress.
-_REPORT_EVERY = 100
+# Between two reports of progress [s], and steps after which the time is looked at.
+_REPORT_EVERY = 0.1
+_LOOK_EVERY = 100
 
 
 class FmuError(CouplingError):
@@ -181,12 +183,15 @@ class Driver(ABC):
         inputs.move(0)
         slave.exitInitializationMode()
         outputs.move(0)
+        said = monotonic()
         for k in range(1, last + 1):
             inputs.move(k)
             step(time[k - 1], time[k] - time[k - 1])
             outputs.move(k)
-            if k % _REPORT_EVERY == 0 or k == last:
+            if k % _LOOK_EVERY == 0 and monotonic() - said > _REPORT_EVERY:
+                said = monotonic()
                 progress(k, last)
+        progress(last, last)
         slave.terminate()
         return answers
 

@@ -18,6 +18,8 @@ _FILE_MODE = 0o100644
 _LIBRARY_MODE = 0o100755
 # In the place of a GUID that is still to be computed.
 _UNKNOWN = "{00000000-0000-0000-0000-000000000000}"
+# zlib's fastest: a library takes a fifth of the time of zlib's default, and 7 % more room.
+_COMPRESSION = 1
 
 
 def write_fmu(
@@ -67,7 +69,7 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
             entry.create_system = 3  # Unix, wherever it is written
             library = name.startswith("binaries/")
             entry.external_attr = (_LIBRARY_MODE if library else _FILE_MODE) << 16
-            archive.writestr(entry, entries[name])
+            archive.writestr(entry, entries[name], compresslevel=_COMPRESSION)
     with writing(file, BuildError):
         file.parent.mkdir(parents=True, exist_ok=True)
         AtomicFile(file).write([content.getbuffer()])
