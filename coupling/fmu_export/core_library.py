@@ -28,8 +28,8 @@ from coupling.fmu_export.compiler import (
 SHIPPED = Path(__file__).parent / "libraries"
 # Symbols for a debugger would name folders of the machine that it was made on.
 _STRIPPED = "-s"
-# Small functions of other files are inlined: a step takes 3 to 8 % less time, to the same bits.  Zig links so for
-# Linux alone: for Windows it misses nanl of its own library, and its linker for macOS cannot.
+# Small functions of other files are inlined: a step takes 3 to 8 % less time, to the same bits. Zig does
+# so for Linux alone: for Windows it misses nanl of its own library, and its linker for macOS cannot.
 _ACROSS_FILES = "-flto"
 
 

@@ -1,4 +1,4 @@
-"""The report of a study: bands along the path, distribution, what matters."""
+"""The report of a study: bands along the path, distribution, significant parameters."""
 
 from __future__ import annotations
 

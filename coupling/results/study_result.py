@@ -59,7 +59,7 @@ class StudyCommandResult(ResultPart):
 
 
 class ShareResult(ResultPart):
-    """How much one parameter matters for a deviation.
+    """Significance of one parameter for a deviation.
 
     Attributes:
         share: Share of the deviation's variance that goes back to this parameter alone, its first-order

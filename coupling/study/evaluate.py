@@ -105,7 +105,7 @@ def _figures(
 def _parameters(
     study: Study, points: np.ndarray, figures: dict[str, np.ndarray]
 ) -> tuple[UncertainResult, ...]:
-    """Return the uncertain parameters and how much each of them matters."""
+    """Return the uncertain parameters and the significance of each."""
     # Ranks are uniform, whatever distribution the values have.
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
     found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}

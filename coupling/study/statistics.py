@@ -1,4 +1,4 @@
-"""Quantiles of what sampled robots leave, and which parameter matters: plain statistics of a table."""
+"""Quantiles of what sampled robots leave, and significance of parameters: statistics of a table."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _limit(distance: np.ndarray, share: float) -> np.ndarray:
 
 
 def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...] | None:
-    """Return how much each parameter matters for a figure, out of samples as they are.
+    """Return the significance of each parameter for a figure, out of samples as they are.
 
     The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with
     fewer samples, 2, which are orthogonal over uniform probabilities.  The share is the variance of a

@@ -33,11 +33,11 @@ class Heard:
 
     Attributes:
         left: What it leaves under the force without the noise.
-        told: What its run tells of noise; None where it hears none.
+        estimated: What its run estimates that noise leaves; None where it finds none.
     """
 
     left: Deviation
-    told: Deviation | None
+    estimated: Deviation | None
 
 
 def significant(robot: str, level: float, cutoff: dict[str, str]) -> tuple[Heard, Deviation]:
@@ -90,10 +90,10 @@ def noises() -> str:
         for level in LEVELS:
             quiet, nothing = significant(robot, level, {})
             loud, _ = significant(robot, level, {"cutoff_Hz": "none"})
-            cells = [_figures(one) for one in (quiet.left, quiet.told, loud.left, nothing)]
+            cells = [_figures(one) for one in (quiet.left, quiet.estimated, loud.left, nothing)]
             rows.append([f"`{robot}`", f"{level} N", *cells])
             print(*rows[-1], flush=True)
-    head = ("robot", "noise", "filtered by default", "told", "as it comes", "no correction")
+    head = ("robot", "noise", "filtered by default", "estimated", "as it comes", "no correction")
     return table(head, rows)
 
 

@@ -64,12 +64,12 @@ class Cost:
 
     Attributes:
         really: Beside the process asked every millisecond.
-        told: As the run estimates it, the process being a formula.
+        estimated: As the run estimates it, the process being a formula.
         parabolas: The same if it were none.
     """
 
     really: float
-    told: float
+    estimated: float
     parabolas: float
 
 
@@ -105,9 +105,9 @@ def cost(case: Case) -> Cost:
         known = np.isin(found.achieved.time, time)
         reached = reference.path.at_rows(np.searchsorted(time, found.achieved.time[known]))
         really = reached.distance_to(found.achieved.at_rows(np.flatnonzero(known))).max()
-        told = [sampling_of(own, cell, found) for own in (case, _as_a_program(case))]
-    assert all(own is not None for own in told)
-    return Cost(*(1e6 * value for value in (really, *(own.error for own in told if own))))
+        estimates = [sampling_of(own, cell, found) for own in (case, _as_a_program(case))]
+    assert all(own is not None for own in estimates)
+    return Cost(*(1e6 * value for value in (really, *(own.error for own in estimates if own))))
 
 
 def _as_a_program(case: Case) -> Case:
@@ -130,9 +130,11 @@ def costs() -> str:
             tables.setdefault("tool_path", {})["sample_s"] = 1e-3 * sample
             own = cost(example(shown.case, **tables))
             print(shown.title, sample, own, flush=True)
-            cells += [f"{value:.2g}" for value in (own.really, own.told, own.parabolas)]
+            cells += [f"{value:.2g}" for value in (own.really, own.estimated, own.parabolas)]
         rows.append(cells)
     columns = [
-        f"{s} ms{what}" for s in _SAMPLES for what in (", really [um]", ", told", ", parabolas")
+        f"{s} ms{what}"
+        for s in _SAMPLES
+        for what in (", really [um]", ", estimated", ", parabolas")
     ]
     return table(("path, samples every", *columns), rows)

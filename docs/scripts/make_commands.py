@@ -136,13 +136,13 @@ def commanded(fmu: Fmu, swing: Swing, jerk: bool) -> list[float]:
     ]
 
 
-def pushed(fmu: Fmu, told: bool) -> list[float]:
+def pushed(fmu: Fmu, with_rate: bool) -> list[float]:
     """Return the largest distances from the path with 4096 steps a second under a force [m]."""
 
     def give(slave: FMU2Slave, time: float) -> None:
         force = FORCE * np.sin(FORCE_OMEGA * time)
         slave.setReal(fmu.of("force.z"), [force])
-        if told:
+        if with_rate:
             slope = FORCE * FORCE_OMEGA * np.cos(FORCE_OMEGA * time)
             slave.setReal(fmu.of("force_rate.z"), [slope])
 
@@ -173,9 +173,9 @@ def commands_table() -> str:
         rows = {
             "all axes from a turning point": commanded(fmu, turning, jerk=False),
             "from full swing": commanded(fmu, full, jerk=False),
-            "from full swing, the derivative of `qdd_cmd` told": commanded(fmu, full, jerk=True),
-            "force, held": pushed(fmu, told=False),
-            "force, its rate told": pushed(fmu, told=True),
+            "from full swing, with the derivative of `qdd_cmd`": commanded(fmu, full, jerk=True),
+            "force, held": pushed(fmu, with_rate=False),
+            "force, with its rate": pushed(fmu, with_rate=True),
         }
     orders = {what: np.log2(errors[-2] / errors[-1]) for what, errors in rows.items()}
     return table(

@@ -86,7 +86,7 @@ def clock_sentence(run: MeasuredRun) -> str:
     speed = float((steps / np.diff(path.time)).max())
     return (
         f"The clock of {run.seen.name} was moved by {1e3 * run.clock:+.2g} ms, to where it fits best: a"
-        " robot that is late by a part of that is not told from the device, is not corrected, and is not"
+        " robot that is late by a part of that is not distinguishable, is not corrected, and is not"
         f" in any figure here, at up to {speed:.2g} m/s {_um(1e-3 * speed)} along the path for each ms:"
         " measure on the controller's clock, to a cycle, and it is corrected."
     )

@@ -94,7 +94,7 @@ def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagno
     stays = parameter.gear is not None and gears[parameter.gear].reversals == 0
     if stays and parameter.kind in ("backlash", "damping"):
         return "the gear does not reverse here"
-    return "hardly matters here"
+    return "not significant here"
 
 
 def mostly_in_backlash(gears: Sequence[GearDiagnosis], seconds: float) -> str:
