@@ -197,6 +197,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
             assert all(came) is all_come
     reach = np.linalg.norm(np.diff(room.links, axis=0), axis=1).sum()
     assert np.linalg.norm(room.vertical, axis=1).max() < reach
+    assert np.ptp(room.horizontal[:, 2]) < 1e-9 < 1.0 < np.ptp(room.vertical[:, 2])
     assert np.linalg.norm(room.links[-1] - position[0]) < 1e-8
 
 
