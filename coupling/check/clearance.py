@@ -69,21 +69,32 @@ def clearance_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     position, rotations = path.position[0], path.rotations[0]
     rows = np.unique(np.linspace(0, len(q) - 1, _PLACES).astype(int))
     rows = np.union1d(rows, [*position.argmin(axis=0), *position.argmax(axis=0)])
-    every = np.tile(rows, len(DIRECTIONS))
-    along = np.repeat(np.array(list(DIRECTIONS.values())).T, len(rows), axis=1)
-    ways = walk.ways(q[every].T, position[every].T, rotations[every], along)
-    least = ways.reshape(len(DIRECTIONS), -1).min(axis=1).tolist()
-    free = dict(zip(DIRECTIONS, least, strict=True))
     middle = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     outward = position[middle] * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(outward))
     outward = outward / length if length > _ON_AXIS else np.array([1.0, 0.0, 0.0])
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
-    at = q[middle], position[middle], rotations[middle]
-    vertical, horizontal = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
+    rays = np.hstack([_rays(outward, up), _rays(outward, across)])
+    # All at once: the steps of a small batch take as long as those of a large one.
+    start = np.append(np.tile(rows, len(DIRECTIONS)), np.full(2 * _RAYS, middle))
+    axes = np.array(list(DIRECTIONS.values())).T
+    along = np.hstack([np.repeat(axes, len(rows), axis=1), rays])
+    single = len(DIRECTIONS) + np.arange(2 * _RAYS)
+    group = np.append(np.repeat(np.arange(len(DIRECTIONS)), len(rows)), single)
+    ways = walk.ways(q[start].T, position[start].T, rotations[start], along, group)
+    free = dict(zip(DIRECTIONS, ways[: len(DIRECTIONS)].tolist(), strict=True))
+    ends = (position[middle][:, None] + ways[single] * rays).T
+    vertical, horizontal = (np.vstack([own, own[:1]]) for own in (ends[:_RAYS], ends[_RAYS:]))
+    conditioning, _ = walk.posture(q[rows].T)
     return Clearance(
-        walk.conditioning(q[rows].T), free, vertical, horizontal, link_points(robot, q[0])
+        float(conditioning.min()), free, vertical, horizontal, link_points(robot, q[0])
     )
+
+
+def _rays(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the directions all around in the plane of two axes, (3, rays)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _RAYS, endpoint=False)
+    return np.outer(first, np.cos(angle)) + np.outer(second, np.sin(angle))
 
 
 class _Walk:
@@ -92,59 +103,59 @@ class _Walk:
     def __init__(self, serial: SerialRobot, limits: JointLimits) -> None:
         self.serial, self._limits = serial, limits
 
-    def conditioning(self, q: np.ndarray) -> float:
-        return float(self._conditioning(q).min())
-
     def ways(
-        self, q: np.ndarray, position: np.ndarray, rotations: Rotation, direction: np.ndarray
-    ) -> np.ndarray:
-        """Return how far the tool goes from each of n places along its direction [m], (n,)."""
-        count = position.shape[1]
-        turned = rotations.as_matrix().transpose(1, 2, 0)
-        columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
-        way, q, side = np.zeros(count), q.copy(), self._side(q)
-        for step, most in _STEPS:
-            live = np.arange(count)
-            for _ in range(most):
-                target = position[:, live] + (way[live] + step) * direction[:, live]
-                wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-                there, came = reached(self.serial, wanted, q[:, live], _ITERATIONS)
-                held = came & (self._conditioning(there) > _SINGULAR) & self._within(there)
-                held &= self._side(there) == side[live]  # no step leads across a singular posture
-                live = live[held]
-                q[:, live] = there[:, held]
-                way[live] += step
-                if len(live) == 0:
-                    break
-        return way
-
-    def outline(
         self,
         q: np.ndarray,
         position: np.ndarray,
-        rotation: Rotation,
-        axes: tuple[np.ndarray, np.ndarray],
+        rotations: Rotation,
+        direction: np.ndarray,
+        group: np.ndarray,
     ) -> np.ndarray:
-        """Return the ends of rays from a place in a plane, closed [m], (rays + 1, 3)."""
-        angle = np.linspace(0.0, 2.0 * np.pi, _RAYS, endpoint=False)
-        rays = np.outer(axes[0], np.cos(angle)) + np.outer(axes[1], np.sin(angle))
-        same = Rotation.concatenate([rotation] * _RAYS)
-        start = np.tile(q[:, None], _RAYS), np.tile(position[:, None], _RAYS)
-        ends = position[:, None] + self.ways(*start, same, rays) * rays
-        return np.vstack([ends.T, ends[:, 0]])
+        """Return how far all tools of a group go along their directions [m], (groups,).
 
-    def _conditioning(self, q: np.ndarray) -> np.ndarray:
+        Args:
+            q: Joint angles at n places [rad], (joints, n).
+            position, rotations: Poses of the tools there.
+            direction: Their directions, (3, n).
+            group: Numbers of their groups, (n,).
+        """
+        turned = rotations.as_matrix().transpose(1, 2, 0)
+        columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
+        way, q, (_, side) = np.zeros(group.max() + 1), q.copy(), self.posture(q)
+        live = np.arange(len(group))
+        for step, most in _STEPS:
+            ended = []
+            for _ in range(most):
+                target = position[:, live] + (way[group[live]] + step) * direction[:, live]
+                wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
+                there, came = reached(self.serial, wanted, q[:, live], _ITERATIONS)
+                conditioning, on_side = self.posture(there)
+                held = came & (conditioning > _SINGULAR) & self._within(there)
+                held &= on_side == side[live]  # no step leads across a singular posture
+                ended.append(live[~held])
+                goes_on = ~np.isin(group[live], group[live[~held]])
+                live = live[goes_on]
+                q[:, live] = there[:, goes_on]
+                way[np.unique(group[live])] += step
+                if len(live) == 0:
+                    break
+            # Narrow steps are those of the tools that end their groups: others go farther.
+            live = np.concatenate([live, *ended])
+        return way
+
+    def posture(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distance from singular postures, and on which side of them the robot is.
+
+        Returns:
+            `Following.conditioning` and, of a robot of six joints, 1 or -1, (n,) each.
+        """
         still = np.zeros((3, q.shape[1]))
         at = following(self.serial, q, still, TipMotion(still, still, still, still))
-        return at.conditioning
-
-    def _side(self, q: np.ndarray) -> np.ndarray:
-        """Return on which side of the singular postures a robot of six joints is, 1 or -1, (n,)."""
-        posture = self.serial.posture(q, np.zeros((3, q.shape[1])))
         if len(q) != _SQUARE:
-            return np.ones(q.shape[1])
-        jacobian = np.concatenate([posture.lever, posture.axis], axis=1).transpose(2, 1, 0)
-        return np.sign(np.linalg.det(jacobian))
+            return at.conditioning, np.ones(q.shape[1])
+        own = at.posture
+        jacobian = np.concatenate([own.lever, own.axis], axis=1).transpose(2, 1, 0)
+        return at.conditioning, np.sign(np.linalg.det(jacobian))
 
     def _within(self, q: np.ndarray) -> np.ndarray:
         above, below = q >= self._limits.lower[:, None], q <= self._limits.upper[:, None]

@@ -32,16 +32,17 @@ class MovedPath:
         self._placed, self._radius, self._stations = placed, sphere_radius, stations
         self._part, self._tilt = placed.part.as_matrix(), placed.tilt.as_matrix()
         keep = keeps(stations.tool) and keeps(stations.axes)
-        self._one = self._held(0) if keep else None
+        self._one = self._held(np.zeros(1, dtype=int), np.arange(len(self._part))) if keep else None
 
     def targets(self, places: np.ndarray, settings: np.ndarray) -> Targets:
         """Return the poses of the tool at places (p,) in settings (s,), numbers of both."""
         origin = self._placed.position[settings].T[:, None]
         position = origin + _turned(self._part[settings], self._stations.position[places])
-        held = [self._one or self._held(place) for place in places]
-        columns = [np.hstack([tool[k][:, settings] for tool, _ in held]) for k in range(3)]
-        shift = np.hstack([own[:, settings] for _, own in held])
-        return Targets(position.reshape(3, -1), columns, shift)
+        if self._one is None:
+            return Targets(position.reshape(3, -1), *self._held(places, settings))
+        every = np.tile(settings, len(places))
+        columns, shift = self._one
+        return Targets(position.reshape(3, -1), [own[:, every] for own in columns], shift[:, every])
 
     def motion(self, places: np.ndarray, settings: np.ndarray) -> TipMotion:
         """Return the tool's motion at places (p,) in settings (s,), numbers of both."""
@@ -78,11 +79,12 @@ class MovedPath:
         """Return gravity, base axes [m/s^2], (3, batch)."""
         return np.tile(self._placed.gravity[settings].T, len(places))
 
-    def _held(self, place: int) -> tuple[Columns, np.ndarray]:
-        """Return base_from_tool by its columns, and the TCP's shift, in all settings."""
-        along_path, axes = self._stations.tool[place], self._stations.axes[place]
-        part_from_tool = axes * self._placed.tilt * axes.inv() * along_path * self._placed.spin
-        matrix = (self._placed.part * part_from_tool).as_matrix()
+    def _held(self, places: np.ndarray, settings: np.ndarray) -> tuple[Columns, np.ndarray]:
+        """Return base_from_tool by its columns, and the TCP's shift, (3, batch)."""
+        at, by = np.repeat(places, len(settings)), np.tile(settings, len(places))
+        along_path, axes, placed = self._stations.tool[at], self._stations.axes[at], self._placed
+        part_from_tool = axes * placed.tilt[by] * axes.inv() * along_path * placed.spin[by]
+        matrix = (placed.part[by] * part_from_tool).as_matrix()
         columns = [np.ascontiguousarray(matrix[:, :, k].T) for k in range(3)]
         contact = part_from_tool.inv().apply(along_path.apply(APPROACH))
         if self._stations.centered:

@@ -248,7 +248,7 @@ class Screen:
                 axes.append(now.posture.axis[joint])
                 arms.append(now.posture.lever[joint])
             else:
-                own = np.array(self._robot.joints[joint].tilt[tilt - 1].axis)
+                own = self._robot.joints[joint].tilt[tilt - 1].axis
                 axes.append(combined(now.posture.body[joint], own))
                 arms.append(cross(axes[-1], now.posture.tip - now.posture.origin[joint]))
         return axes, arms

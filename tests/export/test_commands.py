@@ -34,11 +34,12 @@ from elastic_robot.description import Robot
 from elastic_robot.trajectory import read_trajectory
 
 
-def tool(robot: Robot, motion: JointPath, instants: np.ndarray) -> ToolPath:
-    """Return the path of the moving robot's tool without a process."""
+def tools(robot: Robot, motions: list[JointPath], instants: np.ndarray) -> list[ToolPath]:
+    """Return the paths of the moving robot's tool without a process."""
     with Models(DEFAULT_KIND) as models:
         moving = models.of(robot, "backlash").fmu
-        return moving.simulate(motion, WrenchHistory.none(instants), "dynamic")
+        none = WrenchHistory.none(instants)
+        return [moving.simulate(motion, none, "dynamic") for motion in motions]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,8 @@ def test_a_program_of_a_table_moves_the_robot_as_the_table_does(
     instants = np.arange(251) * 0.004
     motion = JointPath(np.append(motion.time[:-1], max(motion.time[-1], 1.0)), motion.q)
     own = JointPath(table[:, 0], (table[:, 1:],))
-    loss = tool(description, motion, instants).distance_to(tool(description, own, instants)).max()
+    read, given = tools(description, [motion, own], instants)
+    loss = read.distance_to(given).max()
     assert loss <= 5e-6
     assert loss == pytest.approx(says["loss_m"], abs=2e-9)
     assert says["deviation_of_command_m"] is None

@@ -1,5 +1,6 @@
 """A file of any kind that is damaged anywhere is refused in one sentence with its place."""
 
+import functools
 import importlib
 import json
 import pkgutil
@@ -42,10 +43,16 @@ def example(schema: dict, known: dict) -> object:
             return {"string": "a", "number": 0.5, "integer": 1, "boolean": True, "null": None}[kind]
 
 
+@functools.cache
+def text_of(kind: type[ResultFile]) -> str:
+    """Return the text of a file of this kind."""
+    schema = kind.model_json_schema()
+    return json.dumps(example(schema, schema.get("$defs", {})))
+
+
 def whole(kind: type[ResultFile]) -> dict:
     """Return the content of a file of this kind."""
-    schema = kind.model_json_schema()
-    return example(schema, schema.get("$defs", {}))
+    return json.loads(text_of(kind))
 
 
 def places(content: object, before: tuple = ()) -> list[tuple]:
@@ -101,7 +108,7 @@ def test_a_value_of_another_type_is_named(kind, data, tmp_path_factory):
     for part in parents:
         owner = owner[part]
     owner[key] = {"found": []} if isinstance(owner[key], list) else [{"found": 7}]
-    file = tmp_path_factory.mktemp("damaged") / "file.json"
+    file = tmp_path_factory.getbasetemp() / "damaged.json"
     file.write_text(json.dumps(content))
     refused(kind, file, f"expected {kind.what}, got damaged ones: {place[0]}")
 

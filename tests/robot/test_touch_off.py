@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import read_table, write_table
-from coupling.path.deviation import less_constant, measure
+from coupling.path.deviation import measure
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -237,36 +237,31 @@ def test_a_touched_off_case_runs_again_from_its_folder_to_the_same_part(tmp_path
     np.testing.assert_array_equal(again.task.part.position, case.task.part.position)
 
 
-def test_a_deviation_is_mirrored_the_same_where_the_part_was_touched_off(tmp_path, command):
-    """0.1 mm at 0.5 Hz across the path is what its robot does beyond the model, in axes of the world."""
-    taken = []
-    for name, changes in (("plain", ()), ("touched", (touching("true"),))):
-        folder = tmp_path / name
-        folder.mkdir()
-        case = line_case(folder, "native", SLOW, *changes)
-        run = run_compensation(case)
-        out = folder / "run"
-        out.mkdir()
-        write_run(out, case, run)
-        found = run.correction.achieved
-        position = found.position[0] + [0.0, 1.0, 0.0] * wave(found.time)
-        write_table(
-            folder / "m.csv", ("time", "x", "y", "z"), np.column_stack([found.time, position])
-        )
-        done = command("mirror", out, folder / "m.csv", "-o", folder / "next")
-        assert done.returncode == 0, done.stdout + done.stderr
-        beyond = read_table(
-            folder / "next_inputs" / "discrepancy.csv", ("time", "dy"), AssertionError
-        )
-        inner = (beyond[:, 0] > 0.5) & (beyond[:, 0] < beyond[-1, 0] - 0.5)
-        rest = beyond[inner, 1:] - wave(beyond[inner, 0])
-        assert np.abs(less_constant(beyond[inner, 0], rest)).max() < 0.1 * 1e-4
-        taken.append(np.interp(np.linspace(0.5, 3.0, 100), *beyond.T))
-    np.testing.assert_allclose(*taken, atol=2e-6)
+def test_a_deviation_is_mirrored_as_it_is_where_the_part_was_touched_off(tmp_path, command):
+    """0.1 mm at 0.5 Hz across the path is what its robot does beyond the model, in axes of the world.
+
+    Less its mean, as without a frame that is known.
+    """
+    case = line_case(tmp_path, "native", SLOW, touching("true"))
+    run = run_compensation(case)
+    out = tmp_path / "run"
+    out.mkdir()
+    write_run(out, case, run)
+    found = run.correction.achieved
+    position = found.position[0] + [0.0, 1.0, 0.0] * wave(found.time)[:, None]
+    measured = np.column_stack([found.time, position])
+    write_table(tmp_path / "m.csv", ("time", "x", "y", "z"), measured)
+    done = command("mirror", out, tmp_path / "m.csv", "-o", tmp_path / "next")
+    assert done.returncode == 0, done.stdout + done.stderr
+    file = tmp_path / "next_inputs" / "discrepancy.csv"
+    time, beyond = read_table(file, ("time", "dy"), AssertionError).T
+    inner = (time > 0.5) & (time < time[-1] - 0.5)
+    expected = wave(time[inner]) - wave(found.time).mean()
+    np.testing.assert_allclose(beyond[inner], expected, rtol=0, atol=2e-6)
 
 
 SLOW = ("""feed_m_s = 0.1""", "feed_m_s = 0.015")  # [m/s]: 4 s and more
 
 
 def wave(time: np.ndarray) -> np.ndarray:
-    return 1e-4 * np.sin(2.0 * np.pi * 0.5 * time)[:, None]
+    return 1e-4 * np.sin(2.0 * np.pi * 0.5 * time)

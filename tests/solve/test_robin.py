@@ -268,6 +268,7 @@ def mirrored(tmp_path_factory) -> tuple[Path, Run]:
     folder = tmp_path_factory.mktemp("cell")
     text = (EXAMPLES / "cases" / "two_robots.toml").read_text()
     text = text.replace("depth_m        = 0.005", "depth_m        = 0.001")
+    text = text.replace("radius_m       = 0.06", "radius_m       = 0.03")
     text = text.replace("[robot]", '[robot]\nmode = "quasistatic"')
     file = folder / "cell.toml"
     file.write_text(text + '\n[compensation]\nmethod = "mirror"\nmax_passes = 2\n')

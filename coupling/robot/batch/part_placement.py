@@ -70,11 +70,12 @@ def part_placements(
     # The most bent ones of all that come there look alike at the corners: a few hundred suffice.
     best = np.argsort(-worth)[: max(20 * count, 200)]
     best = best[np.isfinite(worth[best])]
-    least = worth[best].copy()
-    for corner in half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T:
-        moved = _targets(position[:, best] + corner[:, None], base_from_tool)
-        there, found = reached(serial, moved, q[:, best], _ITERATIONS)
-        least = np.minimum(least, np.where(found, _worth(serial, there, lower, upper), -np.inf))
+    corners = half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1, 1)
+    around = (corners + position[:, None, best]).reshape(3, -1)
+    near = np.tile(q[:, best], corners.shape[1])
+    there, found = reached(serial, _targets(around, base_from_tool), near, _ITERATIONS)
+    at_corners = np.where(found, _worth(serial, there, lower, upper), -np.inf)
+    least = np.minimum(worth[best], at_corners.reshape(8, len(best)).min(axis=0))
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
         raise PlanningError(

@@ -67,8 +67,8 @@ class SerialRobot:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._axes = [np.array(joint.axis) for joint in robot.joints]
-        self._origins = [np.array(joint.origin) for joint in robot.joints]
+        self._axes = [joint.axis for joint in robot.joints]
+        self._origins = [joint.origin for joint in robot.joints]
         self._bodies = [(k, joint.body) for k, joint in enumerate(robot.joints)]
         if robot.payload is not None:
             self._bodies.append((len(robot.joints) - 1, robot.payload))
@@ -78,7 +78,7 @@ class SerialRobot:
             if joint.balancer is not None
         ]
         self._tool = Rotation.from_euler("xyz", robot.tcp_rpy).as_matrix()
-        self._tcp = np.array(robot.tcp_position)
+        self._tcp = robot.tcp_position
         arms = [np.linalg.norm(origin) for origin in self._origins]
         self.reach = float(np.sum(arms) + np.linalg.norm(self._tcp))
 
@@ -99,7 +99,7 @@ class SerialRobot:
             origins.append(at)
             columns = turned(columns, axis, angle)
             bodies.append(columns)
-        tool = [combined(columns, column) for column in self._tool.T]
+        tool = [combined(columns, column) for column in self._tool.T.tolist()]
         tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
         axis_of, origin_of = np.stack(axes), np.stack(origins)
         lever = np.stack([cross(z, tip - o) for z, o in zip(axes, origins, strict=True)])
@@ -135,7 +135,7 @@ class SerialRobot:
                 if body.mass == 0.0:
                     continue
                 motion, columns = motions[k], posture.body[k]
-                arm = combined(columns, np.array(body.com))
+                arm = combined(columns, body.com)
                 push = body.mass * _carried(motion, arm)
                 spin, spin_rate = (seen_from(columns, v) for v in (motion.spin, motion.spin_rate))
                 inertia = body.inertia_matrix

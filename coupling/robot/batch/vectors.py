@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b, any unit, (3, n)."""
     # Of a small batch np.cross takes twice as long, to arrange axes.
     (x, y, z), (u, v, w) = a, b
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -21,23 +21,18 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("kn,kn->n", a, b)
 
 
-def combined(columns: Columns, weights: Iterable[float]) -> np.ndarray:
+def combined(columns: Columns, weights: Sequence[float]) -> np.ndarray:
     """Return R v of rotations given by their columns and one vector v for the whole batch, (3, n).
 
     Args:
         columns: Three of (3, n).
         weights: v, (3,).
     """
-    total = np.zeros_like(columns[0])
-    for column, weight in zip(columns, weights, strict=True):
-        if weight == 1.0:
-            total += column
-        elif weight != 0.0:
-            total += weight * column
-    return total
+    parts = [c if w == 1.0 else w * c for c, w in zip(columns, weights, strict=True) if w != 0.0]
+    return sum(parts[1:], parts[0]) if parts else np.zeros_like(columns[0])
 
 
-def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
+def turned(columns: Columns, axis: Sequence[float], angle: np.ndarray) -> Columns:
     """Return R Rot(axis, angle) by its columns (Rodrigues).
 
     Args:
@@ -47,7 +42,7 @@ def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
     """
     sin, cos = np.sin(angle), np.cos(angle)
     along = combined(columns, axis)
-    x, y, z = axis.tolist()
+    x, y, z = axis
     across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
     found = []
     for column, part, other in zip(columns, (x, y, z), across, strict=True):
