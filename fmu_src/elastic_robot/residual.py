@@ -181,6 +181,8 @@ def free_acceleration(
     motion = np.array([x, rate, np.zeros(len(x))])
     theta, theta_rate, of_drives = dynamics.chain.theta(drives, motion)
     torque = carried + dynamics.loads(theta, theta_rate, of_drives, acting)
+    if len(x) == 0:  # which LAPACK refuses
+        return torque
     # The mass matrix is positive definite; of numbers beyond all bounds there is no acceleration.
     _, acceleration, failed = dposv(dynamics.mass_matrix(theta), -torque)
     return np.full(len(x), np.nan) if failed else acceleration
