@@ -309,7 +309,9 @@ class DrivenMotion:
         width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
         holds = begin.acting.contact.holds
-        limits = len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
+        limits = bool(self._motors.drives) and (
+            len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
+        )
         if not (len(gears) or holds or limits):
             return []
 
