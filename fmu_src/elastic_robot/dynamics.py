@@ -54,6 +54,7 @@ class Dynamics:
     def __init__(self, chain: Chain, gravity: np.ndarray) -> None:
         self.chain = chain
         self.data = chain.model.createData()
+        self._tcp = self.data.oMf[chain.tcp].translation  # which Pinocchio overwrites
         self._rows = np.ix_(chain.elastic, chain.elastic)
         self.gravity = gravity
 
@@ -73,15 +74,14 @@ class Dynamics:
         acceleration: np.ndarray,
         acting: ToolLoad | None,
     ) -> np.ndarray:
-        """Return M theta'' + h - J^T w in the rows of x [N m], (k, m), for k states at once.
+        """Return M theta'' + h - J^T w in the rows of x [N m], (m,) or of k states (k, m).
 
         Args:
-            theta, rate, acceleration: Motion of the chain [rad, rad/s, rad/s^2], (k, angles).
+            theta, rate, acceleration: Motion of the chain [rad, rad/s, rad/s^2], (angles,) or
+                (k, angles).
             acting: Loads on the tool in all states, or in each of them; None for nothing.
         """
-        model, data, torque = self.chain.model, self.data, np.empty_like(theta)
-        for k in range(len(theta)):
-            torque[k] = pin.rnea(model, data, theta[k], rate[k], acceleration[k])
+        torque = self._inverse_dynamics(theta, rate, acceleration)
         if acting is not None and acting.acts:
             jacobian, position = self._tool(theta)
             total = acting.total(position)
@@ -89,7 +89,7 @@ class Dynamics:
                 total += self._contact_wrench(jacobian, position, rate, acting)
             torque -= (total[..., None, :] @ jacobian)[..., 0, :]
         self.chain.balancers.relieve(torque, theta)
-        return torque.take(self.chain.elastic, axis=1)
+        return torque.take(self.chain.elastic, axis=-1)
 
     def load_derivatives(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, acting: ToolLoad
@@ -150,14 +150,14 @@ class Dynamics:
 
     def support(self, theta: np.ndarray, acting: ToolLoad) -> np.ndarray:
         """Return J^T K J of spring and contact at rest, as x feels it [N m/rad], (m, m)."""
-        lever = tcp_jacobian(self.chain, self.data, theta)[:3, self.chain.elastic]
-        place = self.data.oMf[self.chain.tcp].translation
+        jacobian, place = self._tool(theta)
+        lever = jacobian[:3, self.chain.elastic]
         return lever.T @ acting.support(place) @ lever
 
     def contact_state(
         self, theta: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the contact's depth [m] and approach [m/s], (k,), and its wrench at the TCP, (k, 6)."""
+        """Return the contact's depth [m] and approach [m/s], and its wrench at the TCP, (6,) or (k, 6)."""
         jacobian, position = self._tool(theta)
         point = _point_jacobian(jacobian, acting.contact.offset)
         gap, velocity = _relative(point, position, rate, acting)
@@ -181,26 +181,41 @@ class Dynamics:
         turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - own)[self._rows]
         return turned - self.support(theta, acting) if acting.is_sprung else turned
 
+    def _inverse_dynamics(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray
+    ) -> np.ndarray:
+        """Return M theta'' + h without balancers [N m], (angles,) or (k, angles)."""
+        if theta.ndim == 1:
+            return pin.rnea(self.chain.model, self.data, theta, rate, acceleration)
+        torque = np.empty_like(theta)
+        for k in range(len(theta)):
+            torque[k] = self._inverse_dynamics(theta[k], rate[k], acceleration[k])
+        return torque
+
     def _tool(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return Jacobians and positions of the TCP, (k, 6, angles) and (k, 3)."""
+        """Return Jacobian and position of the TCP, (6, angles) and (3,), or of k states.
+
+        The next call overwrites the position of one state.
+        """
+        if theta.ndim == 1:
+            return tcp_jacobian(self.chain, self.data, theta), self._tcp
         jacobian, position = np.empty((len(theta), 6, theta.shape[1])), np.empty((len(theta), 3))
         for k, angles in enumerate(theta):
-            jacobian[k] = tcp_jacobian(self.chain, self.data, angles)
-            position[k] = self.data.oMf[self.chain.tcp].translation
+            jacobian[k], position[k] = self._tool(angles)
         return jacobian, position
 
     def _contact_wrench(
         self, jacobian: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> np.ndarray:
-        """Return the contact's wrench at the TCP [N, N m], (k, 6)."""
+        """Return the contact's wrench at the TCP [N, N m], (6,) or (k, 6)."""
         offset = acting.contact.offset
         gap, velocity = _relative(_point_jacobian(jacobian, offset), position, rate, acting)
         force = acting.contact.force(gap, velocity)
-        return np.concatenate([force, force @ pin.skew(offset).T], axis=1)
+        return np.concatenate([force, force @ pin.skew(offset).T], axis=-1)
 
     def _wrench(self, acting: ToolLoad) -> np.ndarray:
         """Return the wrench with the forces at rest at the angles of the last Jacobian, (6,)."""
-        return acting.at_rest(self.data.oMf[self.chain.tcp].translation)
+        return acting.at_rest(self._tcp)
 
 
 def _point_jacobian(jacobian: np.ndarray, offset: np.ndarray) -> np.ndarray:

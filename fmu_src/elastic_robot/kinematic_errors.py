@@ -69,7 +69,7 @@ class KinematicErrors:
         turned = self._turned(q)
         sine, cosine = self.amplitude * np.sin(turned), self.amplitude * np.cos(turned)
         n = self.order
-        sines = np.stack([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
+        sines = np.array([sine, n * cosine, -(n**2) * sine, -(n**3) * cosine])
         return sines @ self._owner
 
     def output_angle(self, q: np.ndarray) -> np.ndarray:
@@ -90,7 +90,7 @@ class KinematicErrors:
         q, rate, acceleration = drives
         eps, slope, bend, _ = self.derivatives(q)
         rise = 1.0 + slope
-        return np.stack([q + eps, rise * rate, rise * acceleration + bend * rate**2])
+        return np.array([q + eps, rise * rate, rise * acceleration + bend * rate**2])
 
     def motor_angle(self, output: np.ndarray) -> np.ndarray:
         """Return q of the angles u = q + eps(q) at the gears' outputs [rad], (..., n).

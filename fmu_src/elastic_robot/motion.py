@@ -284,11 +284,11 @@ class DrivenMotion:
         coordinates, rates, integral = self._split(y)
         m, errors = self._m, self._dynamics.chain.kinematic_errors
         carried = self._curve.torque(coordinates[:m]) + self._damping * rates[:m]
-        elongation = slipping.elongation_at(coordinates)
         if self._law.acts:
-            carried = carried + self._law.torque(elongation)[:m]
+            carried = carried + self._law.torque(slipping.elongation_at(coordinates))[:m]
         if not self._motors.drives:
             return _Instant(errors.at_output(commands), acting, carried, NO_INSTANT)
+        elongation = slipping.elongation_at(coordinates)
         angle, rate = start.motors.angle + coordinates[m:], rates[m:]
         motors = MotorState(angle, rate, integral, elongation[self._e :])
         now = self._motors.at(commands, motors, carried, torque)
@@ -309,7 +309,9 @@ class DrivenMotion:
         width, begin = self._curve.half_width, instant(now, y)
         gears = np.flatnonzero(np.isfinite(width))
         holds = begin.acting.contact.holds
-        limits = len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
+        limits = bool(self._motors.drives) and (
+            len(self._motors.ways(begin.motors, modes, begin.motors)) > 0
+        )
         if not (len(gears) or holds or limits):
             return []
 
@@ -320,7 +322,7 @@ class DrivenMotion:
                 at = instant(time, y)
                 motion = np.array([part[: self._m] for part in self._split(y)[:2]])
                 theta, rate = self._dynamics.chain.theta(at.drives[:2], motion)
-                depth, *_ = self._dynamics.contact_state(theta[None], rate[None], at.acting)
+                depth, *_ = self._dynamics.contact_state(theta, rate, at.acting)
                 ways = np.append(ways, depth)
             return ways
 

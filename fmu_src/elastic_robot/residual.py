@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from elastic_robot.chain import Chain
 from elastic_robot.dynamics import Dynamics
@@ -178,9 +179,13 @@ def free_acceleration(
         carried: S + H + d x' [N m], (m,).
     """
     motion = np.array([x, rate, np.zeros(len(x))])
-    theta, theta_rate, of_drives = dynamics.chain.theta(drives, motion)[:, None]
-    torque = carried + dynamics.loads(theta, theta_rate, of_drives, acting)[0]
-    return np.linalg.solve(dynamics.mass_matrix(theta[0]), -torque)
+    theta, theta_rate, of_drives = dynamics.chain.theta(drives, motion)
+    torque = carried + dynamics.loads(theta, theta_rate, of_drives, acting)
+    if len(x) == 0:  # which LAPACK refuses
+        return torque
+    # The mass matrix is positive definite; of numbers beyond all bounds there is no acceleration.
+    _, acceleration, failed = dposv(dynamics.mass_matrix(theta), -torque)
+    return np.full(len(x), np.nan) if failed else acceleration
 
 
 def _states(chain: Chain, point: OperatingPoint) -> np.ndarray:

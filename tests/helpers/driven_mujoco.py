@@ -9,6 +9,7 @@ Nothing of the project's dynamics is used.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from xml.etree.ElementTree import Element, SubElement
 
 import mujoco
@@ -45,13 +46,16 @@ class DrivenMujoco:
     """
 
     def __init__(self, robot: Robot, command: Command, backlash: bool, step: float) -> None:
-        self.robot, self.command, self.backlash = robot, command, backlash
+        self.robot, self.backlash = robot, backlash
+        self.command = lru_cache(maxsize=1)(command)  # two stages of a step are at one time
         self.torque: np.ndarray | None = None
         self.motors = [i for i, joint in enumerate(robot.joints) if joint.drive is not None]
         self.drives: list[Drive] = [robot.joints[i].drive for i in self.motors]
         self.model = compiled(self._mjcf())
         self.model.opt.integrator, self.model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, step
         self.data = mujoco.MjData(self.model)
+        tcp = self.model.site("tcp")
+        self.tcp, self.tool = tcp.id, tcp.bodyid[0]
         hinges = [self.model.joint(motor_name(i)).qposadr[0] for i in self.motors]
         rigid = [i for i, j in enumerate(robot.joints) if j.stiffness is None]
         locked = [self.model.joint(joint_name(i)).qposadr[0] for i in rigid]
@@ -181,14 +185,12 @@ class DrivenMujoco:
         data.ctrl[2 * count : 2 * count + len(slips)] = np.where(slips, 0.0, rate)
         moving = data.qvel[self.motor]
         lost = self._stribeck * (1.0 - np.exp(-((moving / self._stribeck_rate) ** 2)))
-        part = np.clip(elongation[:count] / self._slip_angle, -1.0, 1.0)
-        data.qfrc_applied[:] = 0.0
-        place = data.site("tcp").xpos
-        body = self.model.site("tcp").bodyid[0]
-        mujoco.mj_applyFT(
-            self.model, data, self.wrench[:3], self.wrench[3:], place, body, data.qfrc_applied
-        )
-        data.qfrc_applied[self.motor] -= self._friction * part * (1.0 - lost)
+        part = np.maximum(-1.0, np.minimum(elongation[:count] / self._slip_angle, 1.0))
+        applied, (force, moment) = data.qfrc_applied, self.wrench.reshape(2, 3)
+        applied[:] = 0.0
+        place = data.site_xpos[self.tcp]
+        mujoco.mj_applyFT(self.model, data, force, moment, place, self.tool, applied)
+        applied[self.motor] -= self._friction * part * (1.0 - lost)
 
     def run(self, steps: int) -> None:
         """Go on by so many steps under the present wrench and torques."""

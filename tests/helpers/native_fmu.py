@@ -23,7 +23,7 @@ POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
 WRENCH = tuple(f"{kind}.{c}" for kind in ("force", "moment") for c in "xyz")
 TCP = tuple(f"tcp.{c}" for c in POSE)
 Q_CMD = tuple(f"q_cmd[{i}]" for i in range(1, 7))
-SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1")
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g1", "-O1")
 _MASTERS = TESTS / "native"
 
 

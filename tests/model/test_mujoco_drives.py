@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from native_fmu import WRENCH, NativeFmu
 from random_robots import driven, make_robot
-from scipy.interpolate import BPoly
+from scipy.interpolate import BPoly, PPoly
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -49,14 +49,16 @@ class Motion:
         )
         rows[:, 0] = 0.0
         self.table = np.moveaxis(rows, 0, 1) + q * np.array([1.0, 0.0, 0.0])[:, None]
-        self._angle = BPoly.from_derivatives(self.rows, self.table)
-        self._rate = self._angle.derivative()
+        angle = PPoly.from_bernstein_basis(BPoly.from_derivatives(self.rows, self.table))
+        rate = np.pad(angle.derivative().c, ((1, 0), (0, 0), (0, 0)))
+        self._motion = PPoly(np.stack([angle.c, rate], axis=2), self.rows)
         sizes = [*3 * [300.0], *3 * [30.0]]
         self.wrench = np.repeat(rng.normal(size=(STEPS // 5, 6)) * sizes, 5, axis=0)
         self.torque = np.repeat(rng.normal(size=(STEPS // 5, int(moved.sum()))) * 100.0, 5, axis=0)
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        return self._angle(time), self._rate(time)
+        q, qd = self._motion(time)
+        return q, qd
 
     def start(self, _: float) -> tuple[np.ndarray, np.ndarray]:
         """The command of drives that get torques: where they begin."""
@@ -152,15 +154,13 @@ def with_drives(name: str) -> Robot:
     return robot if own else driven(robot, np.random.default_rng(1))
 
 
-def compared(robot: Robot, drive: str, curve: str, folder: Path, parts: int) -> tuple[float, ...]:
-    """Return MuJoCo's change by halving its step once and again, and what it is then from ours."""
+def compared(robot: Robot, drive: str, curve: str, folder: Path, *parts: int) -> tuple[float, ...]:
+    """Return MuJoCo's changes from each number of parts of a step to the next, and what is then left."""
     motion = Motion(robot, np.random.default_rng(2).uniform(-0.5, 0.5, len(robot.joints)), 3)
     start, ours, _ = simulated(robot, motion, drive, curve, folder)
     assert np.ptp(ours, axis=0).max() > 5e-3
-    finer = (parts, 2 * parts, 4 * parts)
-    paths = [by_mujoco(robot, motion, drive, curve, start, n) for n in finer]
-    first, second = (np.abs(a - b).max() for a, b in itertools.pairwise(paths))
-    return float(first), float(second), float(np.abs(ours - paths[-1]).max())
+    paths = [by_mujoco(robot, motion, drive, curve, start, n) for n in parts]
+    return tuple(float(np.abs(a - b).max()) for a, b in itertools.pairwise([*paths, ours]))
 
 
 @pytest.mark.parametrize("drive", ["servo", "torque"])
@@ -171,7 +171,7 @@ def test_mujoco_converges_to_smooth_drives(tmp_path, name, drive):
     Found are 1e-11 to 3.3e-9 rad and m of 0.01 to 0.08.
     """
     robot = smooth(with_drives(name))
-    first, second, apart = compared(robot, drive, "linear", tmp_path, 8)
+    first, second, apart = compared(robot, drive, "linear", tmp_path, 8, 16, 32)
     assert np.log2(first / second) > 3.8
     assert second < 1e-7
     assert apart < 1.2 * second / 15.0
@@ -186,9 +186,9 @@ def test_mujoco_converges_to_drives_that_slip_and_stick(tmp_path, name, drive):
     Found are 4e-10 to 1.3e-7 rad and m.
     """
     robot = with_drives(name)
-    _, second, apart = compared(robot, drive, "backlash", tmp_path, 16)
-    assert second < 2e-7
-    assert apart < 1.5 * second
+    last, apart = compared(robot, drive, "backlash", tmp_path, 32, 64)
+    assert last < 2e-7
+    assert apart < 1.5 * last
 
 
 def test_mujoco_limits_a_servo_as_we_do(tmp_path):
@@ -210,6 +210,6 @@ def test_mujoco_limits_a_servo_as_we_do(tmp_path):
     at_limit = np.abs(torque) == [d.torque_limit for d in joints if d is not None]
     assert at_limit.sum(axis=0).min() > 1
     assert at_limit.sum() > 20
-    _, second, apart = compared(limited, "servo", "linear", tmp_path / "both", 32)
-    assert second < 1e-6
+    last, apart = compared(limited, "servo", "linear", tmp_path / "both", 64, 128)
+    assert last < 1e-6
     assert apart < 4e-6

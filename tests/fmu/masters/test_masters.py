@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -52,11 +54,22 @@ def folder(fmu, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def reference(given, example, tmp_path_factory):
-    """FMPy's single calls on the same task: by trajectory (False) and by inputs (True); FMI 2."""
-    folder = tmp_path_factory.mktemp("reference")
-    prepare(folder, build_fmu(example, folder / "Built.fmu", BuildOptions(given.kind)))
-    return {by_inputs: run_reference(by_inputs, folder) for by_inputs in (False, True)}
+def reference_of(example, tmp_path_factory) -> Callable[[str], dict[bool, np.ndarray]]:
+    """What FMPy's single calls of FMI 2 find, by the kind of FMU."""
+
+    @functools.cache
+    def of(kind: str) -> dict[bool, np.ndarray]:
+        folder = tmp_path_factory.mktemp("reference")
+        prepare(folder, build_fmu(example, folder / "Built.fmu", BuildOptions(kind)))
+        return {by_inputs: run_reference(by_inputs, folder) for by_inputs in (False, True)}
+
+    return of
+
+
+@pytest.fixture(scope="module")
+def reference(given, reference_of) -> dict[bool, np.ndarray]:
+    """FMPy's single calls on the same task: by trajectory (False) and by inputs (True)."""
+    return reference_of(given.kind)
 
 
 @pytest.fixture(scope="module")
