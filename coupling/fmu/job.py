@@ -1,4 +1,4 @@
-"""What is asked of an FMU in a process of its own, without FMPy, which takes as long to import as NumPy."""
+"""What is asked of an FMU in a process of its own; no FMPy, which takes as long to import as NumPy."""
 
 from __future__ import annotations
 
