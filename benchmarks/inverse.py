@@ -30,7 +30,8 @@ from benchmarks.goals import Goal
 from benchmarks.inverse_tasks import InverseTask, cone_task, iso_task
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT
-from coupling.fmu.driver import SimulationJob, load
+from coupling.fmu.driver import load
+from coupling.fmu.job import SimulationJob
 from coupling.fmu.worker import unpack
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path

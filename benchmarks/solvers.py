@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
-from coupling.fmu.driver import SimulationJob
+from coupling.fmu.job import SimulationJob
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.robot.robot_fmu import SCALARS
 from elastic_robot.chain import build_chain

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import Any, ClassVar
@@ -32,9 +31,7 @@ from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
 from fmpy.simulation import apply_start_values
 
-from coupling.errors import CouplingError
-
-Progress = Callable[[int, int], None]
+from coupling.fmu.job import FmuError, Progress, SimulationJob
 
 # Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
 # reports no refusal.
@@ -42,32 +39,6 @@ _WARNING = 1
 # Between two reports of progress [s], and steps after which the time is looked at.
 _REPORT_EVERY = 0.1
 _LOOK_EVERY = 100
-
-
-class FmuError(CouplingError):
-    """An FMU cannot be loaded or refuses a job, with its reason, or its process has ended."""
-
-
-@dataclass(frozen=True)
-class SimulationJob:
-    """One simulation of an FMU between sampled inputs and outputs.
-
-    Attributes:
-        parameters: Start values by name.
-        time: Communication points [s], (n,).
-        inputs: Names of real variables; an array counts as all its elements.
-        rows: Values of the inputs; row k is held over the step that ends at time[k], row 0 in
-            initialisation, (n, k).
-        outputs: Names of real variables.
-        width: Number of values of the outputs.
-    """
-
-    parameters: Mapping[str, float | int | bool | str]
-    time: np.ndarray
-    inputs: tuple[str, ...]
-    rows: np.ndarray
-    outputs: tuple[str, ...]
-    width: int
 
 
 class _Series:

@@ -12,13 +12,14 @@ import pickle
 import subprocess
 import sys
 import tempfile
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 
-from coupling.fmu.driver import FmuError, Progress, SimulationJob
+from coupling.fmu.job import FmuError, Progress, SimulationJob
 
 
 def unpack(file: Path, folder: Path) -> None:
@@ -28,8 +29,9 @@ def unpack(file: Path, folder: Path) -> None:
         FmuError: If the file is no readable archive.
     """
     try:
-        fmpy.extract(str(file), unzipdir=str(folder))
-    except Exception as cause:  # fmpy raises bare Exception for every kind of broken file
+        with zipfile.ZipFile(file) as archive:
+            archive.extractall(folder)
+    except (OSError, EOFError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error) as cause:
         raise FmuError(f"is not a readable FMU: {cause}") from cause
 
 

@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
-from coupling.fmu.driver import FmuError, load
+from coupling.fmu.driver import load
+from coupling.fmu.job import FmuError
 
 
 def serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:

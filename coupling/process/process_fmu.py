@@ -15,7 +15,7 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, STIFFNESS_COLUMNS, WRENCH_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import FilePath
-from coupling.fmu.driver import FmuError, SimulationJob
+from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath

@@ -17,7 +17,7 @@ from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import FmuError, SimulationJob
+from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath

@@ -206,4 +206,6 @@ def _forward(lower: np.ndarray, right: np.ndarray) -> None:
                 factor = lower[j, i - j]
                 for c in range(count):
                     part[i, c] -= factor * part[j, c]
-    right[:] = part
+    for i in range(n):
+        for c in range(count):
+            right[i, c] = part[i, c]

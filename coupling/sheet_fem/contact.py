@@ -180,9 +180,9 @@ def add_contact(
             continue
         for g in range(basis.area.shape[0]):
             N = basis.value[g]
-            apart[:] = sphere.center
-            for A in range(9):
-                for k in range(3):
+            for k in range(3):
+                apart[k] = sphere.center[k]
+                for A in range(9):
                     apart[k] -= N[A] * points[i + A // 3, j + A % 3, k]
             distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2)
             if distance > sphere.radius + surface.thickness:

@@ -51,14 +51,16 @@ def fill_elements(
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
         for A in range(9):
-            nodes[A] = points[i + A // 3, j + A % 3]
+            for k in range(3):
+                nodes[A, k] = points[i + A // 3, j + A % 3, k]
         force[e] = 0.0
         history = plastic[i, j], new_plastic[i, j], new_stretch[i, j]
         for g in range(count):
             integrate(shell, g, nodes, *history, point)
-            rows = slice(5 * g, 5 * g + 5)
-            functions[rows] = point.functions
-            add_response(point, point.functions, force[e], responses[rows])
+            for i in range(5):
+                for A in range(9):
+                    functions[5 * g + i, A] = point.functions[i, A]
+            add_response(point, point.functions, force[e], responses[5 * g : 5 * g + 5])
         sum_up(functions, responses, stiffness[e])
         if plate:
             add_plate(surface, i, j, points, force[e], stiffness[e])

@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled, inlined
+from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Surface
-from coupling.sheet_fem.on_stack import on_stack
-from coupling.sheet_fem.plate import add_plate
-from coupling.sheet_fem.shell import Point, Shell, add_response, integrate, sum_up
+from coupling.sheet_fem.element import fill_elements
+from coupling.sheet_fem.shell import Shell
 
 
 class MacroElements(NamedTuple):
@@ -61,7 +60,6 @@ def _spread(since: np.ndarray, apart: np.ndarray) -> None:
             apart[cell] = max(apart[cell], most - least)
 
 
-@compiled
 def fill_cells(
     shell: Shell,
     surface: Surface,
@@ -90,60 +88,33 @@ def fill_cells(
         new_plastic: Written: plastic strains after, shape of `plastic` [1].
         new_stretch: Written: stretch of the thickness [1], (nx, ny, points).
     """
-    factor, count = blend.shape[0], shell.basis.area.shape[0]
-    columns = outside.shape[1] // factor
-    functions = np.empty((factor**2 * count * 5, 9))
-    responses = np.empty((factor**2 * count * 5, 6, 9))
-    on_plate, held = on_stack((27,)), np.empty((27, 27))
-    nodes = on_stack((9, 3))
-    point = Point(
-        on_stack((2, 3)),
-        on_stack((2, 3)),
-        on_stack((3,)),
-        on_stack((3,)),
-        on_stack((5, 9)),
-        on_stack((6,)),
-        on_stack((6, 6)),
-    )
+    factor, columns = len(blend), outside.shape[1] // len(blend)
+    own = factor * places[:, None] + np.argwhere(np.ones((factor, factor)))
+    own = own[outside[own[..., 0], own[..., 1]]]
+    acting = np.empty((len(own), 27)), np.empty((len(own), 27, 27))
+    fill_elements(shell, surface, own, points, plastic, *acting, new_plastic, new_stretch)
+    cells = places[:, 0] * columns + places[:, 1]
+    force[cells], stiffness[cells] = 0.0, 0.0
+    _add_elements(blend, columns, own, *acting, force, stiffness)
+
+
+@compiled
+def _add_elements(
+    blend: np.ndarray,
+    columns: int,
+    places: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+    on_cells: np.ndarray,
+    of_cells: np.ndarray,
+) -> None:
+    """Add forces (e, 27) and stiffness (e, 27, 27) of elements at `places` to those of their cells."""
+    factor = blend.shape[0]
     for e in range(len(places)):
-        cell = places[e, 0] * columns + places[e, 1]
-        force[cell] = 0.0
-        rows = 0
-        for s in range(factor):
-            for t in range(factor):
-                i, j = places[e, 0] * factor + s, places[e, 1] * factor + t
-                if not outside[i, j]:
-                    continue
-                for A in range(9):
-                    nodes[A] = points[i + A // 3, j + A % 3]
-                history = plastic[i, j], new_plastic[i, j], new_stretch[i, j]
-                for g in range(count):
-                    integrate(shell, g, nodes, *history, point)
-                    own = functions[rows : rows + 5]
-                    _summed(blend[s, t], point.functions, own)
-                    add_response(point, own, force[cell], responses[rows : rows + 5])
-                    rows += 5
-        sum_up(functions[:rows], responses[:rows], stiffness[cell])
-        if np.isinf(surface.plane):
-            continue
-        for s in range(factor):
-            for t in range(factor):
-                i, j = places[e, 0] * factor + s, places[e, 1] * factor + t
-                if not outside[i, j]:
-                    continue
-                on_plate[:], held[:] = 0.0, 0.0
-                if add_plate(surface, i, j, points, on_plate, held):
-                    _coarsen(blend[s, t], on_plate, held, force[cell], stiffness[cell])
-
-
-@inlined
-def _summed(M: np.ndarray, functions: np.ndarray, summed: np.ndarray) -> None:
-    """Write the functions of the coarse splines, (5, 9), that the nine of an element sum up to."""
-    summed[:, :] = 0.0
-    for i in range(5):
-        for A in range(9):
-            for C in range(9):
-                summed[i, C] += functions[i, A] * M[A, C]
+        i, j = places[e, 0], places[e, 1]
+        cell = i // factor * columns + j // factor
+        M = blend[i % factor, j % factor]
+        _coarsen(M, force[e], stiffness[e], on_cells[cell], of_cells[cell])
 
 
 @compiled

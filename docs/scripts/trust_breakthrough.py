@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu.driver import SimulationJob
+from coupling.fmu.job import SimulationJob
 from coupling.robot.robot_fmu import SCALARS
 from docs.scripts.page import table as page_table
 from docs.scripts.trust_comparison import Against, Comparison

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.task import REFERENCE, ROBOT, TRAJECTORY
-from coupling.fmu.driver import SimulationJob
+from coupling.fmu.job import SimulationJob
 from coupling.fmu_export.build import KINDS
 from coupling.robot.robot_fmu import SCALARS
 from docs.scripts.page import DOCS

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.fmu.driver import SimulationJob
+from coupling.fmu.job import SimulationJob
 from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.description import Robot

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from coupling.files.robot_file import find_robot, load_robot, robot_numbers
-from coupling.fmu.driver import SimulationJob
+from coupling.fmu.job import SimulationJob
 from docs.scripts.page import table
 from docs.scripts.trust_comparison import Against, Comparison
 from docs.scripts.trust_fmu import answers

@@ -27,6 +27,7 @@ class Plate:
         elements: Number along half a side, growing outwards.
         layers: Number over the thickness.
         finest: Side of the elements in the middle [mm].
+        increment: Largest step of the sphere, as a part of its plunge.
     """
 
     side: float = 50.0
@@ -36,6 +37,7 @@ class Plate:
     elements: int = 24
     layers: int = 4
     finest: float = 0.35
+    increment: float = 0.1
 
 
 def plunge_force(
@@ -177,7 +179,7 @@ NTOOL,1,2
 STOP,STOOL
 *STEP, NLGEOM, INC=400
 *STATIC
-0.02,1.,1.E-5,0.1
+{0.2 * plate.increment},1.,1.E-5,{plate.increment}
 *BOUNDARY
 NTOOL,3,3,{-plate.plunge}
 *NODE PRINT, NSET=NTOOL, TOTALS=ONLY

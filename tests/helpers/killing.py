@@ -24,7 +24,15 @@ PROGRAM = Path(__file__).parent / "logged_program.py"
 OF_THE_RUN = ("run.json", "report.html", "evaluations")
 
 _context = multiprocessing.get_context("forkserver")
-_context.set_forkserver_preload(["coupling.cli", "coupling.conduct", "coupling.export.exporting"])
+_context.set_forkserver_preload(
+    [
+        "coupling.cli",
+        "coupling.conduct",
+        "coupling.export.exporting",
+        "coupling.study.conduct",
+        "distributed",
+    ]
+)
 
 
 def _command(arguments: Sequence[str], output: Path) -> None:
@@ -68,10 +76,10 @@ class Started:
         return self.process.exitcode
 
 
-def start(output: Path, *arguments: object) -> Started:
-    """Start a command of elastic-robot."""
+def start(output: Path, *arguments: object, daemon: bool = True) -> Started:
+    """Start a command of elastic-robot; one that is no daemon may start processes of Python's."""
     words = [str(argument) for argument in arguments]
-    process = _context.Process(target=_command, args=(words, output), daemon=True)
+    process = _context.Process(target=_command, args=(words, output), daemon=daemon)
     process.start()
     return Started(process, output)
 

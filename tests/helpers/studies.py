@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import psutil
+from killing import Started, start
 
 TABLES = ("points.csv", "samples.csv", "bands.csv", "study.json", "study.toml")
 
 
-def started(*arguments: object) -> subprocess.Popen[str]:
-    """A study in a process of its own."""
-    program = [sys.executable, "-m", "coupling.cli", "study", *map(str, arguments)]
-    return subprocess.Popen(
-        program,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        stdin=subprocess.DEVNULL,
-    )
+def started(*arguments: object, folder: Path) -> Started:
+    """A study that has begun in a process of its own; what it prints is beside its folder."""
+    output = folder.with_suffix(".txt")
+    return start(output, "study", *arguments, "-o", folder, daemon=False)
 
 
 def rows(folder: Path) -> int:
@@ -31,16 +23,10 @@ def rows(folder: Path) -> int:
     return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
-def wait_for_rows(running: subprocess.Popen[str], folder: Path, count: int) -> None:
+def wait_for_rows(running: Started, folder: Path, count: int) -> None:
     """Wait until a table has so many lines, or its study has ended."""
-    while running.poll() is None and rows(folder) < count:
+    while running.process.is_alive() and rows(folder) < count:
         time.sleep(0.002)
-
-
-def killed(running: subprocess.Popen[str]) -> None:
-    """Kill a study as a power cut would: it has no time for anything."""
-    running.send_signal(signal.SIGKILL)
-    running.communicate()
 
 
 def children(process: int, words: str) -> list[int]:

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from command_line import command, program
+from command_line import command
 from line_case import moving_line
 from places import LINE_CASE
-from studies import children, killed, rows, started, tables, wait_for_rows
+from studies import children, rows, started, tables, wait_for_rows
 
 from coupling.case.file import load_case
 from coupling.case.plant import Distribution
@@ -74,39 +74,39 @@ def undisturbed(case, run, tmp_path_factory) -> Path:
 def test_a_study_killed_again_and_again_ends_with_the_same_bytes(case, run, undisturbed, tmp_path):
     """kill -9 after a random number of samples or before the first one; nothing is simulated twice."""
     random_ = random.Random(14)
-    options = (case, "-o", tmp_path / "study", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    folder = tmp_path / "study"
+    options = (case, "--run", run, "--samples", SAMPLES, "--workers", 1)
     kept = []
     for _ in range(2):
-        running = started(*options)
-        wait_for_rows(running, tmp_path / "study", rows(tmp_path / "study") + random_.randrange(9))
+        running = started(*options, folder=folder)
+        wait_for_rows(running, folder, rows(folder) + random_.randrange(9))
         time.sleep(random_.random() * 0.02)
-        below = children(running.pid, "python")
-        killed(running)
-        kept.append(rows(tmp_path / "study"))
+        below = children(running.process.pid, "python")
+        running.kill()
+        kept.append(rows(folder))
         deadline = time.time() + 20.0
         while any(map(psutil.pid_exists, below)) and time.time() < deadline:
             time.sleep(0.01)
         assert not any(map(psutil.pid_exists, below)), "a killed study leaves processes"
     assert kept == sorted(kept)
     assert 0 < kept[-1] < SAMPLES, kept
-    last = started(*options)
-    said, _ = last.communicate()
-    assert last.returncode == 0, said
-    assert tables(tmp_path / "study") == tables(undisturbed)
+    last = started(*options, folder=folder)
+    assert last.status() == 0, last.output.read_text()
+    assert tables(folder) == tables(undisturbed)
 
 
 def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, undisturbed, tmp_path):
     folder = tmp_path / "study"
-    running = started(case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    options = (case, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    running = started(*options, folder=folder)
     wait_for_rows(running, folder, 2)
-    worker, other = children(running.pid, "spawn_main")
+    worker, other = children(running.process.pid, "spawn_main")
     (robot,) = children(other, "worker_main")
     for victim, count in ((worker, 6), (robot, 16)):
         wait_for_rows(running, folder, count)
-        assert running.poll() is None
+        assert running.process.is_alive()
         os.kill(victim, signal.SIGKILL)
-    said, _ = running.communicate()
-    assert running.returncode == 0, said
+    assert running.status() == 0, running.output.read_text()
     assert tables(folder) == tables(undisturbed)
 
 
@@ -176,20 +176,20 @@ def test_a_latin_hypercube_does_not_grow(run, tmp_path):
 
 def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case, run, tmp_path):
     folder = tmp_path / "study"
-    running = started(case, "-o", folder, "--run", run, "--samples", 2000, "--workers", 1)
+    running = started(case, "--run", run, "--samples", 2000, "--workers", 1, folder=folder)
     wait_for_rows(running, folder, 1)
     done = command("study", case, "-o", folder, "--run", run, "--samples", 2000)
-    running.send_signal(signal.SIGINT)
-    said, _ = running.communicate()
+    running.send(signal.SIGINT)
+    assert running.status() == 130
+    said = running.output.read_text()
     assert done.returncode == 2
     assert "another study works in it" in done.stderr
-    assert running.returncode == 130
     assert "stopped; " in said
     assert f"{rows(folder)} of 2000 samples are kept: the same command goes on" in said
     assert "Traceback" not in said
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
     """A Dask cluster on this machine as an administrator would start it."""
     scheduler = subprocess.Popen(
@@ -254,7 +254,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert np.all(np.diff(band, axis=1) >= 0.0)
 
 
-def test_each_robot_may_be_coupled_with_its_process(tmp_path):
+def test_each_robot_may_be_coupled_with_its_process(cluster, tmp_path):
     """Samples of a hard wall, every one coupled, against one coupled by hand; a payload for each."""
     file = moving(
         tmp_path,
@@ -262,7 +262,7 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
         "coverage = 0.5\n",
         feed="0.1",
     )
-    options = ("-o", tmp_path / "study", "--samples", 8, "--couple", "--workers", 1)
+    options = ("-o", tmp_path / "study", "--samples", 8, "--couple", "--scheduler", cluster)
     done = command("study", file, *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "study" / "study.json").read_text())
@@ -281,13 +281,14 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
     assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
 
 
-def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
+def test_a_command_that_is_not_converged_is_studied_and_said_so(cluster, tmp_path):
     file = moving(tmp_path, feed="0.1")
     text = file.read_text().replace(
         'method = "inverse"', 'method = "inverse"\ntolerance_m = 1e-9\nmax_rounds = 1'
     )
     file.write_text(text)
-    done = command("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
+    options = ("-o", tmp_path / "study", "--samples", 19, "--scheduler", cluster)
+    done = command("study", file, *options)
     assert done.returncode == 1, done.stderr
     assert "The command is NOT CONVERGED" in done.stdout
     page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
@@ -303,9 +304,9 @@ def test_a_coupling_is_no_command_to_study(case, tmp_path):
 
 
 def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
-    (tmp_path / "distributed.py").write_text("raise ImportError('no such thing')\n")
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    done = program("study", case, "-o", tmp_path / "study", "--run", run)
+    monkeypatch.delitem(sys.modules, "coupling.study.cluster", raising=False)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    done = command("study", case, "-o", tmp_path / "study", "--run", run)
     assert done.returncode == 2
     assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
     assert "Traceback" not in done.stderr

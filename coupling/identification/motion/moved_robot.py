@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import FmuError, SimulationJob
+from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.native_fmu import ROBOT_ENTRY
