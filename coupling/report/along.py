@@ -73,24 +73,27 @@ def _label(figure: go.Figure, run: StoredRobot, gears: list[int]) -> None:
     top = largest + 0.05 * span
     ends = [smallest - 0.05 * span, top + row * (len(gears) + 0.3)]
     figure.update_yaxes(range=ends, row=1, col=1)
-    for number, joint in enumerate(reversed(gears)):
-        for time, distance in labelled(run, joint):
-            figure.add_annotation(
-                x=time,
-                y=np.log10(max(UM * distance, FLOOR_UM)),
-                ax=time,
-                ay=top + row * (number + 0.5),
-                axref="x",
-                ayref="y",
-                text=f"joint {joint}",
-                font={"size": 11},
-                showarrow=True,
-                arrowhead=6,
-                arrowsize=0.6,
-                arrowwidth=1,
-                arrowcolor=QUIET,
-                standoff=2,
-            )
+    # At once: one that is added alone has all before it checked again.
+    figure.layout.annotations += tuple(
+        go.layout.Annotation(
+            x=time,
+            y=np.log10(max(UM * distance, FLOOR_UM)),
+            ax=time,
+            ay=top + row * (number + 0.5),
+            axref="x",
+            ayref="y",
+            text=f"joint {joint}",
+            font={"size": 11},
+            showarrow=True,
+            arrowhead=6,
+            arrowsize=0.6,
+            arrowwidth=1,
+            arrowcolor=QUIET,
+            standoff=2,
+        )
+        for number, joint in enumerate(reversed(gears))
+        for time, distance in labelled(run, joint)
+    )
 
 
 def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:

@@ -6,6 +6,7 @@ import base64
 import gzip
 import html
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -208,7 +209,7 @@ def _numbers(values: Sequence[Any]) -> Iterator[Any]:
 def _number(value: Any) -> Any:
     if not isinstance(value, float):
         return value.item() if isinstance(value, np.generic) else value
-    if not np.isfinite(value):
+    if not math.isfinite(value):
         return None
     short = float(f"{value:.{_DIGITS}g}")
     return int(short) if short.is_integer() and abs(short) < 1e15 else short

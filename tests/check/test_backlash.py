@@ -32,6 +32,9 @@ from docs.scripts.robots_with_backlash import (
 from docs.scripts.runs import example
 
 CONTOUR = {"depth_m": 0.0005, "radius_m": 0.03}
+SLOT = {
+    "points_m": [[0.0, 0.0, 0.001], [0.03, 0.0, -0.003], [0.07, 0.0, -0.003], [0.1, 0.0, 0.001]]
+}
 
 
 def cone(robot: str, home: list[float], place: list[float]) -> Case:
@@ -43,8 +46,8 @@ def cone(robot: str, home: list[float], place: list[float]) -> Case:
 CASES = {
     "a wall along a line": lambda folder: line_case(folder, "native"),
     "cone": lambda _: example("cone", tool_path=CONTOUR),
-    "ISO 9283 at 1 m/s": lambda _: example("iso9283", tool_path={"feed_m_s": 1.0}),
-    "slot, milled": lambda _: example("milling_20000"),
+    "ISO 9283 at 1 m/s": lambda _: example("iso9283", tool_path={"feed_m_s": 1.0, "size_m": 0.2}),
+    "slot, milled": lambda _: example("milling_20000", tool_path=SLOT),
     "FANUC": lambda _: cone(
         with_backlash(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, [1.6, 0.3, 0.6]
     ),

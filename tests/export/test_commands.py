@@ -11,9 +11,7 @@ from command_tables import MIDDLES, NAMES, WAY, rows, written
 from wall_case import WALL_CASE
 
 from coupling.case.file import load_case
-from coupling.conduct import conduct
 from coupling.errors import ProgramError
-from coupling.events import unwatched
 from coupling.export.commands import command_in_run, command_of_table
 from coupling.export.exported import ExportOptions
 from coupling.export.exporting import export_commands
@@ -28,6 +26,7 @@ from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.execute import run_compensation
+from coupling.run.folder import write_run
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
@@ -147,10 +146,11 @@ def run(tmp_path_factory) -> Path:
     text = text.replace("feed_m_s = 0.1", "feed_m_s = 0.01")
     text = text.replace("home_deg", "base_rpy_deg = [10.0, 5.0, 20.0]\nhome_deg")
     (folder / "case.toml").write_text(text)
-    done = conduct(
-        folder / "case.toml", folder / "run", False, None, "compensate", run_compensation, unwatched
-    )
-    assert done.run.correction.converged
+    (folder / "run").mkdir()
+    case = load_case(folder / "case.toml")
+    done = run_compensation(case)
+    assert done.correction.converged
+    write_run(folder / "run", case, done)
     return folder / "run"
 
 

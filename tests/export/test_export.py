@@ -12,9 +12,7 @@ import pytest
 from wall_case import WALL_CASE
 
 from coupling.case.file import load_case
-from coupling.conduct import conduct
 from coupling.errors import PlanningError
-from coupling.events import unwatched
 from coupling.export import exporting
 from coupling.export.exported import ExportOptions
 from coupling.export.exporting import export_run
@@ -26,6 +24,7 @@ from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
 from coupling.robot.moving import Inverter
 from coupling.run.execute import run_compensation, run_coupling
+from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 
@@ -41,8 +40,11 @@ def ran(folder: Path, text: str, kind: str = "compensate") -> Path:
     """Return the run folder of a case."""
     work = {"compensate": run_compensation, "couple": run_coupling}[kind]
     (folder / "case.toml").write_text(text)
-    done = conduct(folder / "case.toml", folder / "pair", False, None, kind, work, unwatched)
-    assert done.run.correction.converged
+    (folder / "pair").mkdir()
+    case = load_case(folder / "case.toml")
+    run = work(case)
+    assert run.correction.converged
+    write_run(folder / "pair", case, run)
     return folder / "pair"
 
 

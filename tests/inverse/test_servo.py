@@ -298,7 +298,7 @@ def test_a_polish_stays_within_what_the_motors_can_do(example, tmp_path):
     (tmp_path / "weak").mkdir()
     judge = Judge(replace(robot, joints=(weak, *free[1:])), tmp_path / "weak")
     before = judge.missed(wanted, judge.inverted(wanted, "servo", seldom))
-    behind = judge.missed(wanted, judge.inverted(wanted, "servo", seldom, polish=20))
+    behind = judge.missed(wanted, judge.inverted(wanted, "servo", seldom, polish=8))
     assert behind < 1.01 * before
 
 

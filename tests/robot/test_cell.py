@@ -266,16 +266,28 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
         assert " after." not in text
 
 
-def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(finished, tmp_path):
-    """In result.json, on the terminal and in the report; it has no workpiece of its own."""
+@pytest.fixture(scope="module")
+def told(finished, tmp_path_factory):
+    """Return the run's folder and report, as if its path before were one-way and gears reversed."""
     case, run, _ = finished
+    changes = (
+        BacklashReversal(1, 0.1, 0.2, -1, 1, "forming"),
+        BacklashReversal(1, 0.3, 0.4, 1, 1, "support"),
+        BacklashReversal(4, 0.5, 0.6, 0, 1, "support"),
+    )
     before = replace(run.correction.before, response=None, how="one-way")
-    one_way = replace(run, correction=replace(run.correction, before=before))
-    write_run(tmp_path, case, one_way)
-    assert json.loads((tmp_path / "result.json").read_text())["before"] == "one-way"
-    write_report(tmp_path)
-    page = (tmp_path / "support" / "report.html").read_text(encoding="utf-8")
-    for text in (on_terminal(tmp_path), page):
+    other = replace(run.correction, before=before, backlash_reversals=changes)
+    folder = tmp_path_factory.mktemp("told")
+    write_run(folder, case, replace(run, correction=other))
+    write_report(folder)
+    return folder
+
+
+def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(told):
+    """In result.json, on the terminal and in the report; it has no workpiece of its own."""
+    assert json.loads((told / "result.json").read_text())["before"] == "one-way"
+    page = (told / "support" / "report.html").read_text(encoding="utf-8")
+    for text in (on_terminal(told), page):
         assert HOW["one-way"] in text
         assert HOW["coupled"] not in text
 
@@ -325,27 +337,17 @@ def test_other_robots_are_told_for_each_robot_and_for_the_worst(finished):
     assert [drive["robot"] for drive in own[1]["command"]["drives"]] == ["support"] * 6
 
 
-def test_passages_of_a_cell_are_told_with_their_robot(finished, tmp_path):
-    case, run, _ = finished
-    changes = (
-        BacklashReversal(1, 0.1, 0.2, -1, 1, "forming"),
-        BacklashReversal(1, 0.3, 0.4, 1, 1, "support"),
-        BacklashReversal(4, 0.5, 0.6, 0, 1, "support"),
-    )
-    told = replace(run, correction=replace(run.correction, backlash_reversals=changes))
-    write_run(tmp_path, case, told)
+def test_passages_of_a_cell_are_told_with_their_robot(told):
     for place, count in ((".", 3), ("forming", 1), ("support", 2)):
-        figures = json.loads((tmp_path / place / "result.json").read_text())
+        figures = json.loads((told / place / "result.json").read_text())
         assert len(figures["backlash_reversals"]) == count
-    said = on_terminal(tmp_path)
+    said = on_terminal(told)
     assert "Gears pass through their backlash 3 times" in said
     for row in ("forming joint 1 +1 +1 ", "support joint 1 +1 +0 ", "support joint 4 +1 +0 "):
         assert re.search(row, said)
-    write_report(tmp_path)
     for name in ("forming", "support"):
-        assert "gear in its backlash" in (tmp_path / name / "report.html").read_text(
-            encoding="utf-8"
-        )
+        page = (told / name / "report.html").read_text(encoding="utf-8")
+        assert "gear in its backlash" in page
 
 
 def test_the_supporting_tool_takes_its_share_of_the_force(finished):

@@ -75,7 +75,7 @@ def part_placements(
     near = np.tile(q[:, best], corners.shape[1])
     there, found = reached(serial, _targets(around, base_from_tool), near, _ITERATIONS)
     at_corners = np.where(found, _worth(serial, there, lower, upper), -np.inf)
-    least = np.minimum(worth[best], at_corners.reshape(8, len(best)).min(axis=0))
+    least = np.minimum(worth[best], at_corners.reshape(corners.shape[1], len(best)).min(axis=0))
     order = np.argsort(-least)[:count]
     if not len(order) or least[order[0]] <= 0.0:
         raise PlanningError(
