@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
-from coupling.path.rotations import product
 from coupling.path.time_axis import common_time, of_tools
 
 _POSE, _WRENCH = 7, 6  # columns
@@ -86,7 +85,7 @@ class ToolPath:
     def deviation_from(self, reference: ToolPath) -> np.ndarray:
         """Return position difference [m] and rotation vector [rad] from a reference, (tools, n, 6)."""
         turns = [
-            product(own, other.inv()).as_rotvec()
+            (own * other.inv()).as_rotvec()
             for own, other in zip(self.rotations, reference.rotations, strict=True)
         ]
         return np.concatenate([self.position - reference.position, np.stack(turns)], axis=2)
@@ -99,9 +98,7 @@ class ToolPath:
     def transformed(self, frame: Frame) -> ToolPath:
         """Return the path in another frame, in which `frame` is the present one."""
         pairs = zip(self.position, self.rotations, strict=True)
-        moved = [
-            poses(frame.points(position), product(frame.rotation, own)) for position, own in pairs
-        ]
+        moved = [poses(frame.points(position), frame.rotation * own) for position, own in pairs]
         return ToolPath(self.time, np.stack(moved))
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
@@ -113,7 +110,7 @@ class ToolPath:
         by_tool = deviation + np.zeros((*self.pose.shape[:2], 6))
         tools = zip(self.position, self.rotations, by_tool, strict=True)
         moved = [
-            poses(position + by[:, :3], product(Rotation.from_rotvec(by[:, 3:]), rotation))
+            poses(position + by[:, :3], Rotation.from_rotvec(by[:, 3:]) * rotation)
             for position, rotation, by in tools
         ]
         return ToolPath(self.time, np.stack(moved))

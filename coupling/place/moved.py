@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import KDTree
 
-from coupling.path.rotations import product
 from coupling.place.settings import PlacedSettings
 from coupling.place.stations import Stations
 from coupling.robot.batch.following import Targets
@@ -84,8 +83,8 @@ class MovedPath:
         """Return base_from_tool by its columns, and the TCP's shift, (3, batch)."""
         at, by = np.repeat(places, len(settings)), np.tile(settings, len(places))
         along_path, axes, placed = self._stations.tool[at], self._stations.axes[at], self._placed
-        part_from_tool = product(axes, placed.tilt[by], axes.inv(), along_path, placed.spin[by])
-        matrix = product(placed.part[by], part_from_tool).as_matrix()
+        part_from_tool = axes * placed.tilt[by] * axes.inv() * along_path * placed.spin[by]
+        matrix = (placed.part[by] * part_from_tool).as_matrix()
         columns = [np.ascontiguousarray(matrix[:, :, k].T) for k in range(3)]
         contact = part_from_tool.inv().apply(along_path.apply(APPROACH))
         if self._stations.centered:

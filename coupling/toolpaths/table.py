@@ -12,7 +12,6 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.path.rotations import product
 from coupling.toolpaths.feed import headings_along
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
@@ -96,7 +95,7 @@ class ToolPathTable(Schema, ABC):
 
 def _require_slow_turns(path: ToolPath) -> None:
     (held,) = path.rotations
-    rate = product(held[1:], held[:-1].inv()).magnitude() / np.diff(path.time)
+    rate = (held[1:] * held[:-1].inv()).magnitude() / np.diff(path.time)
     if rate.max() > FASTEST:
         k = int(np.argmax(rate))
         raise CaseError(

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.rotations import product
-
 # Axis of approach in the tool's own axes.
 APPROACH = np.array([1.0, 0.0, 0.0])
 
@@ -49,5 +47,5 @@ class ToolTilt:
         """
         turn: Rotation = Rotation.from_euler("yx", [self.lead, self.lean])
         if axes is not None:
-            turn = product(axes, turn, axes.inv())
-        return product(turn, along_path, Rotation.from_rotvec(self.rotation * APPROACH))
+            turn = axes * turn * axes.inv()
+        return turn * along_path * Rotation.from_rotvec(self.rotation * APPROACH)

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.rotations import product
 from coupling.toolpaths.part import PART_FROM_TOOL
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH, ToolTilt
@@ -37,7 +36,7 @@ class UntiltedPath:
     @property
     def along_path(self) -> Rotation:
         """Orientations of the tool in the part, (n,)."""
-        return product(self.part.rotation.inv(), self.path.rotations[0])
+        return self.part.rotation.inv() * self.path.rotations[0]
 
     def headed(self, heading: np.ndarray) -> UntiltedPath:
         """Return the path with lead and lean measured in axes of its feed.
@@ -59,7 +58,7 @@ class UntiltedPath:
         """Return the path with its tool turned about its tip."""
         if tilt == ToolTilt():
             return self.path
-        turned = product(self.part.rotation, tilt.part_from_tool(self.along_path, self.axes))
+        turned = self.part.rotation * tilt.part_from_tool(self.along_path, self.axes)
         return ToolPath(self.path.time, poses(self.path.position[0], turned))
 
     @property
@@ -98,4 +97,4 @@ class UntiltedPath:
 
 def keeps(orientations: Rotation) -> bool:
     """Return whether orientations along a path, (n,), are one."""
-    return bool(product(orientations, orientations[0].inv()).magnitude().max() < _SAME)
+    return bool((orientations * orientations[0].inv()).magnitude().max() < _SAME)

@@ -81,12 +81,6 @@ def inverted(robot, curve, wanted, controller=Controller()):  # noqa: B008
     return joint_path(inverse.command), inverse
 
 
-@pytest.fixture(scope="module")
-def solved(robot, wanted):
-    """The robot with backlash, inverted."""
-    return inverted(robot, "backlash", wanted)
-
-
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
 def test_the_tool_stays_on_its_path_though_gears_slip(robot, plain, wanted, curve):
     """Within 0.1 um; the command of the robot without elements leaves more than 20."""
@@ -96,19 +90,19 @@ def test_the_tool_stays_on_its_path_though_gears_slip(robot, plain, wanted, curv
     assert missed(robot, curve, wanted, other, inverse.links) > 2e-5
 
 
-def test_the_exact_drive_keeps_the_tool_on_its_path(robot, wanted, solved):
+def test_the_exact_drive_keeps_the_tool_on_its_path(robot, wanted):
     """Its rows are a millisecond apart."""
-    _, inverse = solved
+    _, inverse = inverted(robot, "backlash", wanted)
     exact = exact_command(MovingRobot(robot, "backlash"), wanted)
     assert missed(robot, "backlash", wanted, exact, inverse.links) < 5e-8
 
 
 def test_the_tool_answers_a_change_of_the_command_as_gears_that_stick_and_slip_let_it(
-    robot, wanted, solved
+    robot, wanted
 ):
     """The response of the polish, beside the difference of two simulations."""
     moving = MovingRobot(robot, "backlash")
-    command, inverse = solved
+    command, inverse = inverted(robot, "backlash", wanted)
     theta = inverse.links.theta
     begin, joint, change = 60, 0, 1e-8
     turned = inverse.command.coefficients.copy()
@@ -146,8 +140,8 @@ class Simulated:
         return path.at_rows(seen), x[seen]
 
 
-def test_the_polish_lowers_what_limited_drives_leave(robot, wanted, solved):
-    free, inverse = solved
+def test_the_polish_lowers_what_limited_drives_leave(robot, wanted):
+    free, inverse = inverted(robot, "backlash", wanted)
     chain = MovingRobot(robot, "backlash").model.chain
     cap = 1.05 * np.abs(inverse.links.theta.at(free.time, 2)[:, chain.drive]).max()
     controller = Controller(max_acceleration=cap)
