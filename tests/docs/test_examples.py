@@ -128,13 +128,13 @@ def test_a_decay_has_settled_after_ln_20_time_constants(comparison):
     assert settled == pytest.approx(np.log(20.0), abs=0.011)
 
 
-def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):
-    """The README's case down to 2 mm: above 300 N, two evaluations, the moving robot within 2 um."""
+def test_cone_shortened_to_three_contours_meets_its_goals(tmp_path):
+    """The README's case down to 1.5 mm: above 300 N, two evaluations, the moving robot within 2 um."""
     from coupling.run.deviations import Deviations
     from coupling.run.execute import run_compensation
 
     text = (EXAMPLES / "cases" / "cone.toml").read_text()
-    short = text.replace("depth_m        = 0.01", "depth_m = 0.002")
+    short = text.replace("depth_m        = 0.01", "depth_m = 0.0015")
     assert short != text
     file = tmp_path / "cone.toml"
     file.write_text(short)

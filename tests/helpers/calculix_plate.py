@@ -179,7 +179,7 @@ NTOOL,1,2
 STOP,STOOL
 *STEP, NLGEOM, INC=400
 *STATIC
-{0.2 * plate.increment},1.,1.E-5,{plate.increment}
+{0.2 * plate.increment:g},1.,1.E-5,{plate.increment}
 *BOUNDARY
 NTOOL,3,3,{-plate.plunge}
 *NODE PRINT, NSET=NTOOL, TOTALS=ONLY

@@ -24,15 +24,8 @@ PROGRAM = Path(__file__).parent / "logged_program.py"
 OF_THE_RUN = ("run.json", "report.html", "evaluations")
 
 _context = multiprocessing.get_context("forkserver")
-_context.set_forkserver_preload(
-    [
-        "coupling.cli",
-        "coupling.conduct",
-        "coupling.export.exporting",
-        "coupling.study.conduct",
-        "distributed",
-    ]
-)
+_PRELOADED = "cli", "conduct", "export.exporting", "study.conduct"
+_context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), "distributed"])
 
 
 def _command(arguments: Sequence[str], output: Path) -> None:

@@ -35,6 +35,7 @@ MOTORS = {
     "servo gain +20 %": (1.0, 1.2),
     "servo gain -20 %": (1.0, 0.8),
 }
+PHASE_UNKNOWN = "kinematic error, phase unknown"
 
 
 def case_of(folder: Path, keys: str = "", more: str = "") -> Case:
@@ -110,9 +111,9 @@ def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_p
     assert stored.figures.outlook.deviation == max(rows.values())
 
 
-def test_ideal_drives_have_no_rows_of_motors(tmp_path):
+def test_ideal_drives_have_no_rows_of_motors_and_gears_without_sines_none_of_them(tmp_path):
     run = run_compensation(case_of(tmp_path, 'drive = "ideal"'))
-    assert not {row.name for row in run.robustness} & set(MOTORS)
+    assert not {row.name for row in run.robustness} & {*MOTORS, PHASE_UNKNOWN}
 
 
 def test_a_plant_has_other_motors(finished, tmp_path):
@@ -218,8 +219,7 @@ def test_other_kinematic_errors_are_those_of_turned_phasors(tmp_path):
 
 
 def test_a_run_has_a_row_of_kinematic_errors_with_an_unknown_phase(tmp_path):
-    """It is its command on a robot whose sines are a quarter turn on; without sines there is none."""
-    name = "kinematic error, phase unknown"
+    """It is its command on a robot whose sines are a quarter turn on."""
     case = with_sines(tmp_path)
     run = run_compensation(case)
     (tmp_path / "out").mkdir()
@@ -229,10 +229,9 @@ def test_a_run_has_a_row_of_kinematic_errors_with_an_unknown_phase(tmp_path):
     file = build_fmu(other, tmp_path / "own.fmu", BuildOptions("native"))
     with RobotFmu(file, "backlash") as fmu:
         path = fmu.simulate(run.correction.joints, run.correction.response.wrench, "dynamic")
-    assert rows[name] == pytest.approx(measure(path, run.correction.desired).maximum, abs=1e-12)
-    assert rows[name] > 20e-6
-    bare = run_compensation(case_of(tmp_path, 'drive = "ideal"'))
-    assert name not in {row.name for row in bare.robustness}
+    found = measure(path, run.correction.desired).maximum
+    assert rows[PHASE_UNKNOWN] == pytest.approx(found, abs=1e-12)
+    assert rows[PHASE_UNKNOWN] > 20e-6
 
 
 def test_plants_and_studies_have_other_kinematic_errors(tmp_path):

@@ -16,6 +16,7 @@ from places import CASES
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError
+from coupling.events import unwatched
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
@@ -23,8 +24,10 @@ from coupling.path.linear import interpolated
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
-from coupling.run.plant import in_words
+from coupling.run.models import Models, cell_of
+from coupling.run.plant import PlantReplay, in_words, plant_cell, run_on_plant
 from coupling.run.stored_run import read_run
+from coupling.solve.correction import Correction
 from elastic_robot.description import Body, Robot
 
 
@@ -37,6 +40,13 @@ def moving(folder: Path, plant: str) -> Path:
 
 def loaded(folder: Path, plant: str) -> Case:
     return load_case(moving(folder, plant))
+
+
+def on_plant(case: Case, found: Correction) -> PlantReplay:
+    """What a command leaves on a case's plant; the same command serves many."""
+    with Models(case.fmu) as fmus:
+        cell, _ = cell_of(case.robots, fmus)
+        return run_on_plant(case, plant_cell(cell, case.plant, fmus), found, unwatched)
 
 
 def simulated(
@@ -104,19 +114,21 @@ def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):
 
 def test_a_plant_with_servos_is_behind_by_the_feed_over_their_gain(tmp_path):
     """0.1 m/s by 20 1/s are 5 mm along the stroke, on the mean; none with rate feed-forward."""
+    with_motors(tmp_path)
+    run = run_compensation(loaded(tmp_path, 'description = "servo.toml"\ndrive = "ideal"'))
+    fast = (run.desired.time > 0.5) & (run.desired.time < 0.75)
+    position = run.desired.position[0][fast]
+    along = position[-1] - position[0]
+    assert np.linalg.norm(along) == pytest.approx(0.1 * np.ptp(run.desired.time[fast]), rel=1e-6)
     behind = {}
     for feed_forward, drive in ((0.0, "servo"), (1.0, "servo"), (0.0, "ideal")):
         with_motors(tmp_path, feed_forward)
-        run = run_compensation(loaded(tmp_path, f'description = "servo.toml"\ndrive = "{drive}"'))
-        assert ('drive = "servo"' in run.plant.differences) == (drive == "servo")
-        fast = (run.desired.time > 0.5) & (run.desired.time < 0.75)
-        position = run.desired.position[0][fast]
-        along = position[-1] - position[0]
-        assert np.linalg.norm(along) == pytest.approx(
-            0.1 * np.ptp(run.desired.time[fast]), rel=1e-6
-        )
-        missed = (position - run.plant.path.position[0][fast]).mean(axis=0)
+        keys = f'description = "servo.toml"\ndrive = "{drive}"'
+        plant = on_plant(loaded(tmp_path, keys), run.correction)
+        assert ('drive = "servo"' in plant.differences) == (drive == "servo")
+        missed = (position - plant.path.position[0][fast]).mean(axis=0)
         behind[feed_forward, drive] = missed @ along / np.linalg.norm(along)
+    assert np.array_equal(run.plant.path.pose, plant.path.pose)
     assert behind[0.0, "servo"] == pytest.approx(0.1 / 20.0, rel=0.02)
     assert abs(behind[1.0, "servo"]) < 2e-4
     assert abs(behind[0.0, "ideal"]) < 1e-6
@@ -166,8 +178,9 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     expected = interpolated(run.desired.time, response.time, 1.2 * response.wrench, axis=1)
     met = run.plant.wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
-    alone = run_compensation(loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2"))
-    assert abs(alone.plant.deviation().maximum - run.plant.deviation().maximum) > 1e-6
+    case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2")
+    alone = on_plant(case, run.correction)
+    assert abs(alone.deviation().maximum - run.plant.deviation().maximum) > 1e-6
 
 
 def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):

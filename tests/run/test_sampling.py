@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,10 +20,12 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
+from coupling.robot.cell import Cell
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
 from coupling.run.sampling import SamplingCheck, flatter, parabolic, sampling_of, steeper
-from coupling.solve.fixed_point import Tolerance, couple
+from coupling.solve.correction import Correction
+from coupling.solve.fixed_point import Loop, Tolerance, couple
 
 # Of the coupling that is the reference [m]: far below what samples cost.
 EXACT = Tolerance(1e-8, 5e-9, 1e-5)
@@ -63,30 +67,39 @@ class Seen:
     steps: float
 
 
-def seen(case: Case) -> Seen:
-    """Coupled to rest with the process of the same motion, asked every millisecond."""
+@contextmanager
+def compensated(case: Case) -> Iterator[tuple[Cell, Loop, Correction]]:
+    """Robots of a case, their loop with the process, and the command."""
     with Models(case.fmu) as fmus:
         cell, _ = cell_of(case.robots, fmus)
         loop = loop_of(case, cell)
-        found = case.method.correct(loop, case.motion)
-        time, _ = divided(case.motion.path.time, 1e-3)
+        yield cell, loop, case.method.correct(loop, case.motion)
 
-        def told(path: ToolPath) -> ToolPath:
-            return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
 
-        forming = told(case.motion.path)
-        task = replace(case.task, forming=forming, sample_rows=np.arange(len(time)))
-        often = replace(loop, process=case.process_table.process(task), tolerance=EXACT)
-        often = replace(often, scheme=case.coupling.new_scheme())
-        reference = couple(often, found.joints, told(found.achieved))
-        assert reference.converged
-        own = found.achieved.time
-        reached = reference.path.at_rows(np.searchsorted(time, own[np.isin(own, time)]))
-        off = reached.distance_to(found.achieved.at_rows(np.flatnonzero(np.isin(own, time))))
-        sampling = sampling_of(case, cell, found)
-        assert sampling is not None
-        assert len(off) > 0.9 * len(own)
-        return Seen(float(off.max()), sampling, float(np.diff(case.desired.time).max()))
+def error_by_samples(case: Case, loop: Loop, found: Correction) -> float:
+    """Distance [m] from the path coupled to rest with the process, asked every millisecond."""
+    time, _ = divided(case.motion.path.time, 1e-3)
+
+    def told(path: ToolPath) -> ToolPath:
+        return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
+
+    forming = told(case.motion.path)
+    task = replace(case.task, forming=forming, sample_rows=np.arange(len(time)))
+    often = replace(loop, process=case.process_table.process(task), tolerance=EXACT)
+    often = replace(often, scheme=case.coupling.new_scheme())
+    reference = couple(often, found.joints, told(found.achieved))
+    assert reference.converged
+    own = found.achieved.time
+    reached = reference.path.at_rows(np.searchsorted(time, own[np.isin(own, time)]))
+    off = reached.distance_to(found.achieved.at_rows(np.flatnonzero(np.isin(own, time))))
+    assert len(off) > 0.9 * len(own)
+    return float(off.max())
+
+
+def seen(case: Case) -> Seen:
+    with compensated(case) as (cell, loop, found):
+        step = float(np.diff(case.desired.time).max())
+        return Seen(error_by_samples(case, loop, found), sampling_of(case, cell, found), step)
 
 
 @pytest.mark.parametrize("robot", ["icme2008", "fanuc_r2000ic"])
@@ -104,19 +117,26 @@ def test_the_error_by_samples_is_of_second_order(tmp_path, robot):
         assert 0.5 < run.told.error / run.really < 2.0
 
 
-@pytest.mark.parametrize("formula", [True, False])
 @pytest.mark.parametrize("sample", [0.04, 0.02])
-def test_what_is_told_is_right_within_a_factor_of_two(tmp_path, monkeypatch, sample, formula):
+def test_what_is_told_is_right_within_a_factor_of_two(tmp_path, monkeypatch, sample):
     """Ramps, corners and backlash; asked once more as a formula is, or by parabolas as of a program."""
-    monkeypatch.setattr(IsfForceLawTable, "FORMULA", formula)
-    run = seen(cone(tmp_path, sample))
-    assert run.really > 1e-7
-    assert 0.5 < run.told.error / run.really < 2.0
+    case = cone(tmp_path, sample)
+    with compensated(case) as (cell, loop, found):
+        really = error_by_samples(case, loop, found)
+        as_formula = sampling_of(case, cell, found)
+        monkeypatch.setattr(IsfForceLawTable, "FORMULA", False)
+        by_parabolas = sampling_of(case, cell, found)
+    assert really > 1e-7
+    assert by_parabolas.error != as_formula.error
+    for told in (as_formula, by_parabolas):
+        assert 0.5 < told.error / really < 2.0
 
 
 def test_what_is_told_belongs_to_the_desired_path(tmp_path):
     """Its row holds the deviation under all of the force, and its warning comes above the tolerance."""
-    told = seen(wall(tmp_path, 0.1, torque_curve="linear")).told
+    case = wall(tmp_path, 0.1, torque_curve="linear")
+    with compensated(case) as (cell, _, found):
+        told = sampling_of(case, cell, found)
     assert told.replay.name == "sampling"
     assert told.replay.deviation.maximum == pytest.approx(told.error, rel=0.05)
     assert told.warnings(1.1 * told.error) == []
