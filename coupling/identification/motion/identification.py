@@ -32,6 +32,7 @@ from coupling.identification.motion.sensors import (
     sensor_parameters,
     torque_parameters,
 )
+from coupling.identification.motor_torques import torque_remarks
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -99,7 +100,8 @@ class MotionIdentification:
         chosen: Mask of those identified among the first, (P,).
         judged: Recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
-        remarks: Sentences on joints that lag and offset alone predict better.
+        remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
+            offset alone predict better.
     """
 
     robot: Robot
@@ -187,6 +189,7 @@ def identify_motion(
     unit = np.ones(len(robot.joints))
     with MovedRobot(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
+        remarks = [words for one in (*moved, *others) for words in _torque_remarks(problem, one)]
         first = fitted(problem)
         lines = _lines(first)
         moved = tuple(replace(one, lines=lines) for one in moved)
@@ -204,8 +207,26 @@ def identify_motion(
         judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = _terms(fit, judged[-1]) if leave_out and others else ()
-    remarks = tuple(words for one in judged for words in _worse(one))
-    return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+    remarks += [words for one in judged for words in _worse(one)]
+    return MotionIdentification(
+        robot, bandwidth, first, fit, chosen, tuple(judged), terms, tuple(remarks)
+    )
+
+
+def _torque_remarks(problem: MotionProblem, moved: MovedRecording) -> tuple[str, ...]:
+    """Return a sentence on each joint whose measured torque the start hardly explains."""
+    torque = problem.predicted(moved, problem.start).torque
+    joints, recording = range(torque.shape[1]), moved.recording
+    return torque_remarks(
+        recording.name,
+        problem.robot,
+        joints,
+        recording.time,
+        recording.torque,
+        torque,
+        moved.motion.qd,
+        IdentifyError,
+    )
 
 
 def _links(joints: list[int]) -> str:

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.motor_currents import torque_per_current
+from coupling.identification.motor_torques import torque_per_current
 from elastic_robot.description import Robot
 
 TIME = "time"

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
+from coupling.identification.motor_torques import torque_remarks
 from coupling.identification.runs.descent import size_of
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter, ParameterFit
@@ -19,6 +21,7 @@ from coupling.identification.runs.judge import (
     mostly_in_backlash,
 )
 from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
 from coupling.identification.runs.residual import weighed
@@ -146,16 +149,17 @@ class Learned:
     @property
     def warnings(self) -> list[str]:
         """What the user should look at."""
-        unused = [
+        told = [
             f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
             f" {IDEAL}, or no joint of theirs has a motor in the robot file"
             for own, one in zip(self.sources, self.runs, strict=True)
             if own.seen.motors is not None and one.seen.motors is None
         ]
+        told += [words for one in self.runs if one.seen.motors for words in one.seen.motors.remarks]
         if not self.unexplained or self.refusal:
-            return unused
+            return told
         return [
-            *unused,
+            *told,
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
             " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
@@ -231,7 +235,7 @@ def fitted(
         if known is None or not known.along(one):
             known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
         effects.append(known)
-        runs.append(_weighed(one, known, fmus[0]))
+        runs.append(_weighed(one, known, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     watch(Progress("learning: fit", 0, 1))
@@ -277,8 +281,14 @@ def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
     return replace(one, seen=replace(one.seen, motors=motors))
 
 
-def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> MeasuredPath:
-    """Return a measured run whose motors count by what no parameter explains of them."""
+def _weighed(
+    one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu, robot: Robot
+) -> MeasuredPath:
+    """Return a measured run whose motors count by what no parameter explains of them.
+
+    Raises:
+        LearnError: If the robot's motors cannot have their torques.
+    """
     motors, time = one.seen.motors, one.seen.time
     if motors is None:
         return one
@@ -286,7 +296,28 @@ def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> Measu
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
     motors = weighed(motors, time, path.motors(time), columns)
+    remarks = _torque_remarks(one, motors, path.motors(time), robot)
+    motors = replace(motors, remarks=remarks)
     return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def _torque_remarks(
+    one: MeasuredPath, motors: MeasuredMotors, predicted: np.ndarray, robot: Robot
+) -> tuple[str, ...]:
+    """Return a sentence on each joint whose torque a robot hardly explains, from predicted columns."""
+    torques = [k for k, (kind, _) in enumerate(motors.columns) if kind == "motor_torque"]
+    joints, time = [motors.columns[k][1] for k in torques], one.seen.time
+    rate = one.command.trajectory.at(np.clip(time, *one.command.time[[0, -1]]))[1][:, joints]
+    return torque_remarks(
+        one.seen.name,
+        robot,
+        joints,
+        time,
+        motors.values[:, torques],
+        predicted[:, torques],
+        rate,
+        LearnError,
+    )
 
 
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
