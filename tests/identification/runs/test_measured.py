@@ -191,6 +191,31 @@ def test_a_tool_that_strikes_and_vibrates_moves_steadily():
     assert len(aligned(moved, path, own_frame=False).time) == len(seen.time)
 
 
+@pytest.mark.parametrize("back", [7.0, 9e9], ids=["and back", "and stays"])
+@pytest.mark.parametrize(
+    ("rows", "far"),
+    [
+        (np.arange(0, 2000, 10), 9e-4),  # 40 ms apart
+        (np.delete(np.arange(2000), np.arange(1200, 1400)), 9e-4),  # 0.8 s are missing
+        (np.arange(2000), 2e-4),
+    ],
+    ids=["slow", "gap", "small"],
+)
+def test_a_jump_is_seen_in_slow_rows_behind_a_gap_and_twice(rows, far, back):
+    """Beside a tool that swings by 20 um at 3 Hz; without it nothing is refused."""
+    path = spiral()
+    seen = seen_of(path, first=0)
+    swings = 2e-5 * np.sin(6.0 * np.pi * seen.time)
+    jumps = far * ((seen.time >= 4.9) & (seen.time < back))
+    steady, other = (
+        replace(seen, position=seen.position + x[:, None] * [1.0, 0.0, 0.0]).at_rows(rows)
+        for x in (swings, swings + jumps)
+    )
+    assert len(aligned(steady, path, own_frame=False).time) == len(rows)
+    with pytest.raises(LearnError, match=r"got ones that jump by .* found it elsewhere"):
+        aligned(other, path, own_frame=False)
+
+
 def test_a_clock_that_leaves_too_little_of_a_run_is_told():
     """A tool that stands is all the run long there, and like any other end of it."""
     path = spiral(radius=0.006).at_rows(np.arange(800))
