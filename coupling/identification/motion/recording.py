@@ -16,6 +16,8 @@ from elastic_robot.description import Robot
 TIME = "time"
 # Steps of time may differ by this part of their mean; a row that is missing differs by all of it.
 _UNEVEN = 0.02
+# Longest step that shows a motion [s].
+_SLOWEST = 0.2
 # Fewest rows of a motion.
 _FEWEST = 100
 # Half of the joints of no robot turn as far as this [rad], two turns.
@@ -103,6 +105,11 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     if not mean > 0.0 or len(uneven):
         row = int(uneven[0]) + 1 if len(uneven) else 1
         raise table.row_error(TIME, row, "equal steps of time")
+    if mean > _SLOWEST:
+        raise IdentifyError(
+            f"{path}: time: expected seconds, in steps of {_SLOWEST:g} s at most, got steps of"
+            f" {mean:.3g}: are they milliseconds?"
+        )
     links = np.full((len(time), joints), np.nan)
     for k, name in enumerate(link):
         if name in table.header:

@@ -40,6 +40,8 @@ from elastic_robot.fmi.interface import IDEAL
 ANYWHERE = FramePrior(shift=1.0, turn=1.0)
 # What is learned must leave less than this part of what the robot file leaves.
 _WORTH = 0.9
+# A motor under its command is no farther off the model's than this [rad], or this part of its motion.
+_ANGLE_OFF, _PART_OFF = 1e-3, 0.5
 # More than so many times the noise is not noise.
 _FAR = 2.5
 
@@ -287,7 +289,7 @@ def _weighed(
     """Return a measured run whose motors count by what no parameter explains of them.
 
     Raises:
-        LearnError: If the robot's motors cannot have their torques.
+        LearnError: If the robot's motors cannot have their angles or torques.
     """
     motors, time = one.seen.motors, one.seen.time
     if motors is None:
@@ -295,10 +297,24 @@ def _weighed(
     path = one.simulated(fmu, {})
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
+    _require_followed(one.seen.name, motors, path.motors(time))
     motors = weighed(motors, time, path.motors(time), columns)
     remarks = _torque_remarks(one, motors, path.motors(time), robot)
     motors = replace(motors, remarks=remarks)
     return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def _require_followed(name: str, motors: MeasuredMotors, predicted: np.ndarray) -> None:
+    """Refuse angles of motors that move otherwise than the model's, predicted columns, any zero."""
+    off = np.std(motors.values - predicted, axis=0)
+    most = np.maximum(_ANGLE_OFF, _PART_OFF * np.std(predicted, axis=0))
+    for own, (kind, _), far, bound in zip(motors.names, motors.columns, off, most, strict=True):
+        if kind == "motor" and far > bound:
+            raise LearnError(
+                f"{name}: {own}: expected the motor's angle over the gear ratio in rad, at most"
+                f" {bound:.2g} rad off the model's, got one that is {far:.2g} rad off (rms): is it in"
+                " degrees, at the motor, another joint's or of another time?"
+            )
 
 
 def _torque_remarks(

@@ -126,6 +126,17 @@ def test_motors_at_rest_are_no_motion(tmp_path):
         read_recording(file, arms(1))
 
 
+def test_milliseconds_are_no_seconds(tmp_path):
+    file = _file(tmp_path)
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    told = [[f"{1e3 * float(time):.9g}", *rest] for time, *rest in rows[1:]]
+    file.write_text("\n".join(",".join(row) for row in [rows[0], *told]))
+    with pytest.raises(
+        IdentifyError, match=r"time: expected seconds, .* got steps of 4: are they milli"
+    ):
+        read_recording(file, arms(1))
+
+
 def test_a_few_rows_are_no_motion(tmp_path):
     with pytest.raises(IdentifyError, match="at least 100 rows, got 50"):
         read_recording(_file(tmp_path, rows=50), arms(1))

@@ -168,6 +168,25 @@ def test_torques_that_no_motor_has_are_refused(robots, factor, says):
         _weighed(other, effect, robots.fmu, robots.robot)
 
 
+def test_angles_that_are_not_those_of_their_motor_are_refused(robots):
+    """In degrees, or of the joint beside; with another zero, as a controller has it, they are read."""
+    one = recorded(robots, robots.none, every=3)
+    effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
+    values = one.seen.motors.values
+
+    def weighed(column: np.ndarray) -> MeasuredPath:
+        other = values.copy()
+        other[:, 1] = column
+        motors = replace(one.seen.motors, values=other)
+        seen = replace(one.seen, motors=motors)
+        return _weighed(replace(one, seen=seen), effect, robots.fmu, robots.robot)
+
+    assert weighed(values[:, 1] + 1.0).seen.motors.deviation[1] < 2.0 * ANGLE_NOISE
+    for column in (np.degrees(values[:, 1]), values[:, 0]):
+        with pytest.raises(LearnError, match=r"motor\[2\]: .* rad off \(rms\): is it in degrees"):
+            weighed(column)
+
+
 def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_path, robots):
     header = "time,x,y,z,motor_torque[6],motor[2],reference[1],motor[6]"
     rows = [f"{0.1 * k},0,0,{0.01 * k},{k},{2 * k},9,{3 * k}" for k in range(30)]
