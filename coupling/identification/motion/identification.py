@@ -38,7 +38,7 @@ from elastic_robot.description import Robot
 # Fits at most, each of what the one before identifies.
 _MOST_ITERATIONS = 4
 # Parts of a motor's torque from which on what is left is told, and no robot is written [1].
-_HALF, _MORE_THAN_ALL = 0.5, 1.2
+_HALF, _MORE_THAN_ALL = 0.5, 1.03
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,8 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
         by = np.linalg.lstsq(columns, link[:, i], rcond=None)[0]
         return float(by[0]), float(np.std(link[:, i] - columns @ by))
 
-    for i in np.flatnonzero(np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)):
+    own = np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)
+    for i in np.flatnonzero(own).tolist():
         factor, left = followed(i, i)
         if left < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT:
             continue
