@@ -45,6 +45,10 @@ MISTAKES = {
     "zeros": (b"\x00" * 300, ["at least one row"]),
     "columns": ("t,x,y,z\n1,2,3,4\n", ["columns time are missing", "got t, x, y, z"]),
     "semicolons": ("time;x;y;z\n1;2;3;4\n", ["separate them with commas"]),
+    "decimal commas": (
+        "time;x;y;z\n0,01;1,6;0,1;0,8\n0,02;1,6;0,1;0,8\n",
+        ["separate them with commas, decimals with a point"],
+    ),
     "few": ("\n".join([HEADER, *ROWS[:5]]), ["at least 20 rows", "got 5"]),
     "a word": (with_row(3, "0.03,0.3,much,3"), ["line 5", "y", "finite number", "'much'"]),
     "nan": (with_row(9, "0.09,nan,2,3"), ["line 11", "x", "'nan'"]),
