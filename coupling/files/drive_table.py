@@ -11,6 +11,9 @@ from coupling.files.toml_file import Positive, Schema
 from elastic_robot.gear_parts import Drive
 
 _NotNegative = Annotated[float, Field(ge=0.0)]
+# Rate loops of any drive [Hz]: the slowest axes follow a rate within seconds, and the quickest servo
+# drives on the market have some 3 kHz in their data sheets.
+_RATE_LOOPS = (0.1, 1e4)
 
 
 class FrictionTable(Schema):
@@ -87,7 +90,31 @@ class ServoTable(Schema):
         if self.integral_time_s is not None:
             integral = rate / self.integral_time_s
             _require("integral_time_s", "Kp / T", integral, "N m/rad")
+        self._require_a_servo(rate / inertia, integral / rate)
         return rate, integral
+
+    def _require_a_servo(self, rate_loop: float, integral: float) -> None:
+        """Refuse loops that no drive has, by Kp / J and Ki / Kp [1/s].
+
+        A rotor alone goes by s^3 + a s^2 + a (Kv + b) s + a b Kv with these a and b, which swings up
+        unless a (Kv + b) > b Kv (Routh).
+        """
+        lowest, highest = _RATE_LOOPS
+        bandwidth = rate_loop / (2.0 * pi)
+        if not lowest <= bandwidth <= highest:
+            key = "rate_gain" if self.rate_bandwidth_Hz is None else "rate_bandwidth_Hz"
+            raise ValueError(
+                f"{key}: expected a rate loop of {lowest:g} to {highest:g} Hz, got {bandwidth:.4g} Hz"
+                " with the rotor at the gear's output"
+            )
+        kv = self.position_gain
+        if not rate_loop * (kv + integral) > integral * kv:
+            least = integral * kv / (kv + integral) / (2.0 * pi)
+            raise ValueError(
+                f"expected loops in which the rotor comes to rest, got a rate loop of {bandwidth:.4g} Hz"
+                f" that swings up with its integral and position_gain = {kv:g}: more than {least:.4g}"
+                " Hz, or less of these"
+            )
 
 
 class DriveTable(Schema):

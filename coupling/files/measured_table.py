@@ -37,11 +37,13 @@ class MeasuredTable:
         error: type[Exception],
     ) -> None:
         self._path, self.header, self.lines, self._error_class = path, header, lines, error
+        semicolons = ";" in "".join(header)
+        self._hint = ": separate them with commas, decimals with a point" if semicolons else ""
         for number, row in lines:
             if len(row) != len(header):
                 raise error(
                     f"{path}: line {number}: expected {len(header)} cells, one for each column, got"
-                    f" {len(row)}"
+                    f" {len(row)}{self._hint}"
                 )
 
     @classmethod
@@ -89,10 +91,9 @@ class MeasuredTable:
         """Refuse a file without some columns."""
         missing = [name for name in names if name not in self.header]
         if missing:
-            hint = ": separate them with commas" if ";" in "".join(self.header) else ""
             raise self._error_class(
                 f"{self._path}: columns {', '.join(missing)} are missing: expected"
-                f" {', '.join(names)}, got {', '.join(self.header)}{hint}"
+                f" {', '.join(names)}, got {', '.join(self.header)}{self._hint}"
             )
 
     def require_whole(self, group: Sequence[str]) -> None:

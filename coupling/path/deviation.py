@@ -22,6 +22,8 @@ class Deviation:
         maximum_less_constant, rms_less_constant: The same distances once the mean deviation over time, a
             vector in the axes of the path, is taken off: what a shift of the part or of the path leaves;
             NaN in a run of an earlier version.
+        largest_turn: Largest angle between actual and desired orientation of the tool [rad]; 0 in a run
+            of an earlier version, and where it is not told.
     """
 
     maximum: float
@@ -31,20 +33,23 @@ class Deviation:
     time_of_maximum: float
     maximum_less_constant: float = np.nan
     rms_less_constant: float = np.nan
+    largest_turn: float = 0.0
 
 
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
     """Return the deviation of an actual path from the desired one: the worst figures of the tools."""
     figures = [
-        _of_tool(desired.time, a, d) for a, d in zip(actual.position, desired.position, strict=True)
+        _of_tool(desired.time, own[:, :3], tool, float(np.linalg.norm(own[:, 3:], axis=1).max()))
+        for own, tool in zip(actual.deviation_from(desired), desired.position, strict=True)
     ]
     worst = max(figures, key=lambda figure: figure.maximum)
     largest = {name: max(getattr(own, name) for own in figures) for name in asdict(worst)}
     return replace(worst, **largest | {"time_of_maximum": worst.time_of_maximum})
 
 
-def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Deviation:
-    difference = actual - desired
+def _of_tool(
+    time: np.ndarray, difference: np.ndarray, desired: np.ndarray, turn: float
+) -> Deviation:
     distance = np.linalg.norm(difference, axis=1)
     along = np.sum(difference * _directions(time, desired), axis=1)
     rest = np.linalg.norm(less_constant(time, difference), axis=1)
@@ -57,6 +62,7 @@ def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Devia
         time_of_maximum=float(time[distance.argmax()]),
         maximum_less_constant=float(rest.max()),
         rms_less_constant=root_mean_square(time, rest),
+        largest_turn=turn,
     )
 
 

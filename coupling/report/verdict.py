@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from coupling.path.deviation import Deviation
 from coupling.report.section import Section
 from coupling.report.style import UM
 from coupling.report.tables import mode_names
 from coupling.results.run_result import ReplayResult, RunResult
+
+# Where a turn of the tool is told: a point so far from its TCP [m] is off by more than the TCP for it,
+# and by so much at least [m].
+_LEVER, _TOLD = 0.1, 1e-5
 
 
 def verdict(figures: RunResult, process: str) -> Section:
@@ -38,11 +43,13 @@ def sentence(figures: RunResult, process: str) -> str:
         for robot in figures.robots
     )
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
+    turned = _turned(figures.deviations[-1])
     if figures.kind == "couple":
-        what = f"Commanded along its path as it is, the tool is up to {_um(before)} off"
+        what = f"Commanded along its path as it is, the tool is up to {_um(before)} off{turned}"
     else:
         what = (
-            f"The command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+            f"The command leads the tool to within {_um(after)} of its path{turned}, {_um(before)}"
+            " without"
         )
     own, _ = mode_names(figures.mode)
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
@@ -50,6 +57,15 @@ def sentence(figures: RunResult, process: str) -> str:
         f"{what}, for the {own} {robots} as {count}, under the process {process} on the path that the"
         f" tool really takes; {_of_gears(figures)}."
     )
+
+
+def _turned(left: Deviation) -> str:
+    """Return how far the tool's orientation is off, in words; "" where its position is off by more."""
+    moved = _LEVER * left.largest_turn
+    if not moved > max(left.maximum, _TOLD):
+        return ""
+    angle = f"{float(f'{UM * left.largest_turn:.3g}'):g} urad"
+    return f" and turned by {angle} at most ({_um(moved)} at {_LEVER:g} m from the TCP)"
 
 
 def _of_gears(figures: RunResult) -> str:

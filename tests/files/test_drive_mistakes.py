@@ -25,6 +25,7 @@ def sentence(keys: str, expected: str, got: str) -> str:
 
 
 POSITIVE, NOT_NEGATIVE = "a number greater than 0", "a number greater than or equal to 0"
+ROTOR = " with the rotor at the gear's output"
 # Lines of the drive and the whole sentence behind the file's name.
 MISTAKES = {
     **{
@@ -123,6 +124,25 @@ MISTAKES = {
     "integral beyond numbers": (
         lines(servo=servo("rate_gain = 1e9, integral_time_s = 1e-308")),
         sentence("servo: integral_time_s: ", "a finite Kp / T > 0 [N m/rad]", "inf"),
+    ),
+    "rate loop of an hour": (
+        lines(servo=servo("rate_bandwidth_Hz = 0.001")),
+        sentence(
+            "servo: rate_bandwidth_Hz: ", "a rate loop of 0.1 to 10000 Hz", f"0.001 Hz{ROTOR}"
+        ),
+    ),
+    "rate gain at the motor": (
+        lines(servo=servo("rate_gain = 1e8")),
+        sentence("servo: rate_gain: ", "a rate loop of 0.1 to 10000 Hz", f"7.958e+04 Hz{ROTOR}"),
+    ),
+    "loops that swing up": (
+        lines(servo=servo("rate_bandwidth_Hz = 2.0, integral_time_s = 0.02")),
+        sentence(
+            "servo: ",
+            "loops in which the rotor comes to rest",
+            "a rate loop of 2 Hz that swings up with its integral and position_gain = 20: more than"
+            " 2.274 Hz, or less of these",
+        ),
     ),
     "unknown key": (
         lines(inertia="1.0"),

@@ -15,6 +15,7 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.loads import SmoothWrench
 from coupling.path.contact_spring import ContactSpring
+from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -196,3 +197,15 @@ def test_a_change_counts_what_is_behind_a_jump_too():
     assert one.change_from(other) == pytest.approx(2.0 / 7.0)
     assert one.change_from(one) == 0.0
     assert one.scaled(2.0).change_from(one) == pytest.approx(0.5)
+
+
+def test_the_largest_turn_of_a_deviation_is_the_angle_between_orientations():
+    """Of two tools the larger one; about any axis."""
+    time, held = np.array([0.0, 1.0, 2.0]), Rotation.from_euler("xyz", [0.3, -1.0, 2.0])
+    desired = ToolPath.held(time, np.zeros((3, 3)), held)
+    turned = Rotation.from_rotvec(np.array([0.0, 2.5e-4, 1e-4])[:, None] * [0.6, 0.0, 0.8])
+    moved = ToolPath(time, np.hstack([np.zeros((3, 3)), (turned * held).as_quat()]))
+    assert measure(moved, desired).largest_turn == pytest.approx(2.5e-4, rel=1e-9)
+    both = ToolPath.of_tools([desired, moved])
+    other = ToolPath.of_tools([desired, desired])
+    assert measure(both, other).largest_turn == pytest.approx(2.5e-4, rel=1e-9)

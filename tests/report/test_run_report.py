@@ -229,6 +229,21 @@ def test_the_verdict_states_its_conditions(finished):
     assert "no gear reverses" in sentence(calm, "elastic-wall")
 
 
+def test_the_verdict_tells_a_turned_tool_where_its_position_is_off_by_less(finished):
+    """246 urad are 25 um at a lever of 0.1 m: more than 0.2 um, less than 30 um."""
+    own = read_run(finished[2]).figures
+    assert own.deviation_after_m.largest_turn > 0.0
+
+    def told(maximum: float, turn: float) -> str:
+        left = replace(own.deviation_after_m, maximum=maximum, largest_turn=turn)
+        return sentence(own.model_copy(update={"deviation_after_m": left}), "elastic-wall")
+
+    said = "to within 0.2 um of its path and turned by 246 urad at most (24.6 um at 0.1 m from the TCP)"
+    assert said in told(2e-7, 2.46e-4)
+    for maximum, turn in ((3e-5, 2.46e-4), (2e-7, 9e-5), (2e-7, 0.0)):
+        assert "turned" not in told(maximum, turn)
+
+
 def test_a_robot_file_that_is_gone_at_the_end_costs_no_result(finished, tmp_path):
     case, run, _ = finished
     lost = {"robot": case.resolved["robot"] | {"description": str(tmp_path / "gone.toml")}}

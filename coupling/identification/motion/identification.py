@@ -32,10 +32,13 @@ from coupling.identification.motion.sensors import (
     sensor_parameters,
     torque_parameters,
 )
+from coupling.identification.motor_torques import torque_remarks
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
 _MOST_ITERATIONS = 4
+# Parts of a motor's torque from which on what is left is told, and no robot is written [1].
+_HALF, _MORE_THAN_ALL = 0.5, 1.03
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,8 @@ class MotionIdentification:
         chosen: Mask of those identified among the first, (P,).
         judged: Recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
-        remarks: Sentences on joints that lag and offset alone predict better.
+        remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
+            offset alone predict better.
     """
 
     robot: Robot
@@ -116,11 +120,13 @@ class MotionIdentification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.chosen.any():
             return "nothing is identified"
-        left = np.median([one.torque for one in self.judged if not one.held_out])
-        if left > 1.0:
+        left = np.max([one.torque for one in self.judged if not one.held_out], axis=0)
+        if np.median(left) > 1.0 or left.max() > _MORE_THAN_ALL:
+            worst = int(left.argmax())
             return (
-                f"of the motors' torques {100.0 * left:.0f} % are left: are angles in rad, and torques"
-                " and angles those at the gears' outputs, counted as in the robot file?"
+                f"of the torque of motor {worst + 1} {100.0 * left[worst]:.0f} % are left: are angles in"
+                " rad, and torques and angles those of this joint at the gear's output, counted as in"
+                " the robot file?"
             )
         return ""
 
@@ -187,6 +193,7 @@ def identify_motion(
     unit = np.ones(len(robot.joints))
     with MovedRobot(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
+        remarks = [words for one in (*moved, *others) for words in _torque_remarks(problem, one)]
         first = fitted(problem)
         lines = _lines(first)
         moved = tuple(replace(one, lines=lines) for one in moved)
@@ -204,8 +211,26 @@ def identify_motion(
         judged = [judge(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         judged += [judge(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = _terms(fit, judged[-1]) if leave_out and others else ()
-    remarks = tuple(words for one in judged for words in _worse(one))
-    return MotionIdentification(robot, bandwidth, first, fit, chosen, tuple(judged), terms, remarks)
+    remarks += [words for one in judged for words in _worse(one)]
+    return MotionIdentification(
+        robot, bandwidth, first, fit, chosen, tuple(judged), terms, tuple(remarks)
+    )
+
+
+def _torque_remarks(problem: MotionProblem, moved: MovedRecording) -> tuple[str, ...]:
+    """Return a sentence on each joint whose measured torque the start hardly explains."""
+    torque = problem.predicted(moved, problem.start).torque
+    joints, recording = range(torque.shape[1]), moved.recording
+    return torque_remarks(
+        recording.name,
+        problem.robot,
+        joints,
+        recording.time,
+        recording.torque,
+        torque,
+        moved.motion.qd,
+        IdentifyError,
+    )
 
 
 def _links(joints: list[int]) -> str:
@@ -213,10 +238,15 @@ def _links(joints: list[int]) -> str:
 
 
 def _worse(one: Judged) -> list[str]:
-    """Return a sentence on each joint of a recording that lag and offset alone predict better."""
-    words = "predicted" if one.held_out else "fitted"
-    return [
-        f"{one.moved.recording.name}, {words}: {_urad(one.wind_up[i])} of motor less link {i + 1} are"
+    """Return a sentence on each torque of which most is left, and link that lag predicts better."""
+    words, name = "predicted" if one.held_out else "fitted", one.moved.recording.name
+    torques = [
+        f"{name}, {words}: {100.0 * one.torque[i]:.0f} % of the torque of motor {i + 1} are left: is its"
+        " column another joint's, late, or in another unit, or what does the model lack there?"
+        for i in np.flatnonzero(one.torque > _HALF)
+    ]
+    return torques + [
+        f"{name}, {words}: {_urad(one.wind_up[i])} of motor less link {i + 1} are"
         f" left, more than {_urad(one.lag_alone[i])} of lag and offset without a robot: something"
         " of this joint is missing in the model."
         for i in one.moved.recording.with_link

@@ -10,14 +10,21 @@ from scipy.signal import butter, sosfiltfilt
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.motor_currents import torque_per_current
+from coupling.identification.motor_torques import torque_per_current
 from elastic_robot.description import Robot
 
 TIME = "time"
 # Steps of time may differ by this part of their mean; a row that is missing differs by all of it.
 _UNEVEN = 0.02
+# Longest step that shows a motion [s].
+_SLOWEST = 0.2
 # Fewest rows of a motion.
 _FEWEST = 100
+# Half of the joints of no robot turn as far as this [rad], two turns.
+_TURNED = 4.0 * np.pi
+# A link follows a motor that moves by more than this, but for a wind-up below this rms [rad], and by no
+# other factor than 1 by this part.
+_FOLLOWED, _NOT_WOUND_UP, _OTHER_UNIT = 0.05, 0.02, 0.2
 # Order of the filter in one direction; there and back it has none of a phase and twice this order.
 _ORDER = 3
 
@@ -98,14 +105,57 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     if not mean > 0.0 or len(uneven):
         row = int(uneven[0]) + 1 if len(uneven) else 1
         raise table.row_error(TIME, row, "equal steps of time")
+    if mean > _SLOWEST:
+        raise IdentifyError(
+            f"{path}: time: expected seconds, in steps of {_SLOWEST:g} s at most, got steps of"
+            f" {mean:.3g}: are they milliseconds?"
+        )
     links = np.full((len(time), joints), np.nan)
     for k, name in enumerate(link):
         if name in table.header:
             links[:, k] = table.of([name])[:, 0]
     moved = table.of(motor)
+    turned = float(np.median(np.abs(moved).max(axis=0)))
+    if turned > _TURNED:
+        raise IdentifyError(
+            f"{path}: expected angles of motors over their gears' ratios in rad, got ones of up to"
+            f" {turned:.3g} on every other joint: are they in degrees, or at the motors?"
+        )
     if not np.ptp(moved, axis=0).any():
         raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
+    _require_own_links(path, float(mean), moved, links)
     return Recording(path.name, time, moved, table.of(torque) * factors, links)
+
+
+def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndarray) -> None:
+    """Refuse links that do not follow their motors, with any offset and late by any time.
+
+    Args:
+        step: Step of time [s].
+        motor, link: Angles of motors and links [rad], (n, j); nan where no link is measured.
+    """
+    rate = np.gradient(motor, step, axis=0)
+
+    def followed(i: int, k: int) -> tuple[float, float]:
+        """Return by which factor link i follows motor k [1], and the rms of what is left [rad]."""
+        columns = np.column_stack([motor[:, k], rate[:, k], np.ones(len(motor))])
+        by = np.linalg.lstsq(columns, link[:, i], rcond=None)[0]
+        return float(by[0]), float(np.std(link[:, i] - columns @ by))
+
+    own = np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)
+    for i in np.flatnonzero(own).tolist():
+        factor, left = followed(i, i)
+        if left < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT:
+            continue
+        best = min(range(motor.shape[1]), key=lambda k: followed(i, k)[1])
+        got = f"got one that is {np.std(link[:, i] - motor[:, i]):.2g} rad off (rms)"
+        if left < _NOT_WOUND_UP * abs(factor):
+            got = f"got {factor:.3g} times that: are unit and sign those of the motor's?"
+        elif abs(followed(i, best)[0] - 1.0) < _OTHER_UNIT:
+            got += f" and follows motor[{best + 1}]: are columns swapped?"
+        raise IdentifyError(
+            f"{path}: link[{i + 1}]: expected the angle behind the gear of motor[{i + 1}], {got}"
+        )
 
 
 def smooth(values: np.ndarray, step: float, bandwidth: float) -> np.ndarray:

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
+from coupling.identification.motor_torques import torque_remarks
 from coupling.identification.runs.descent import size_of
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter, ParameterFit
@@ -19,6 +21,7 @@ from coupling.identification.runs.judge import (
     mostly_in_backlash,
 )
 from coupling.identification.runs.measurement import MeasuredPath
+from coupling.identification.runs.motors import MeasuredMotors
 from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
 from coupling.identification.runs.problem import FitProblem, FramePrior
 from coupling.identification.runs.residual import weighed
@@ -37,6 +40,8 @@ from elastic_robot.fmi.interface import IDEAL
 ANYWHERE = FramePrior(shift=1.0, turn=1.0)
 # What is learned must leave less than this part of what the robot file leaves.
 _WORTH = 0.9
+# A motor under its command is no farther off the model's than this [rad], or this part of its motion.
+_ANGLE_OFF, _PART_OFF = 1e-3, 0.5
 # More than so many times the noise is not noise.
 _FAR = 2.5
 
@@ -146,16 +151,17 @@ class Learned:
     @property
     def warnings(self) -> list[str]:
         """What the user should look at."""
-        unused = [
+        told = [
             f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
             f" {IDEAL}, or no joint of theirs has a motor in the robot file"
             for own, one in zip(self.sources, self.runs, strict=True)
             if own.seen.motors is not None and one.seen.motors is None
         ]
+        told += [words for one in self.runs if one.seen.motors for words in one.seen.motors.remarks]
         if not self.unexplained or self.refusal:
-            return unused
+            return told
         return [
-            *unused,
+            *told,
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
             " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
@@ -231,7 +237,7 @@ def fitted(
         if known is None or not known.along(one):
             known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
         effects.append(known)
-        runs.append(_weighed(one, known, fmus[0]))
+        runs.append(_weighed(one, known, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     watch(Progress("learning: fit", 0, 1))
@@ -277,16 +283,57 @@ def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
     return replace(one, seen=replace(one.seen, motors=motors))
 
 
-def _weighed(one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu) -> MeasuredPath:
-    """Return a measured run whose motors count by what no parameter explains of them."""
+def _weighed(
+    one: MeasuredPath, effect: ParameterEffect, fmu: RobotFmu, robot: Robot
+) -> MeasuredPath:
+    """Return a measured run whose motors count by what no parameter explains of them.
+
+    Raises:
+        LearnError: If the robot's motors cannot have their angles or torques.
+    """
     motors, time = one.seen.motors, one.seen.time
     if motors is None:
         return one
     path = one.simulated(fmu, {})
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
+    _require_followed(one.seen.name, motors, path.motors(time))
     motors = weighed(motors, time, path.motors(time), columns)
+    remarks = _torque_remarks(one, motors, path.motors(time), robot)
+    motors = replace(motors, remarks=remarks)
     return replace(one, seen=replace(one.seen, motors=motors))
+
+
+def _require_followed(name: str, motors: MeasuredMotors, predicted: np.ndarray) -> None:
+    """Refuse angles of motors that move otherwise than the model's, predicted columns, any zero."""
+    off = np.std(motors.values - predicted, axis=0)
+    most = np.maximum(_ANGLE_OFF, _PART_OFF * np.std(predicted, axis=0))
+    for own, (kind, _), far, bound in zip(motors.names, motors.columns, off, most, strict=True):
+        if kind == "motor" and far > bound:
+            raise LearnError(
+                f"{name}: {own}: expected the motor's angle over the gear ratio in rad, at most"
+                f" {bound:.2g} rad off the model's, got one that is {far:.2g} rad off (rms): is it in"
+                " degrees, at the motor, another joint's or of another time?"
+            )
+
+
+def _torque_remarks(
+    one: MeasuredPath, motors: MeasuredMotors, predicted: np.ndarray, robot: Robot
+) -> tuple[str, ...]:
+    """Return a sentence on each joint whose torque a robot hardly explains, from predicted columns."""
+    torques = [k for k, (kind, _) in enumerate(motors.columns) if kind == "motor_torque"]
+    joints, time = [motors.columns[k][1] for k in torques], one.seen.time
+    rate = one.command.trajectory.at(np.clip(time, *one.command.time[[0, -1]]))[1][:, joints]
+    return torque_remarks(
+        one.seen.name,
+        robot,
+        joints,
+        time,
+        motors.values[:, torques],
+        predicted[:, torques],
+        rate,
+        LearnError,
+    )
 
 
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.motor_currents import torque_per_current
+from coupling.identification.motor_torques import torque_per_current
 from coupling.path.motor_history import MotorHistory
 from elastic_robot.description import Robot
 
@@ -33,11 +33,13 @@ class MeasuredMotors:
             0, (c,).
         values: Angles over the gear ratio [rad], torques times it [N m], currents [A], (n, c).
         deviation: Standard deviations by which they count, of a row [rad], [N m], (c,).
+        remarks: Sentences on joints whose torques the robot's file hardly explains.
     """
 
     columns: tuple[tuple[str, int], ...]
     values: np.ndarray
     deviation: np.ndarray
+    remarks: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, table: MeasuredTable) -> MeasuredMotors | None:

@@ -30,7 +30,7 @@ def arms(joints: int, per_current: float | None = None) -> Robot:
 
 
 def _file(folder, header="time,motor[1],motor_torque[1],link[1]", rows=200, change=None):
-    lines = [[STEP * k, 0.1 * k, 5.0, 0.1 * k] for k in range(rows)]
+    lines = [[STEP * k, 0.01 * k, 5.0, 0.01 * k] for k in range(rows)]
     cells = [[f"{value:.9g}" for value in line[: len(header.split(","))]] for line in lines]
     if change is not None:
         row, column, text = change
@@ -89,11 +89,51 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
         read_recording(_file(tmp_path, change=change, **given), arms(joints))
 
 
+@pytest.mark.parametrize(
+    ("links", "says"),
+    [
+        (lambda q: np.degrees(q), r"link\[1\]: .* of motor\[1\], got 57.3 times that: are unit"),
+        (lambda q: q * [1.0, -1.0], r"link\[2\]: .* of motor\[2\], got -1 times that: .* sign"),
+        (lambda q: q[:, ::-1], r"link\[1\]: .* rad off \(rms\) and follows motor\[2\]: .* swapped"),
+        (
+            lambda q: q * [1.0, 0.0] + 3.0,
+            r"link\[2\]: expected .*, got one that is 0.2\d* rad off",
+        ),
+        (lambda q: np.roll(q, 25, axis=0) + 1e-3 * np.sin(50.0 * q) + 3.0, ""),
+    ],
+    ids=["degrees", "sign", "swapped", "still", "late, with an error"],
+)
+def test_links_follow_their_own_motors(tmp_path, links, says):
+    """In another unit, with another sign or another joint's they are refused; late ones are not."""
+    time = STEP * np.arange(2000)
+    motor = 0.4 * np.sin(np.column_stack([2.0 * time, 0.9 * time]))
+    rows = np.column_stack([time, motor, motor, links(motor)])
+    names = [f"{what}[{i}]" for what in ("motor", "motor_torque", "link") for i in (1, 2)]
+    file = tmp_path / "motion.csv"
+    np.savetxt(file, rows[50:], "%.9g", ",", header=",".join(["time", *names]), comments="")
+    if says:
+        with pytest.raises(IdentifyError, match=says):
+            read_recording(file, arms(2))
+    else:
+        assert read_recording(file, arms(2)).with_link == [0, 1]
+
+
 def test_motors_at_rest_are_no_motion(tmp_path):
     file = tmp_path / "still.csv"
     lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
     file.write_text("\n".join(["time,motor[1],motor_torque[1]", *lines]) + "\n")
     with pytest.raises(IdentifyError, match="expected motors that move"):
+        read_recording(file, arms(1))
+
+
+def test_milliseconds_are_no_seconds(tmp_path):
+    file = _file(tmp_path)
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    told = [[f"{1e3 * float(time):.9g}", *rest] for time, *rest in rows[1:]]
+    file.write_text("\n".join(",".join(row) for row in [rows[0], *told]))
+    with pytest.raises(
+        IdentifyError, match=r"time: expected seconds, .* got steps of 4: are they milli"
+    ):
         read_recording(file, arms(1))
 
 

@@ -89,6 +89,17 @@ def test_what_lag_and_offset_alone_predict_better_is_said(recordings):
     assert "motor less link 2 are left" in words
 
 
+def test_torques_of_another_joint_are_told_and_written_nowhere(recordings):
+    first = recordings[0]
+    swapped = replace(first, name="swapped.csv", torque=first.torque[:, ::-1])
+    found = identify_motion(arm(), [swapped], [], BANDWIDTH, leave_out=False)
+    assert found.refusal.startswith("of the torque of motor 1 183 % are left: ")
+    assert sum("of the torque of motor" in words for words in found.remarks) == 2
+    held_out = identify_motion(arm(), [first], [swapped], BANDWIDTH, leave_out=False)
+    assert held_out.refusal == ""
+    assert any(words.startswith("swapped.csv, predicted: ") for words in held_out.remarks)
+
+
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
     robot = arm()
     moved = MovedRecording.of(recordings[0], BANDWIDTH)

@@ -45,6 +45,10 @@ MISTAKES = {
     "zeros": (b"\x00" * 300, ["at least one row"]),
     "columns": ("t,x,y,z\n1,2,3,4\n", ["columns time are missing", "got t, x, y, z"]),
     "semicolons": ("time;x;y;z\n1;2;3;4\n", ["separate them with commas"]),
+    "decimal commas": (
+        "time;x;y;z\n0,01;1,6;0,1;0,8\n0,02;1,6;0,1;0,8\n",
+        ["separate them with commas, decimals with a point"],
+    ),
     "few": ("\n".join([HEADER, *ROWS[:5]]), ["at least 20 rows", "got 5"]),
     "a word": (with_row(3, "0.03,0.3,much,3"), ["line 5", "y", "finite number", "'much'"]),
     "nan": (with_row(9, "0.09,nan,2,3"), ["line 11", "x", "'nan'"]),
@@ -189,6 +193,31 @@ def test_a_tool_that_strikes_and_vibrates_moves_steadily():
     struck = 1e-3 * (1.0 - np.exp(-after / 0.01)) + 4e-4 * np.sin(60.0 * np.pi * after)
     moved = replace(seen, position=seen.position + struck[:, None] * [0.0, 0.0, 1.0])
     assert len(aligned(moved, path, own_frame=False).time) == len(seen.time)
+
+
+@pytest.mark.parametrize("back", [7.0, 9e9], ids=["and back", "and stays"])
+@pytest.mark.parametrize(
+    ("rows", "far"),
+    [
+        (np.arange(0, 2000, 10), 9e-4),  # 40 ms apart
+        (np.delete(np.arange(2000), np.arange(1200, 1400)), 9e-4),  # 0.8 s are missing
+        (np.arange(2000), 2e-4),
+    ],
+    ids=["slow", "gap", "small"],
+)
+def test_a_jump_is_seen_in_slow_rows_behind_a_gap_and_twice(rows, far, back):
+    """Beside a tool that swings by 20 um at 3 Hz; without it nothing is refused."""
+    path = spiral()
+    seen = seen_of(path, first=0)
+    swings = 2e-5 * np.sin(6.0 * np.pi * seen.time)
+    jumps = far * ((seen.time >= 4.9) & (seen.time < back))
+    steady, other = (
+        replace(seen, position=seen.position + x[:, None] * [1.0, 0.0, 0.0]).at_rows(rows)
+        for x in (swings, swings + jumps)
+    )
+    assert len(aligned(steady, path, own_frame=False).time) == len(rows)
+    with pytest.raises(LearnError, match=r"got ones that jump by .* found it elsewhere"):
+        aligned(other, path, own_frame=False)
 
 
 def test_a_clock_that_leaves_too_little_of_a_run_is_told():

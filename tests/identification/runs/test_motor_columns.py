@@ -48,7 +48,7 @@ def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -
 
 def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    one = _weighed(one, effect, robots.fmu)
+    one = _weighed(one, effect, robots.fmu, robots.robot)
     return Fitter(FitProblem((robots.fmu,), robots.parameters, (one,), (effect,)))
 
 
@@ -60,7 +60,7 @@ def test_what_friction_does_to_motors_is_what_simulations_do(robots):
     own = Robots(tight, robots.models, seconds=4.0, drive="servo")
     one = recorded(own, own.none, every=3)
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
-    one = _weighed(one, effect, own.fmu)
+    one = _weighed(one, effect, own.fmu, tight)
     secant = SecantEffect((own.fmu,), one, effect, 0.02)
     slow = SlowPart.of(one.seen.time, 1.0)
     told, found = (slow(by(own.none, one.seen.time)[:, 6:]) for by in (effect, secant))
@@ -140,17 +140,51 @@ def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
     """White noise as it is; a slow ripple of 30 N m as noise that leaves as much of itself."""
     one = recorded(robots, robots.none)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    quiet = _weighed(one, effect, robots.fmu).seen.motors.deviation
+    quiet = _weighed(one, effect, robots.fmu, robots.robot).seen.motors.deviation
     np.testing.assert_allclose(quiet / NOISES, 1.0, atol=0.2)
     ripple = 30.0 * np.sin(2.0 * np.pi * 1.3 * one.seen.time)
     values = one.seen.motors.values.copy()
     values[:, 7] += ripple
     shaken = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
-    loud = _weighed(shaken, effect, robots.fmu).seen.motors.deviation
+    loud = _weighed(shaken, effect, robots.fmu, robots.robot).seen.motors.deviation
     slow = SlowPart.of(one.seen.time)
     expected = np.std(slow(ripple[:, None])) / np.sqrt(slow.of_noise)
     assert loud[7] == pytest.approx(expected, rel=0.2)
     np.testing.assert_allclose(np.delete(loud, 7), np.delete(quiet, 7), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"), [(-1.0, "sign"), (1e-3, "kN m"), (0.0055, "times the gear ratio")]
+)
+def test_torques_that_no_motor_has_are_refused(robots, factor, says):
+    """Of another sign, in kN m, at a motor before a gear of 180; those of the model are not."""
+    one = recorded(robots, robots.factors(friction=1.5), every=3)
+    effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
+    assert _weighed(one, effect, robots.fmu, robots.robot).seen.motors.remarks == ()
+    values = one.seen.motors.values.copy()
+    values[:, COLUMNS.index(("motor_torque", 1))] *= factor
+    other = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
+    with pytest.raises(LearnError, match=f"joint 2: .*got {factor:.2g}.* times .*{says}"):
+        _weighed(other, effect, robots.fmu, robots.robot)
+
+
+def test_angles_that_are_not_those_of_their_motor_are_refused(robots):
+    """In degrees, or of the joint beside; with another zero, as a controller has it, they are read."""
+    one = recorded(robots, robots.none, every=3)
+    effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
+    values = one.seen.motors.values
+
+    def weighed(column: np.ndarray) -> MeasuredPath:
+        other = values.copy()
+        other[:, 1] = column
+        motors = replace(one.seen.motors, values=other)
+        seen = replace(one.seen, motors=motors)
+        return _weighed(replace(one, seen=seen), effect, robots.fmu, robots.robot)
+
+    assert weighed(values[:, 1] + 1.0).seen.motors.deviation[1] < 2.0 * ANGLE_NOISE
+    for column in (np.degrees(values[:, 1]), values[:, 0]):
+        with pytest.raises(LearnError, match=r"motor\[2\]: .* rad off \(rms\): is it in degrees"):
+            weighed(column)
 
 
 def test_columns_are_read_by_their_names_and_belong_to_joints_with_motors(tmp_path, robots):

@@ -1,0 +1,176 @@
+"""Torques of motors at their gears' outputs: from currents, and whether a robot's motors can have them.
+
+A measured torque is a T + F along the motion, where the model needs T for weight and acceleration.  a is
+1 but for wrong masses, and friction F takes energy from any motor: a column with another sign has both
+turned round, one in another unit or at the motor, before the gear, has both in that ratio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.description import Robot
+from elastic_robot.gear_parts import Drive
+
+# A motor moves from this part of its largest rate on; it must do so both ways for this part of the rows,
+# as weight and friction look alike where it moves one way.
+_MOVES, _EACH_WAY = 0.1, 0.15
+# Shortest time of such rows [s], parts of them that are left out in turn, and how many of their
+# deviations decide, of two estimates and of one alone.
+_SHORTEST, _PARTS, _SURE, _SURE_ALONE = 1.0, 12, 4.0, 10.0
+# Friction below this part of the torque is none.
+_NO_FRICTION = 0.02
+# Masses that are wrong, a payload or balancer that is not in the file, make the torque so many times as
+# large or small; units and gear ratios make it at least the larger of these.
+_MASSES, _UNITS = 3.0, 30.0
+
+
+def torque_per_current(robot: Robot, joint: int, table: object, error: type[Exception]) -> float:
+    """Return the torque at the gear's output over the current of a joint's motor [N m/A].
+
+    Args:
+        joint: Number of the joint, from 0.
+        table: Name of the table with the current, for the message.
+        error: Exception class where the robot's file does not tell.
+    """
+    drive = robot.joints[joint].drive
+    if drive is None or drive.torque_per_current is None:
+        raise error(
+            f"{table}: motor_current[{joint + 1}]: expected torque_constant_Nm_A in [joint.drive] of"
+            f" joint {joint + 1} in the robot file, got none"
+        )
+    return drive.torque_per_current
+
+
+def torque_remarks(
+    name: str,
+    robot: Robot,
+    joints: Sequence[int],
+    time: np.ndarray,
+    measured: np.ndarray,
+    predicted: np.ndarray,
+    rate: np.ndarray,
+    error: type[Exception],
+) -> tuple[str, ...]:
+    """Return a sentence on each joint whose measured torque the model's masses hardly explain.
+
+    Args:
+        name: Name of the recording, for the messages.
+        robot: The robot, for the friction of its file.
+        joints: Joints of the columns, from 0, (k,).
+        time: Times [s], (n,).
+        measured: Measured torques at the gears' outputs [N m], (n, k).
+        predicted: What the robot's file predicts of them [N m], (n, k).
+        rate: Rates of the motors over their gears' ratios [rad/s], (n, k).
+        error: Exception class where a torque is none that the motor can have.
+    """
+    remarks, step = [], float(np.ptp(time)) / max(len(time) - 1, 1)
+    for k, joint in enumerate(joints):
+        drive = robot.joints[joint].drive
+        fault, impossible = _fault(drive, step, measured[:, k], predicted[:, k], rate[:, k])
+        words = f"{name}: joint {joint + 1}: expected torques at the gear's output [N m], {fault}"
+        if impossible:
+            raise error(words)
+        if fault:
+            remarks.append(words)
+    return tuple(remarks)
+
+
+def _fault(
+    drive: Drive | None,
+    step: float,
+    measured: np.ndarray,
+    predicted: np.ndarray,
+    rate: np.ndarray,
+) -> tuple[str, bool]:
+    """Return what is wrong with a joint's torques in words, and whether no motor has them.
+
+    Args:
+        step: Time of a row [s].
+        measured, predicted: Torques [N m], (n,).
+        rate: Rate of its motor [rad/s], (n,).
+    """
+    speed = np.abs(rate)
+    moves = speed > _MOVES * speed.max()
+    ways = [np.count_nonzero(moves & (sign * rate > 0.0)) for sign in (1.0, -1.0)]
+    if step * sum(ways) < _SHORTEST or min(ways) < _EACH_WAY * sum(ways):
+        return "", False
+    measured, predicted, rate = measured[moves], predicted[moves], rate[moves]
+    file = np.zeros_like(rate)
+    if drive is not None:
+        file = drive.friction_torque(drive.friction, np.sign(rate), rate, predicted)
+    load = predicted - file
+    factor, friction = _load_and_friction(measured, load, rate)
+    usual = float(np.mean(np.abs(file)))
+    size, needed = (float(np.sqrt(np.mean(own**2))) for own in (measured, load))
+    lost = friction.sure and abs(friction.value) > _NO_FRICTION * size
+    got = f"got {factor.value:.3g} times what weight and acceleration of its links need"
+    if not factor.sure:
+        got = f"got {friction.value:.3g} N m of friction, {usual:.3g} N m in the robot file"
+    turned = factor.sure and -_MASSES < factor.value < -1.0 / _MASSES
+    if lost:
+        gained = friction.value < 0.0 and (turned or (friction.alone and not factor.sure))
+    else:
+        gained = turned and factor.alone
+    if gained:
+        return f"positive where they turn it forwards, {got}: is the column's sign another?", True
+    told = [abs(factor.value)] if factor.sure else []
+    if lost and usual > 0.0:
+        told.append(abs(friction.value) / usual)
+    if told and (max(told) < 1.0 / _UNITS or min(told) > _UNITS):
+        # A balancer that is not in the file may leave little of the weight, but not of friction.
+        both = (
+            len(told) == 2 or not _MASSES / _UNITS < size / max(needed, 1e-300) < _UNITS / _MASSES
+        )
+        return (
+            f"{got}: is the column in kN m or parts of a rated torque, or at the motor, not times the"
+            " gear ratio?",
+            factor.sure and both,
+        )
+    if factor.sure and not 1.0 / _MASSES < factor.value < _MASSES:
+        return (
+            f"{got}: is the column's unit or sign another, or is a payload or balancer not in the robot"
+            " file?",
+            False,
+        )
+    return "", False
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    value: float
+    deviation: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether its sign and size are known."""
+        return abs(self.value) > _SURE * self.deviation
+
+    @property
+    def alone(self) -> bool:
+        """Whether they are, without a second estimate that agrees."""
+        return abs(self.value) > _SURE_ALONE * self.deviation
+
+
+def _load_and_friction(
+    measured: np.ndarray, load: np.ndarray, rate: np.ndarray
+) -> tuple[_Estimate, _Estimate]:
+    """Return how many times the load is measured [1], and the mean friction [N m], of rows (n,)."""
+    columns = np.column_stack([load, np.sign(rate), rate])
+    size = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    mean = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, float(np.mean(np.abs(rate)))]])
+
+    def fitted(rows: np.ndarray) -> np.ndarray:
+        by = np.linalg.lstsq(columns[rows] / size, measured[rows], rcond=1e-9)[0]
+        return mean @ (by / size)
+
+    every = np.arange(len(measured))
+    parts = np.array_split(every, _PARTS)
+    others = np.array([fitted(np.setdiff1d(every, part)) for part in parts])
+    # The jackknife over parts of the recording.
+    deviation = np.sqrt((_PARTS - 1.0) * np.var(others, axis=0))
+    first, second = zip(fitted(every).tolist(), deviation.tolist(), strict=True)
+    return _Estimate(*first), _Estimate(*second)
