@@ -7,6 +7,7 @@ States may be many at once, as in `OperatingPoint`.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,9 @@ from scipy.interpolate import CubicSpline
 from elastic_robot.description import Body, Joint, Robot
 
 STEP = 1e-40
+_EYE = np.eye(3)
+# Matrices of e x .. of the three unit vectors e, row by row, (3, 9).
+_SKEW = np.cross(_EYE[:, None], _EYE).swapaxes(1, 2).reshape(3, 9)
 
 
 @dataclass(frozen=True)
@@ -63,32 +67,31 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     states = given.motion.shape[1:-1]
     turn = np.zeros((*states, 3, 3), dtype=complex) + np.eye(3)
     point, velocity, acceleration, spin, spin_rate = np.zeros((5, *states, 3), dtype=complex)
+    # Matrices of spin x .. and of spin' x .. + spin x (spin x ..).
+    whirl = whirling = np.zeros((*states, 3, 3), dtype=complex)
     axes, points, elastic, bodies, balanced = [], [], [], [], {}
     free = iter(np.moveaxis(given.motion, -1, 0))
     one_for_all = given.drives.ndim < given.motion.ndim
     drives = given.drives[:, None] if one_for_all else given.drives
 
     def shifted(arm):
-        centripetal = cross(spin, cross(spin, arm))
-        return (
-            point + arm,
-            velocity + cross(spin, arm),
-            acceleration + cross(spin_rate, arm) + centripetal,
-        )
+        return point + arm, velocity + times(whirl, arm), acceleration + times(whirling, arm)
 
     def rotate(axis, motion, is_elastic):
-        nonlocal turn, spin, spin_rate
+        nonlocal turn, spin, spin_rate, whirl, whirling
         angle, (rate, rate_of_rate) = motion[0], motion[1:, ..., None]
         z = turn @ np.array(axis)
-        spin_rate = spin_rate + z * rate_of_rate + cross(spin, z) * rate
+        spin_rate = spin_rate + z * rate_of_rate + times(whirl, z) * rate
         spin = spin + z * rate
-        turn = turn @ rodrigues(np.array(axis), angle)
+        whirl = skew(spin)
+        whirling = skew(spin_rate) + whirl @ whirl
+        turn = turn @ rodrigues(axis, angle)
         axes.append(z), points.append(point), elastic.append(is_elastic)
 
     def load(body: Body):
         place, _, of_centre = shifted(turn @ np.array(body.com))
         inertia = turn @ body.inertia_matrix @ turn.swapaxes(-1, -2)
-        moment = times(inertia, spin_rate) + cross(spin, times(inertia, spin))
+        moment = times(inertia, spin_rate) + times(whirl @ inertia, spin)
         bodies.append((len(axes), place, body.mass * (of_centre - given.gravity), moment))
 
     for joint, drive in zip(robot.joints, np.moveaxis(drives, -1, 0), strict=True):
@@ -105,17 +108,16 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
     force = given.wrench[:3] + times(given.spring_matrix, given.anchor - tcp)
-    bodies.append((len(axes), tcp, -force, -given.wrench[3:]))
-    # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
-    torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)
-    for i in reversed(range(len(axes))):
-        while bodies and bodies[-1][0] > i:
-            _, place, force, moment = bodies.pop()
-            moment_beyond = moment_beyond + cross(place, force) + moment
-            force_beyond = force_beyond + force
-        turning = axes[i] * (moment_beyond - cross(points[i], force_beyond))
-        torques.insert(0, turning.sum(axis=-1) - balanced.get(i, 0.0))
-    return Answer(np.array(torques)[np.array(elastic)].T, tcp, turn, tcp_velocity, spin)
+    bodies.append((len(axes), tcp, -force, np.broadcast_to(-given.wrench[3:], tcp.shape)))
+    # Moment about the base's origin and force of all bodies that each axis carries.
+    behind, places, forces, moments = (np.array(part) for part in zip(*bodies, strict=True))
+    carries = (behind > np.arange(len(axes))[:, None]).astype(float)
+    moment_beyond = np.tensordot(carries, cross(places, forces) + moments, 1)
+    turning = moment_beyond - cross(np.array(points), np.tensordot(carries, forces, 1))
+    torques = (np.array(axes) * turning).sum(axis=-1)
+    for i, torque_of_spring in balanced.items():
+        torques[i] -= torque_of_spring
+    return Answer(torques[np.array(elastic)].T, tcp, turn, tcp_velocity, spin)
 
 
 def behind_gear(joint: Joint, drive: np.ndarray) -> np.ndarray:
@@ -130,9 +132,14 @@ def behind_gear(joint: Joint, drive: np.ndarray) -> np.ndarray:
     return output
 
 
+@functools.cache
+def natural_spline(table: tuple[tuple[float, float], ...]) -> CubicSpline:
+    return CubicSpline(*np.array(table).T, bc_type="natural")
+
+
 def balance(table: tuple[tuple[float, float], ...], angle: complex) -> complex:
     """Torque of a balancer: the piece of a natural spline where the real part of the angle lies."""
-    spline = CubicSpline(*np.array(table).T, bc_type="natural")
+    spline = natural_spline(table)
     if np.ndim(angle):
         return np.array([balance(table, one) for one in angle])
     (first, last), at = spline.x[[0, -1]], np.real(angle)
@@ -153,10 +160,14 @@ def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return (matrix @ vector[..., None])[..., 0]
 
 
-def rodrigues(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    x, y, z = axis
-    k, angle = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), angle[..., None, None]
-    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
+def skew(vector: np.ndarray) -> np.ndarray:
+    """Matrix of vector x .., (..., 3, 3)."""
+    return (vector @ _SKEW).reshape(*vector.shape, 3)
+
+
+def rodrigues(axis: tuple[float, ...], angle: np.ndarray) -> np.ndarray:
+    k, angle = skew(np.array(axis)), angle[..., None, None]
+    return _EYE + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
 
 
 def torque(curve: str, given: Numbers) -> np.ndarray:

@@ -36,16 +36,20 @@ class PointToPoint:
 
     def at(self, time: float) -> np.ndarray:
         """q, q', q'' from a time on, (3, axes)."""
+        rows = np.outer(self.part(time), self.way)
+        rows[0] += self.first
+        return rows
+
+    def part(self, time: float) -> tuple[float, float, float]:
+        """Part of the way, its rate [1/s] and acceleration [1/s^2] from a time on."""
         a, v, rise, left = self.acceleration, self.rate, self.rise, self.end - time
         if time < rise:
-            s = 0.5 * a * time**2, a * time, a
-        elif left > rise:
-            s = v * (time - 0.5 * rise), v, 0.0
-        elif left > 0.0:
-            s = 1.0 - 0.5 * a * left**2, a * left, -a
-        else:
-            s = 1.0, 0.0, 0.0
-        return np.outer(s, self.way) + np.array([self.first, 0.0 * self.way, 0.0 * self.way])
+            return 0.5 * a * time**2, a * time, a
+        if left > rise:
+            return v * (time - 0.5 * rise), v, 0.0
+        if left > 0.0:
+            return 1.0 - 0.5 * a * left**2, a * left, -a
+        return 1.0, 0.0, 0.0
 
 
 @dataclass
@@ -75,8 +79,10 @@ class PublishedAxis:
 
     def torques(self, time: float, y: np.ndarray) -> tuple[float, float, float]:
         """Of the motor and of the spring on it [N m], and what the rate loop is told [rad/s]."""
-        theta, theta_rate, motor, rate, integral, current, _, _ = y
-        q, qd = self.ratio * self.path.at(time)[:2, 0]
+        theta, theta_rate, motor, rate, integral, current, _, _ = y.tolist()
+        first, way = self.ratio * float(self.path.first[0]), self.ratio * float(self.path.way[0])
+        part, part_rate, _ = self.path.part(time)
+        q, qd = first + way * part, way * part_rate
         wanted = qd + self.position_gain * (q - motor) - rate
         reference = self.gain * (wanted + integral)
         spring = self.spring * (self.ratio * theta - motor)
@@ -85,7 +91,7 @@ class PublishedAxis:
 
     def derivative(self, time: float, y: np.ndarray, side: int) -> np.ndarray:
         """Of theta, theta', phi, phi', integral, i, u and elongation; side 0: friction sticks."""
-        _, theta_rate, _, rate, integral, current, amplified, elongation = y
+        _, theta_rate, _, rate, integral, current, amplified, elongation = y.tolist()
         torque, spring, wanted = self.torques(time, y)
         still = side == 0 and self.presliding == 0.0
         if self.presliding > 0.0:

@@ -12,12 +12,18 @@ POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
 
 
+def unpacked(file):
+    """Return the folder of an FMU that is unpacked once: there later processes find its bytecode."""
+    folder = f"{file}.{os.stat(file).st_mtime_ns}"
+    return folder if os.path.isdir(folder) else fmpy.extract(file, unzipdir=folder)
+
+
 class Fmu:
     """An unpacked FMU."""
 
     def __init__(self, file):
         self.description = fmpy.read_model_description(file, validate=False)
-        self.folder = fmpy.extract(file)
+        self.folder = unpacked(file)
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
         self._numbers = itertools.count(1)

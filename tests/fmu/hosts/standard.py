@@ -19,6 +19,7 @@ from ctypes import (
 from pathlib import Path
 
 import fmpy
+from fmu import unpacked
 
 OK, WARNING, DISCARD, ERROR = range(4)
 POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
@@ -33,7 +34,7 @@ class Fmu:
 
     def __init__(self, file, use="cs"):
         self.description = fmpy.read_model_description(file, validate=False)
-        self.folder, self.use = Path(fmpy.extract(file)), use
+        self.folder, self.use = Path(unpacked(file)), use
         self.version = self.description.fmiVersion[0]
         self.kind = (
             "python" if (self.folder / "resources" / "slavemodule.txt").exists() else "native"
