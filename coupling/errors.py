@@ -106,3 +106,13 @@ def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") ->
     hint = f": did you mean {close[0]!r}?" if close else ""
     listing = ("one of " if len(words) > 1 else "") + ", ".join(words)
     return f"expected {listing}{also}, got {kind}{got!r}{hint}"
+
+
+def sentence(words: str) -> str:
+    """Return the words of an error or a warning with a full stop, unless they ask.
+
+    Example:
+        >>> sentence("got 40"), sentence("got 4000: are they in mm?")
+        ('got 40.', 'got 4000: are they in mm?')
+    """
+    return words if words.endswith("?") else f"{words}."

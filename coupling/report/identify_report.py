@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import hypot
 
+from coupling.errors import sentence
 from coupling.report.document import document
 from coupling.report.identify_figures import (
     agreement,
@@ -47,7 +48,7 @@ def identify_summary(found: IdentifiedResult) -> list[Section]:
         _sizes(found),
         *_loops(found),
         Section("Parameters", [_parameters(found)]),
-        *warned(text + "." * (not text.endswith("?")) for text in found.warnings),
+        *warned(map(sentence, found.warnings)),
         _separability(found),
         *_further(found),
     ]
@@ -58,7 +59,7 @@ def _verdict(found: IdentifiedResult) -> Section:
     kept = [label(p) for p in found.parameters if not p.identified]
     if kept and not found.refusal:
         words += f", except {', '.join(kept)}"
-    return Section("", [f"{words}."], good=not found.refusal)
+    return Section("", [sentence(words)], good=not found.refusal)
 
 
 def _sizes(found: IdentifiedResult) -> Section:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
@@ -33,13 +34,13 @@ def learn_summary(found: LearnedResult) -> list[Section]:
     """Return what was learned."""
     count = sum(own.identifiable for own in found.parameters)
     words = (
-        f"NOT WRITTEN: {found.refusal}."
+        sentence(f"NOT WRITTEN: {found.refusal}")
         if found.refusal
         else f"Learned: {count} of {len(found.parameters)} parameters are identifiable."
     )
     return [
         Section("", [words], good=not found.refusal),
-        *warned(f"{text}." for text in found.warnings),
+        *warned(map(sentence, found.warnings)),
         Section("", _sizes(found)),
         Section("Parameters", [_parameters(found)]),
         *gear_loads(found.gears),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
@@ -39,7 +40,7 @@ def motion_page(title: str, found: MotionResult) -> str:
 def motion_summary(found: MotionResult) -> list[Section]:
     """Return what was identified from motion."""
     good = not found.refusal
-    words = f"NOT WRITTEN: {found.refusal}." if found.refusal else "Identified."
+    words = sentence(f"NOT WRITTEN: {found.refusal}") if found.refusal else "Identified."
     if not found.converged:
         words += " The fit has not converged: its values may still change."
     noise = max(found.noise_torque_Nm)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from coupling.errors import sentence
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
@@ -53,7 +54,7 @@ def sentences(found: CommandPlan) -> list[str]:
     for run in found.history.runs:
         lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
     if found.learned is not None and found.learned.refusal:
-        lines.append(f"Parameters are not learned: {found.learned.refusal}.")
+        lines.append(sentence(f"Parameters are not learned: {found.learned.refusal}"))
     if found.move.learns_path:
         lines.append(f"Converges: {found.contraction.sentence}.")
     if not found.options.absolute:
