@@ -50,7 +50,7 @@ class _Series:
         slave: Has an instance.
         function: Name of the standard's function that sets or gets reals.
         references: Value references of the columns' variables.
-        rows: Values in C order, (n, k).
+        rows: Values in C order, which can be written, (n, k).
         counted: Whether the function takes the number of values as well.
     """
 
@@ -62,19 +62,18 @@ class _Series:
         rows: np.ndarray,
         counted: bool,
     ) -> None:
-        size, pointer = ctypes.c_size_t, ctypes.c_void_p
-        types = [pointer, pointer, size, pointer, *([size] if counted else [])]
-        self._name, self._component, self._rows = function, slave.component, rows
-        self._call = ctypes.CFUNCTYPE(ctypes.c_int, *types)((function, slave.dll))
+        self._name, self._call = function, slave.dll[function]
+        self._component, count = ctypes.c_void_p(slave.component), ctypes.c_size_t(rows.shape[1])
         self._references = (ctypes.c_uint32 * len(references))(*references)
-        self._count = len(references)
-        self._counted = [rows.shape[1]] if counted else []
-        self._start, self._stride = rows.ctypes.data, rows.strides[0]
+        self._count = ctypes.c_size_t(len(references))
+        self._counted = (count,) if counted else ()
+        self._rows = (ctypes.c_double * rows.shape[1] * len(rows)).from_buffer(rows)
 
     def move(self, k: int) -> None:
         """Move row `k` to the FMU, or from it."""
-        address = self._start + k * self._stride
-        status = self._call(self._component, self._references, self._count, address, *self._counted)
+        status = self._call(
+            self._component, self._references, self._count, self._rows[k], *self._counted
+        )
         if status > _WARNING:
             raise FMICallException(function=self._name, status=status)
 
@@ -147,7 +146,7 @@ class Driver(ABC):
     def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
         time, last, slave = job.time.tolist(), len(job.time) - 1, self._slave
         answers = np.empty((last + 1, job.width))
-        inputs = self._series(self.setter, job.inputs, np.ascontiguousarray(job.rows, dtype=float))
+        inputs = self._series(self.setter, job.inputs, np.array(job.rows, dtype=float, order="C"))
         outputs = self._series(self.getter, job.outputs, answers)
         step = self._step()
         self._enter_initialization(job)

@@ -10,7 +10,6 @@ from coupling.identification.least_squares import LinearProblem, robust_weights
 from coupling.identification.loops.model import LoopModel, LoopParameters
 from coupling.identification.static.fit import StaticFit, whitened
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
-from coupling.identification.static.prediction import Prediction
 
 # Fits, each with the weights that the one before gives, and when these have settled.
 _ITERATIONS, _SETTLED = 5, 1e-3
@@ -82,31 +81,27 @@ def settled(
     angles = own.chosen("slip_angle")
     low = np.where(angles, _ANGLES[0] * size, own.least)[free] / size[free]
     high = np.where(angles, _ANGLES[1], np.inf)[free]
-    kept: dict[bytes, Prediction] = {}
 
-    def predicted(part: np.ndarray) -> Prediction:
-        if part.tobytes() not in kept:
-            values = start.copy()
-            values[free] = part * size[free]
-            kept.clear()
-            kept[part.tobytes()] = model.predict(values)
-        return kept[part.tobytes()]
+    def valued(part: np.ndarray) -> np.ndarray:
+        values = start.copy()
+        values[free] = part * size[free]
+        return values
 
     def residual(part: np.ndarray) -> np.ndarray:
         try:
-            rest = predicted(part).deflection - measured.deflection
+            rest = model.predict(valued(part)).deflection - measured.deflection
         except IdentifyError:  # a trial step that is too soft
             return np.full(measured.deflection.size + len(part), np.inf)
         whitened = np.einsum("kij,kj->ki", white, rest).ravel()
         return np.append(whitened, holding * (part - begin))
 
     def slope(part: np.ndarray) -> np.ndarray:
-        columns = white @ predicted(part).by_parameter[:, :, free]
+        columns = white @ model.predict(valued(part)).by_parameter[:, :, free]
         columns = (columns * size[free]).reshape(measured.deflection.size, -1)
         return np.vstack([columns, np.diag(holding)])
 
     begin = np.clip(start[free] / size[free], low * (1.0 + 1e-9), high)
-    predicted(begin)  # raises where the search cannot begin
+    model.predict(valued(begin))  # raises where the search cannot begin
     result = least_squares(
         residual,
         begin,
@@ -118,6 +113,4 @@ def settled(
         gtol=None,  # it would depend on the residual's unit
         max_nfev=_MOST_EVALUATIONS,
     )
-    values = start.copy()
-    values[free] = result.x * size[free]
-    return values, result
+    return valued(result.x), result

@@ -39,6 +39,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 # A gear's load turns back where its way, over all loads of a loop, is longer than its range by this
 # part of that; and counts where its range is this part of the largest one.
 _TURNED, _LOADED = 0.2, 1e-3
+# Values of parameters are the same up to so small a part: a search counts them by other units.
+_ROUNDING = 1e-14
 # Slip torque at the start of a fit, over the range of the gear's torque in the loops.
 _START = 0.1
 
@@ -171,13 +173,19 @@ class LoopModel:
         turned = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
         self.effective = ~slips | turned[elasticity.elastic]
+        self._last: tuple[np.ndarray, Prediction] | None = None
 
     def predict(self, values: np.ndarray) -> Prediction:
-        """Return the prediction at values of p, in its units, (P,).
+        """Return the prediction at values of p, in its units, (P,); the last one is kept.
 
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
         """
+        if self._last is None or not np.allclose(values, self._last[0], rtol=_ROUNDING, atol=0.0):
+            self._last = values.copy(), self._predicted(values)
+        return self._last[1]
+
+    def _predicted(self, values: np.ndarray) -> Prediction:
         robot, measured = self.elasticity.described(values), self._measured
         count, width = measured.count, measured.rows
         deflection = np.empty((count, width))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from elastic_robot.description import Robot
 
 # Error allowed at the TCP [m]: at an arm of a metre and more less than the encoders' noise.
 _TOLERANCE = 5e-7
+# Simulations that are kept: those of one Jacobian, with which the next fit begins.
+_KEPT = 32
 # What ends the robot's own lines.
 _END = "\nend\n"
 
@@ -53,6 +56,7 @@ class MovedRobot:
         self._torsions = build_chain(robot).torsions
         self._count = len(build_chain(robot).elastic_names)
         self._folder = ScratchFolder()
+        self._kept: deque[tuple[str, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
         self._worker: WorkerProcess | None = None
         file = build_fmu(robot, self._folder.path / "moved.fmu")
         try:
@@ -92,6 +96,9 @@ class MovedRobot:
         assert self._worker is not None
         # An instance reads the robot's numbers when it is made.
         own, _ = f"{robot_text(robot, self._guid)}\n".split(_END)
+        for text, moved, gears in self._kept:
+            if text == own and moved is motion:
+                return gears
         self._text.write_text(own + _END + self._variables, encoding="utf-8")
         trajectory = Path(self._folder.path, "trajectory.npz")
         save_trajectory(trajectory, JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,)))
@@ -116,4 +123,6 @@ class MovedRobot:
             rows = self._worker.receive(lambda done, total: None)
         except (FmuError, WorkerEndedError) as cause:
             raise SimulationError(f"{robot.name}: {cause}") from cause
-        return GearMotion(rows[:, : len(joints)], rows[:, len(joints) :])
+        gears = GearMotion(rows[:, : len(joints)], rows[:, len(joints) :])
+        self._kept.append((own, motion, gears))
+        return gears

@@ -76,7 +76,7 @@ class ParameterEffect:
         self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian)
         self._model = moving.model
         none = np.zeros(len(parameters))
-        self._known = {none.tobytes(): self._wind_ups(none)}
+        self._known = {none.tobytes(): self._wind_ups(none, len(self._time))}
 
     def along(self, one: MeasuredPath) -> bool:
         """Return whether it holds along a run of the same command, measured otherwise."""
@@ -99,11 +99,14 @@ class ParameterEffect:
         inside = np.clip(time, self.theta.start, self.theta.end)
         jacobian = self._jacobian(inside)
         theta = self.theta.at(inside)
-        if x.tobytes() not in self._known:
+        # A gear's wind-up does not know what comes later.
+        count = min(int(np.searchsorted(self._time, inside.max())) + 2, len(self._time))
+        wind_ups = self._known.get(x.tobytes())
+        if wind_ups is None or len(wind_ups[""]) < count:
             # Those of the robot of the file, which every part of a run asks for, and the last ones.
             of_file = dict(list(self._known.items())[:1])
-            self._known = of_file | {x.tobytes(): self._wind_ups(x)}
-        wind_ups = self._known[x.tobytes()]
+            wind_ups = self._wind_ups(x, count)
+            self._known = of_file | {x.tobytes(): wind_ups}
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self.parameters, x))
         settling = own.damping / own.stiffness  # [s]
@@ -125,7 +128,8 @@ class ParameterEffect:
             else:
                 angle = int(model.gears[parameter.gear])
                 change = wind_ups[parameter.kind] - wind_ups[""]
-                moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
+                own_time = self._time[: len(change)]
+                moved = np.interp(inside, own_time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
 
@@ -142,15 +146,15 @@ class ParameterEffect:
             "motor_torque": friction_at_rest(own, angle, rate),
         }
 
-    def _wind_ups(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the gears' wind-up, and with each kind of parameter changed in all gears."""
+    def _wind_ups(self, x: np.ndarray, count: int) -> dict[str, np.ndarray]:
+        """Return the gears' wind-up at the first times, and with each kind changed in all gears."""
         wind_ups = {}
         for kind in {"", *(p.kind for p in self.parameters if p.kind != "friction")}:
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
             robot = robot_with(self._robot, self.parameters, x + np.array(change))
             moving = MovingRobot(robot, self._torque_curve)
             wind_ups[kind] = moving.wind_up(
-                self.theta, self._time, self._torque, self._run.wanted.wrench
+                self.theta, self._time[:count], self._torque[:count], self._run.wanted.wrench
             ).angle
         return wind_ups
 

@@ -131,7 +131,7 @@ def positions(robot: Robot, measured: Measurements) -> np.ndarray:
 
 def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return the Jacobian [m, rad], (6, ..), of a point on the tool `arm` [m] away, (3,), base axes."""
-    return np.vstack([jacobian[:3] + np.cross(jacobian[3:].T, arm).T, jacobian[3:]])
+    return np.vstack([jacobian[:3] - pin.skew(arm) @ jacobian[3:], jacobian[3:]])
 
 
 def between(

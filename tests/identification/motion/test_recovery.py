@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import fitted
+from coupling.identification.motion.fit import _with_prior, fitted
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -100,6 +100,18 @@ def test_torques_of_another_joint_are_told_and_written_nowhere(recordings):
     assert any(words.startswith("swapped.csv, predicted: ") for words in held_out.remarks)
 
 
+def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):
+    """Two recordings of one motion differ by their noise."""
+    robots = arm(), Known.drawn(np.random.default_rng(6)).start
+    motions = [MovedRecording.of(own, BANDWIDTH).motion for own in recordings]
+    asked = [(robot, motion) for robot in robots for motion in motions]
+    time = recordings[0].time
+    with MovedRobot(arm()) as fmu:
+        first, again = ([fmu.moved(r, time, m).wind_up for r, m in asked] for _ in range(2))
+    np.testing.assert_array_equal(again, first)
+    assert len({own.tobytes() for own in first}) == 4
+
+
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
     robot = arm()
     moved = MovedRecording.of(recordings[0], BANDWIDTH)
@@ -122,6 +134,16 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
             difference = ((there - back) / 0.04)[slipping]
             error = np.linalg.norm(matrix[slipping, k] - difference)
             assert error < 0.06 * np.linalg.norm(difference) + 1e-3, parameter.name
+        # Least squares see fewer rows, whose products are the same.
+        root = np.sqrt(problem.prior)
+        whole = np.vstack([matrix, np.diag(root)])
+        left = np.append(problem.residual(x), 0.05 * root)
+        turned, along = (own(x) for own in reversed(_with_prior(problem)))
+    assert turned.shape == (len(x) + 1, len(x))
+    size = np.linalg.norm(whole, axis=0)
+    products = turned.T @ turned - whole.T @ whole
+    assert np.abs(products / np.outer(size, size)).max() < 1e-11
+    assert np.abs((turned.T @ along - whole.T @ left) / size).max() < 1e-11 * np.linalg.norm(left)
 
 
 def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):

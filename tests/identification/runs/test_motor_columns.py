@@ -85,11 +85,12 @@ def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(rob
     one = recorded(robots, truth, late=0.005)
     kinds = np.array([own.kind for own in robots.parameters])
     friction = np.flatnonzero(kinds == "friction")
-    errors, spreads = [], []
+    start, errors, spreads = 0.0 * truth, [], []
     for motors in (None, one.seen.motors):
         fit = fitter(robots, replace(one, seen=replace(one.seen, motors=motors)))
-        found = fit.fit(0.0 * truth)
-        errors.append(found.z[: len(truth)] - truth)
+        found = fit.fit(start)
+        start = found.z[: len(truth)]
+        errors.append(start - truth)
         spreads.append(spread_of_fit(fit.problem, found))
     alone, spread = spreads
     # Without the columns the tool tells both kinds of gears that reverse.

@@ -45,12 +45,13 @@ def test_orientations_narrow_what_positions_hardly_tell(robots):
     truth = robots.factors(backlash=1.15, damping=0.85, stiffness=1.05)
     path = robots.taken(truth)
     seen = aligned(seen_of(robots, path), robots.taken(0.0 * truth), own_frame=False)
-    errors, deviations = [], []
+    found, errors, deviations = 0.0 * truth, [], []
     for own in (replace(seen, rotation=None), seen):
         fitter = robots.fitter(replace(robots.measured(path.position[0]), seen=own))
-        fit = fitter.fit(0.0 * truth)
+        fit = fitter.fit(found)
         assert fit.converged
-        errors.append(np.abs(fit.z[: len(truth)] - truth))
+        found = fit.z[: len(truth)]
+        errors.append(np.abs(found - truth))
         deviations.append(spread_of_fit(fitter.problem, fit).deviation)
     narrower = deviations[0] / deviations[1]
     of = {parameter.name: k for k, parameter in enumerate(robots.parameters)}
