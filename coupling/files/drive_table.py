@@ -90,11 +90,11 @@ class ServoTable(Schema):
         if self.integral_time_s is not None:
             integral = rate / self.integral_time_s
             _require("integral_time_s", "Kp / T", integral, "N m/rad")
-        self._require_a_servo(rate / inertia, integral / rate)
+        self._require_a_servo(inertia, rate / inertia, integral / rate)
         return rate, integral
 
-    def _require_a_servo(self, rate_loop: float, integral: float) -> None:
-        """Refuse loops that no drive has, by Kp / J and Ki / Kp [1/s].
+    def _require_a_servo(self, inertia: float, rate_loop: float, integral: float) -> None:
+        """Refuse loops that no drive has, by J [kg m^2], Kp / J and Ki / Kp [1/s].
 
         A rotor alone goes by s^3 + a s^2 + a (Kv + b) s + a b Kv with these a and b, which swings up
         unless a (Kv + b) > b Kv (Routh).
@@ -105,7 +105,7 @@ class ServoTable(Schema):
             key = "rate_gain" if self.rate_bandwidth_Hz is None else "rate_bandwidth_Hz"
             raise ValueError(
                 f"{key}: expected a rate loop of {lowest:g} to {highest:g} Hz, got {bandwidth:.4g} Hz"
-                " with the rotor at the gear's output"
+                f" with a rotor of {inertia:.4g} kg m2 at the gear's output"
             )
         kv = self.position_gain
         if not rate_loop * (kv + integral) > integral * kv:

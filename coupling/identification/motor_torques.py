@@ -63,7 +63,7 @@ def torque_remarks(
         joints: Joints of the columns, from 0, (k,).
         time: Times [s], (n,).
         measured: Measured torques at the gears' outputs [N m], (n, k).
-        predicted: What the robot's file predicts of them [N m], (n, k).
+        predicted: The same as the robot's file predicts them [N m], (n, k).
         rate: Rates of the motors over their gears' ratios [rad/s], (n, k).
         error: Exception class where a torque is none that the motor can have.
     """

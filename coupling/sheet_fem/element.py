@@ -57,9 +57,9 @@ def fill_elements(
         history = plastic[i, j], new_plastic[i, j], new_stretch[i, j]
         for g in range(count):
             integrate(shell, g, nodes, *history, point)
-            for i in range(5):
+            for row in range(5):
                 for A in range(9):
-                    functions[5 * g + i, A] = point.functions[i, A]
+                    functions[5 * g + row, A] = point.functions[row, A]
             add_response(point, point.functions, force[e], responses[5 * g : 5 * g + 5])
         sum_up(functions, responses, stiffness[e])
         if plate:

@@ -157,7 +157,7 @@ class Dynamics:
     def contact_state(
         self, theta: np.ndarray, rate: np.ndarray, acting: ToolLoad
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the contact's depth [m], approach [m/s] and wrench at the TCP, of one state or of k."""
+        """Return the contact's depth [m], approach [m/s] and wrench at the TCP, (6,) or (k, 6)."""
         jacobian, position = self._tool(theta)
         point = _point_jacobian(jacobian, acting.contact.offset)
         gap, velocity = _relative(point, position, rate, acting)

@@ -25,7 +25,7 @@ def sentence(keys: str, expected: str, got: str) -> str:
 
 
 POSITIVE, NOT_NEGATIVE = "a number greater than 0", "a number greater than or equal to 0"
-ROTOR = " with the rotor at the gear's output"
+ROTOR = " with a rotor of 200 kg m2 at the gear's output"
 # Lines of the drive and the whole sentence behind the file's name.
 MISTAKES = {
     **{

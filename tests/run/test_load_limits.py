@@ -262,7 +262,7 @@ def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not
     assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
     assert said(*usual, '[plant]\ndrive = "servo"\n') == ()
     assert said(*usual, drives="servo") == ()
-    rotor, gain, rate, last = said("50.0", "position_gain = 1.2, rate_gain = 1.0")
+    rotor, gain, rate, last = said("50.0", "position_gain = 1.2, rate_gain = 1e7")
     place = "robot icme2008-example: joint 2: "
     assert rotor.startswith(f"{place}rotor's inertia: expected 0.001 to 5000 kg m2")
     assert rotor.endswith("got 2e+06 kg m2: did you mean 200 kg m2 (2e+06 kg cm2)?")
