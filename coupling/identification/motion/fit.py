@@ -142,26 +142,12 @@ def sized(fit: MotionFit) -> MotionProblem:
 def _with_prior(
     problem: MotionProblem,
 ) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
-    """Return residual and derivatives by x, with rows of what is known before beneath, turned to P + 1.
-
-    The rows are turned so that the residual lies along the first axis: its length, and products of the
-    derivatives with it and with each other, are all that least squares need of the many rows.
-    """
+    """Return residual and derivatives by x, with rows of what is known before beneath."""
     root, start = np.sqrt(problem.prior), problem.start
-
-    def rows(x: np.ndarray) -> np.ndarray:
-        return np.concatenate([problem.residual(x), root * (x - start)])
-
-    def residual(x: np.ndarray) -> np.ndarray:
-        return np.append(np.linalg.norm(rows(x)), np.zeros(len(x)))
-
-    def jacobian(x: np.ndarray) -> np.ndarray:
-        columns, along = np.vstack([problem.jacobian(x), np.diag(root)]), rows(x)
-        along /= max(float(np.linalg.norm(along)), 1e-300)
-        first = along @ columns
-        return np.vstack([first, np.linalg.qr(columns - np.outer(along, first), mode="r")])
-
-    return residual, jacobian
+    return (
+        lambda x: np.concatenate([problem.residual(x), root * (x - start)]),
+        lambda x: np.vstack([problem.jacobian(x), np.diag(root)]),
+    )
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:

@@ -241,14 +241,12 @@ class MotionProblem:
         """Return the derivatives of `residual` by x, as the fit counts, (P,): [1], (rows, P)."""
         blocks = []
         for moved in self.moved:
-            base, here = self.predicted(moved, x), self.robot_of(x)
-            columns = [self._column(moved, x, base, here, k) for k in range(len(x))]
+            base = self.predicted(moved, x)
+            columns = [self._column(moved, x, base, k) for k in range(len(x))]
             blocks.append(np.column_stack(columns))
         return np.vstack(blocks)
 
-    def _column(
-        self, moved: MovedRecording, x: np.ndarray, base: Predicted, here: Robot, k: int
-    ) -> np.ndarray:
+    def _column(self, moved: MovedRecording, x: np.ndarray, base: Predicted, k: int) -> np.ndarray:
         parameter = self.parameters[k]
         wind_up, torque = np.zeros_like(base.wind_up), np.zeros_like(base.torque)
         missing = np.isnan(moved.recording.link).any(axis=0)
@@ -263,8 +261,9 @@ class MotionProblem:
             own = column(parameter, moved.motion, base.dry[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
             return self.rows(wind_up, torque).ravel()
-        value = parameter.in_robot(float(x[k]) + _CHANGE)
-        robot, gears = with_values(here, {parameter.name: value}), base.gears
+        further = x.copy()
+        further[k] += _CHANGE
+        robot, gears = self.robot_of(further), base.gears
         if parameter.moves:
             gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
             wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE

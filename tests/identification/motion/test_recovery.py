@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import _with_prior, fitted
+from coupling.identification.motion.fit import fitted
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -134,16 +134,6 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
             difference = ((there - back) / 0.04)[slipping]
             error = np.linalg.norm(matrix[slipping, k] - difference)
             assert error < 0.06 * np.linalg.norm(difference) + 1e-3, parameter.name
-        # Least squares see fewer rows, whose products are the same.
-        root = np.sqrt(problem.prior)
-        whole = np.vstack([matrix, np.diag(root)])
-        left = np.append(problem.residual(x), 0.05 * root)
-        turned, along = (own(x) for own in reversed(_with_prior(problem)))
-    assert turned.shape == (len(x) + 1, len(x))
-    size = np.linalg.norm(whole, axis=0)
-    products = turned.T @ turned - whole.T @ whole
-    assert np.abs(products / np.outer(size, size)).max() < 1e-11
-    assert np.abs((turned.T @ along - whole.T @ left) / size).max() < 1e-11 * np.linalg.norm(left)
 
 
 def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
