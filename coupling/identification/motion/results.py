@@ -9,7 +9,8 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit
-from coupling.identification.motion.identification import Judged, MotionIdentification
+from coupling.identification.motion.identification import MotionIdentification
+from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import SAYS, fitted_head
 from coupling.identification.verdict import KEPT, interval_words
@@ -28,7 +29,7 @@ _DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
 
 def motion_figures(found: MotionIdentification) -> MotionResult:
     """Return the figures of an identification; SI, None for what is infinite or not known."""
-    first = found.judged[0]
+    first = found.residuals[0]
     inertia = [joint.drive.inertia if joint.drive else 0.0 for joint in found.robot.joints]
     return MotionResult(
         refusal=found.refusal,
@@ -39,7 +40,7 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         remarks=found.remarks,
         joints=tuple(i + 1 for i in first.moved.recording.with_link),
         parameters=tuple(_parameters(found)),
-        recordings=tuple(_recording(one) for one in found.judged),
+        recordings=tuple(_recording(one) for one in found.residuals),
         lines=tuple(
             LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
         ),
@@ -83,7 +84,7 @@ def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
     return rows
 
 
-def _recording(one: Judged) -> RecordingResult:
+def _recording(one: RecordingResiduals) -> RecordingResult:
     recording = one.moved.recording
     linked = recording.with_link
     return RecordingResult.of(
@@ -106,7 +107,7 @@ def _recording(one: Judged) -> RecordingResult:
     )
 
 
-def _shares(one: Judged) -> dict[str, np.ndarray]:
+def _shares(one: RecordingResiduals) -> dict[str, np.ndarray]:
     """Return the causes of motor less link of joints with an encoder [rad], (n, l) each."""
     recording, linked = one.moved.recording, one.moved.recording.with_link
     shares = {name: own[:, linked] for name, own in one.predicted.shares.items()}

@@ -35,7 +35,7 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     robot, other = load_robot(find_robot("kuka_kr300")), "BA"["AB".index(fits)]
     one, held_out = ([recordings["AB".index(name)]] for name in (fits, other))
     found = identify_motion(robot, one, held_out, 20.0, leave_out=False)
-    predicted = found.judged[1]
+    predicted = found.residuals[1]
     assert predicted.held_out
     assert np.all(predicted.wind_up[:3] < predicted.lag_alone[:3])
     assert predicted.wind_up[1] < 45e-6
@@ -44,7 +44,7 @@ def test_a_fit_to_one_motion_predicts_another(recordings, fits):
     assert np.all(predicted.torque[3:] < 0.25)
     # Without a robot the recording that is fitted leaves two and a half times as much, of joint 1 in B
     # nearly twice.
-    fitted = found.judged[0]
+    fitted = found.residuals[0]
     assert np.all(fitted.wind_up[:3] < {"A": 0.4, "B": 0.6}[fits] * fitted.lag_alone[:3])
     assert found.remarks == ()
     # The two encoders of a joint are as late on all three.

@@ -42,7 +42,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide():
 def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
     found = identify_motion(start, recordings[:1], recordings[1:], BANDWIDTH, leave_out=True)
-    fitted, predicted = found.judged
+    fitted, predicted = found.residuals
     assert predicted.held_out
     assert np.all(predicted.wind_up < 1.3 * fitted.wind_up)
     assert np.all(predicted.slow_torque < 0.03)
@@ -72,7 +72,7 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
     start = Known.drawn(np.random.default_rng(6)).start
     found = identify_motion(start, [replace(first, link=link)], [], BANDWIDTH, leave_out=False)
     assert found.slow_error[0] > 10.0 * found.slow_error[1]
-    assert found.judged[0].wind_up[0] < 3e-6
+    assert found.residuals[0].wind_up[0] < 3e-6
     for own, known in zip(found.identified_robot.joints, arm().joints, strict=True):
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.03)
 

@@ -1,0 +1,159 @@
+"""How much of recordings a fitted robot leaves, and what each term of the model is worth to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.motion.fit import MotionFit, rms, unlikely
+from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
+from coupling.identification.motion.recording import smooth
+
+# Part of a motor's torque from which on what is left is remarked upon [1].
+_HALF = 0.5
+
+
+@dataclass(frozen=True)
+class RecordingResiduals:
+    """What is left of a recording by its prediction.
+
+    Attributes:
+        moved: The recording.
+        held_out: Whether it was not fitted.
+        predicted: Its prediction.
+        left_wind_up: Measured less predicted wind-up, the recording's own offset and lines taken off
+            [rad], (n, j); nan without encoder.
+        wind_up: Rms of that [rad], (j,); nan without encoder.
+        without_lines: The same with an offset alone for each encoder [rad], (j,).
+        lag_alone: Rms of what a lag, fitted to the recordings that are fitted, leaves with a recording's
+            own offset and lines, without a model [rad], (j,); nan without encoder.
+        torque: Rms of what is left of the motors' torques over that of the torques [1], (j,).
+        slow_torque: The same below the bandwidth of the motors' motion [1], (j,).
+    """
+
+    moved: MovedRecording
+    held_out: bool
+    predicted: Predicted
+    left_wind_up: np.ndarray
+    wind_up: np.ndarray
+    without_lines: np.ndarray
+    lag_alone: np.ndarray
+    torque: np.ndarray
+    slow_torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class TermLeftOut:
+    """What a recording that was held out says of a term: rms without it, beside that with it.
+
+    Attributes:
+        term: The term.
+        joint: Index of the joint whose figures are given.
+        wind_up: Rms of wind-up with and without it [rad]; nan without encoder.
+        torque: Rms of torque with and without it, over the torques' rms [1].
+        likelier: Logarithm of how much likelier the fitted recordings are with it, priors counted, to
+            first order; nan if not known.  Below 2 they do not support it.
+    """
+
+    term: str
+    joint: int
+    wind_up: tuple[float, float]
+    torque: tuple[float, float]
+    likelier: float = np.nan
+
+
+def residuals_of(
+    problem: MotionProblem, moved: MovedRecording, x: np.ndarray, bandwidth: float, held_out: bool
+) -> RecordingResiduals:
+    """Return how well a recording is predicted.
+
+    Args:
+        x: Values as the fit counts, parts of usual sizes [1], (P,).
+        bandwidth: Bandwidth of the motors' smoothed motion [Hz].
+        held_out: Whether it was not fitted.
+    """
+    predicted = problem.predicted(moved, x)
+    wind_up, torque = problem.left(moved, predicted)
+    apart = moved.recording.wind_up - predicted.wind_up
+    measured = moved.recording.torque
+    size = np.maximum(rms(measured), 1e-300)
+    slow = smooth(torque, moved.recording.step, bandwidth)
+    return RecordingResiduals(
+        moved,
+        held_out,
+        predicted,
+        wind_up,
+        rms(wind_up),
+        np.std(apart, axis=0),
+        _lag_alone(problem, moved),
+        rms(torque) / size,
+        rms(slow) / size,
+    )
+
+
+def _lag_alone(problem: MotionProblem, moved: MovedRecording) -> np.ndarray:
+    """Return the rms [rad], (j,), that a lag fitted to a problem's recordings leaves of a wind-up."""
+    left = np.full(moved.motion.q.shape[1], np.nan)
+    for i in moved.recording.with_link:
+
+        def parts(one: MovedRecording, i: int = i) -> tuple[np.ndarray, np.ndarray]:
+            rate, wind_up = one.motion.qd[:, i], one.recording.wind_up[:, i]
+            return one.without_own(rate, i), one.without_own(wind_up, i)
+
+        rates, wind_ups = map(np.concatenate, zip(*map(parts, problem.moved), strict=True))
+        lag = rates @ wind_ups / max(rates @ rates, 1e-300)
+        rate, wind_up = parts(moved)
+        left[i] = rms(wind_up - lag * rate)
+    return left
+
+
+def remarks_on(one: RecordingResiduals) -> list[str]:
+    """Return a sentence on each torque of which most is left, and link that lag predicts better."""
+    words, name = "predicted" if one.held_out else "fitted", one.moved.recording.name
+    torques = [
+        f"{name}, {words}: {100.0 * one.torque[i]:.0f} % of the torque of motor {i + 1} are left: is its"
+        " column another joint's, late, or in another unit, or what does the model lack there?"
+        for i in np.flatnonzero(one.torque > _HALF)
+    ]
+    return torques + [
+        f"{name}, {words}: {_urad(one.wind_up[i])} of motor less link {i + 1} are"
+        f" left, more than {_urad(one.lag_alone[i])} of lag and offset without a robot: something"
+        " of this joint is missing in the model."
+        for i in one.moved.recording.with_link
+        if one.wind_up[i] > one.lag_alone[i]
+    ]
+
+
+def _urad(angle: float) -> str:
+    return f"{1e6 * angle:.3g} urad"
+
+
+def terms_left_out(fit: MotionFit, of: RecordingResiduals) -> tuple[TermLeftOut, ...]:
+    """Return what each term of a fit is worth, by the others' answer to first order."""
+    problem, found = fit.problem, []
+    least = unlikely(problem, fit.x)
+    for term in dict.fromkeys(p.term for p in problem.parameters):
+        own = np.array([p.term == term for p in problem.parameters])
+        none = np.array([p.inward(p.none) if p.none else 0.0 for p in problem.parameters])
+        x = np.where(own, none, fit.x)
+        rest = fit.blocks.only(~own, x - fit.x)
+        x[~own] += rest.step
+        x = np.clip(x, *problem.bounds)
+        without = residuals_of(problem, of.moved, x, 1.0, True)
+        joint = next(p.joint for p in problem.parameters if p.term == term)
+        found.append(
+            TermLeftOut(
+                term,
+                joint,
+                (float(of.wind_up[joint]), float(without.wind_up[joint])),
+                (float(of.torque[joint]), float(without.torque[joint])),
+                unlikely(problem, x) - least,
+            )
+        )
+    for i, lines in enumerate(of.moved.lines):
+        if lines:
+            pair = (float(of.wind_up[i]), float(of.without_lines[i]))
+            same = (float(of.torque[i]),) * 2
+            found.append(TermLeftOut(f"lines of the encoder {i + 1}", i, pair, same))
+    return tuple(found)
