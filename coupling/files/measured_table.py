@@ -37,14 +37,17 @@ class MeasuredTable:
         error: type[Exception],
     ) -> None:
         self._path, self.header, self.lines, self._error_class = path, header, lines, error
-        semicolons = ";" in "".join(header)
-        self._hint = ": separate them with commas, decimals with a point" if semicolons else ""
         for number, row in lines:
             if len(row) != len(header):
                 raise error(
                     f"{path}: line {number}: expected {len(header)} cells, one for each column, got"
                     f" {len(row)}{self._hint}"
                 )
+
+    @property
+    def _hint(self) -> str:
+        semicolons = ";" in "".join(self.header)
+        return ": separate them with commas, decimals with a point" if semicolons else ""
 
     @classmethod
     def read(cls, path: Path, error: type[Exception]) -> MeasuredTable:

@@ -284,11 +284,12 @@ class DrivenMotion:
         coordinates, rates, integral = self._split(y)
         m, errors = self._m, self._dynamics.chain.kinematic_errors
         carried = self._curve.torque(coordinates[:m]) + self._damping * rates[:m]
+        if self._law.acts or self._motors.drives:
+            elongation = slipping.elongation_at(coordinates)
         if self._law.acts:
-            carried = carried + self._law.torque(slipping.elongation_at(coordinates))[:m]
+            carried = carried + self._law.torque(elongation)[:m]
         if not self._motors.drives:
             return _Instant(errors.at_output(commands), acting, carried, NO_INSTANT)
-        elongation = slipping.elongation_at(coordinates)
         angle, rate = start.motors.angle + coordinates[m:], rates[m:]
         motors = MotorState(angle, rate, integral, elongation[self._e :])
         now = self._motors.at(commands, motors, carried, torque)

@@ -295,12 +295,12 @@ def _weighed(
     if motors is None:
         return one
     path = one.simulated(fmu, {})
+    predicted = path.motors(time)
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
-    _require_followed(one.seen.name, motors, path.motors(time))
-    motors = weighed(motors, time, path.motors(time), columns)
-    remarks = _torque_remarks(one, motors, path.motors(time), robot)
-    motors = replace(motors, remarks=remarks)
+    _require_followed(one.seen.name, motors, predicted)
+    motors = weighed(motors, time, predicted, columns)
+    motors = replace(motors, remarks=_torque_remarks(one, motors, predicted, robot))
     return replace(one, seen=replace(one.seen, motors=motors))
 
 
