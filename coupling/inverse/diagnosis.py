@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.inverse.link_task import LinkTask, Weights
+from coupling.inverse.link_task import LinkTask
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.reversals import (
     backlash_error,
@@ -176,7 +176,7 @@ def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
 
 def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
     """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
-    return LinkProblem(robot.model, task, Weights()).guess()
+    return LinkProblem(robot.model, task).guess()
 
 
 def loads_along(

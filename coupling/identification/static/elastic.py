@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.errors import require_no_hysteresis
+from coupling.errors import HysteresisError
 from coupling.robot.parameters import (
     RobotParameter,
     robot_parameters,
@@ -44,9 +44,13 @@ class ElasticParameters:
         Raises:
             HysteresisError: If a gear has hysteresis.
         """
-        require_no_hysteresis(
-            robot, "identify", "measure loading loops, a table with a column loop"
-        )
+        for number, joint in enumerate(robot.joints, start=1):
+            if joint.hysteresis:
+                raise HysteresisError(
+                    f"{robot.name}: joint {number} has hysteresis, which identify does not know from"
+                    " single loads: measure loading loops, a table with a column loop, or take the"
+                    " [joint.gear] hysteresis out of the robot file"
+                )
         return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
     @cached_property
