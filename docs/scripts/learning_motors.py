@@ -84,7 +84,7 @@ class MotorShop(Shop):
         path, moved = self.real(self._first)
         rng, at = np.random.default_rng(1), _unseen(self._first).world_from_base
         rows = np.flatnonzero(path.time <= path.time[-1] - CUT)
-        seen = at.points(path.position[0][rows] + NOISE * rng.standard_normal((len(rows), 3)))
+        position = at.points(path.position[0][rows] + NOISE * rng.standard_normal((len(rows), 3)))
         motors = None
         if with_columns:
             size = TORQUE * np.sqrt(np.mean(moved.torque**2, axis=0))
@@ -94,7 +94,7 @@ class MotorShop(Shop):
             columns = tuple((kind, j) for kind in ("motor", "motor_torque") for j in moved.joints)
             motors = MeasuredMotors(columns, told, np.ones(len(columns)))
         source = read_source(
-            self._first, Measurement("measured.csv", path.time[rows], seen, None, motors)
+            self._first, Measurement("measured.csv", path.time[rows], position, None, motors)
         )
         with Models("native") as models:
             found = learn([source], LearnOptions(), models)

@@ -154,7 +154,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
     sources = [
-        replace(run.source, seen=replace(run.source.seen, position=run.tcp_positions))
+        replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
     best = fitted(sources, replace(own, start=history.start), models, watch)
@@ -177,8 +177,8 @@ def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:
     cleaned, some = [], False
     for number, run in enumerate(history.runs):
         found = causes(history, x, number)
-        moved = no_parameters(found, run.source.seen.time + run.clock)
+        moved = no_parameters(found, run.source.measured.time + run.clock)
         some = some or bool(np.any(moved))
-        seen = replace(run.source.seen, position=run.tcp_positions - moved)
-        cleaned.append(replace(run.source, seen=seen))
+        measured = replace(run.source.measured, position=run.tcp_positions - moved)
+        cleaned.append(replace(run.source, measured=measured))
     return cleaned if some else None

@@ -17,7 +17,7 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.repeatability import VALUES
-from coupling.identification.next.size import seen_below
+from coupling.identification.next.size import signal_filter
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
@@ -48,7 +48,7 @@ def forecast(
     history, model, beyond = found.history, found.move.model, found.repeating
     number, absolute = found.reference, found.options.absolute
     run = history.runs[number]
-    time, low = run.seen.time, seen_below(run.seen.time)
+    time, low = run.measured.time, signal_filter(run.measured.time)
 
     def slow(off: np.ndarray) -> np.ndarray:
         kept = low.at_samples(low(off))

@@ -168,7 +168,7 @@ class Fitter:
         return covariance
 
     def _descent(self, problem: FitProblem) -> Descent:
-        slow = [SlowPart.of(one.seen.time) for one in problem.runs]
+        slow = [SlowPart.of(one.measured.time) for one in problem.runs]
         return Descent(problem, slow)
 
     def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
@@ -216,7 +216,7 @@ def _sides(
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem, count = part.problem, len(part.problem.parameters)
-    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
+    times = [one.measured.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
     x = now.z[:count]
     values = [own(x, time) for own, time in zip(secants, times, strict=True)]
     held = [lambda x, time, own=own: own for own in values]

@@ -21,7 +21,7 @@ _JUMP, _EXCEEDS, _JUMPS = 1e-4, 4.5, 2
 
 
 def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return the rows in which a tool was seen, (k,).
+    """Return the rows in which a tool was detected, (k,).
 
     These are not the ones that repeat the position before them, to the last digit, while the tool moves,
     as devices do that hold their last value, nor those a centimetre beside the ones around.

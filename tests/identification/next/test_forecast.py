@@ -48,7 +48,7 @@ def told(
     )
     size = deviation_size(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
-    run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
+    run = SimpleNamespace(measured=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)
     near = np.array(off)[:, None]
     found = SimpleNamespace(

@@ -18,7 +18,7 @@ NOISE = 2e-5  # [m]
 class Line:
     """A run whose tool a parameter moves by a wave, and another one as a whole."""
 
-    runs = (SimpleNamespace(seen=SimpleNamespace(time=TIME), noise=NOISE),)
+    runs = (SimpleNamespace(measured=SimpleNamespace(time=TIME), noise=NOISE),)
 
     def simulated(self, number: int, x: np.ndarray) -> SimpleNamespace:
         def position(time: np.ndarray) -> np.ndarray:

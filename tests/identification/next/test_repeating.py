@@ -40,7 +40,8 @@ class Runs:
         desired = SimpleNamespace(time=TIME, position=pose[..., :3])
         seen = SimpleNamespace(time=TIME)
         self.runs = [
-            SimpleNamespace(seen=seen, noise=self.noise, desired=desired) for _ in self.beyond_model
+            SimpleNamespace(measured=seen, noise=self.noise, desired=desired)
+            for _ in self.beyond_model
         ]
 
     def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
