@@ -123,7 +123,7 @@ class Step:
 
     @classmethod
     def of(
-        cls, view: Observation, command: UniformSpline, seen: RobotResponse, window: Window
+        cls, view: Observation, command: UniformSpline, response: RobotResponse, window: Window
     ) -> Step:
         """Return the model that the robot linearised about its motion gives."""
         first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
@@ -138,12 +138,12 @@ class Step:
             command,
             free,
             view.watched.times(rows),
-            seen.deflection[here],
-            seen.deflection[: rows.start + 1],
+            response.deflection[here],
+            response.deflection[: rows.start + 1],
         )
         joints = command.coefficients.shape[1]
         promised = (view.scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (view.scale * seen.deviation[here]).ravel()
+        missing = (view.scale * response.deviation[here]).ravel()
         differences = _differences(command, free, 2)
         weight = _SMOOTH * WEIGHTS.acceleration / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))

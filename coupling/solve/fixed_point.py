@@ -91,23 +91,23 @@ class Evaluation:
     def of(
         cls,
         number: int,
-        seen: ToolPath,
+        path: ToolPath,
         found: ToolPath,
         wrench: WrenchHistory,
         last: WrenchHistory | None,
         carried: float = 0.0,
     ) -> Evaluation:
-        """Return the figures of a process's answer `wrench` to a path `seen`, and the robots' to that.
+        """Return the figures of a process's answer `wrench` to a path, and the robots' to that.
 
         Args:
             number: Number of the evaluation, from 1.
-            seen: The paths that the process saw.
+            path: The paths that the process was given.
             found: The robots' answer.
             wrench: The process's answer.
             last: Its answer before.
             carried: Force of springs at the robots' answer, over the peak force.
         """
-        distance = found.distance_to(seen)
+        distance = found.distance_to(path)
         return cls(
             number=number,
             path_change=float(distance.max()),
@@ -220,21 +220,21 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             response = loop.process.evaluate(x.at_rows(rows))
-            seen = Iterate(x, rows, response)
-            moved = loop.scheme.moved(loop.robot, command, seen, loop.mode)
+            iterate = Iterate(x, rows, response)
+            moved = loop.scheme.moved(loop.robot, command, iterate, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, acting = moved.path, moved.loads.on(moved.path), seen.loads
+        g, loads, acting = moved.path, moved.loads.on(moved.path), iterate.loads
         found = g, replace(response, wrench=loads)
         carried = loads.change_from(acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, carried))
         last = acting
         loop.watch(Evaluated(evaluations[-1], g))
-        seen_at = x.deviation_from(origin)
-        update = loop.scheme.update(seen_at, g.deviation_from(origin))
-        ahead = float(np.sqrt(np.mean(np.sum((update - seen_at)[..., :3] ** 2, axis=-1))))
+        from_origin = x.deviation_from(origin)
+        update = loop.scheme.update(from_origin, g.deviation_from(origin))
+        ahead = float(np.sqrt(np.mean(np.sum((update - from_origin)[..., :3] ** 2, axis=-1))))
         if _met(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)

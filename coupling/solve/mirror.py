@@ -189,8 +189,8 @@ class Mirror(Schema):
         evaluations = sum(len(entry.coupling) for entry in found.iterations)
         try:
             response = loop.process.evaluate(coupling.path.at_rows(rows))
-            seen = Iterate(coupling.path, rows, response)
-            moved = loop.scheme.moved(loop.robot, best.joints, seen, loop.mode)
+            iterate = Iterate(coupling.path, rows, response)
+            moved = loop.scheme.moved(loop.robot, best.joints, iterate, loop.mode)
             achieved = moved.path
             response = replace(response, wrench=moved.loads.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())

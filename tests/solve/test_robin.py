@@ -146,9 +146,9 @@ def test_the_answer_does_not_depend_on_the_stiffness(seed):
     more = 3e5 * root @ root.swapaxes(-1, -2)
 
     class Other(Robin):
-        def moved(self, robot, command, seen, mode):
-            stiffer = replace(seen.response, stiffness=seen.response.stiffness + more)
-            return super().moved(robot, command, replace(seen, response=stiffer), mode)
+        def moved(self, robot, command, iterate, mode):
+            stiffer = replace(iterate.response, stiffness=iterate.response.stiffness + more)
+            return super().moved(robot, command, replace(iterate, response=stiffer), mode)
 
     result = coupled(robot, wall, most=2000, scheme=Other())
     assert result.converged, result.reason
