@@ -72,10 +72,10 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
     """
     if seconds >= _ASKED_TWICE:
         return (
-            f"the process was asked once: an evaluation takes {seconds:.0f} s (twice below"
-            f" {_ASKED_TWICE:.0f} s), so whether it answers the same path alike is not known"
+            f"the process was evaluated once: an evaluation takes {seconds:.0f} s (twice below"
+            f" {_ASKED_TWICE:.0f} s), so its repeatability is not known"
         )
     try:
         return Repeatability.of(first, process.evaluate(desired)).sentence()
     except ProcessError as error:
-        return f"asked for the same path again, the process failed: {error}"
+        return f"evaluated again on the same path, the process failed: {error}"

@@ -86,7 +86,7 @@ def inputs(figures: RunResult, case: str) -> list[Section]:
     rows = [
         *figures.versions.items(),
         ("FMU", figures.fmu_fingerprint),
-        ("answers of the process (keys in the store)", keys or "not kept"),
+        ("evaluations of the process (keys in the store)", keys or "not kept"),
     ]
     text = Note("With every default filled in; it runs again to the same figures.")
     return [

@@ -96,12 +96,12 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
         *("motor [N m]", "friction -30 %", "as in the file", "friction +30 %"),
         *("limit", "used", "at t = [s]", "BEYOND LIMIT"),
     )
-    return [Section("What the path asks of the motors", (_MOTORS, Table(columns, rows)))]
+    return [Section("Demands on the motors", (_MOTORS, Table(columns, rows)))]
 
 
 _MOTORS = Note(
-    "Largest torques at the gear's output, of rotor, friction and gear. What a rotor needs in addition"
-    " to go through its gear's backlash a compensation tells."
+    "Largest torques at the gear's output, of rotor, friction and gear. The additional torque of a"
+    " rotor that crosses its gear's backlash is computed by a compensation."
 )
 
 

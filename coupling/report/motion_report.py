@@ -163,7 +163,7 @@ _SLOW = Note(
     "Up to eight periods a turn, of k a k-th; where the link was not, they tell little of it."
 )
 _TERMS = Note(
-    "What is left of the recording held out last at the term's joint, if the others answer to first"
+    "Residual of the recording held out last at the term's joint, if the others answer to first"
     " order; stiffness, rotor and payload as in the start, all else none. With a term the recordings"
     " that are fitted are likelier by so much; below e^2 they do not support it."
 )

@@ -142,7 +142,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
         Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
         Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
         *_replayed(own),
-        Section("What the command asks of the drives", demands, "drives", [drives(robot)]),
+        Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
         Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
         Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),
@@ -155,7 +155,7 @@ def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
     costs = cost(robot.figures, case_of(run), run.answers)
     parts: list[Part] = [*costs, *evaluations_table(run.answers), _CONVERGENCE]
-    title = "The process: where and at what cost"
+    title = "Evaluations of the process"
     return Section(title, parts, "convergence", [along.convergence(robot)])
 
 
@@ -222,7 +222,7 @@ _THINNED = Note(
 _GAP = Note(
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
-_CUT = Note("What the process leaves, cut along the part's x axis.")
+_CUT = Note("The workpiece, cut along the part's x axis.")
 _WORKPIECE = Note(
     "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
     " ParaView."
@@ -234,7 +234,7 @@ def _deviation_note(run: StoredRobot) -> Note:
     if len(run.actual) > 1:
         text += (
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
-            " on the path that the tool really takes."
+            " on the tool's actual path."
         )
     if run.other:
         text += " Dotted: the same command and wrench on the robot in the other mode."

@@ -54,8 +54,8 @@ def sentence(figures: RunResult, process: str) -> str:
     own, _ = mode_names(figures.mode)
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
     return (
-        f"{what}, for the {own} {robots} as {count}, under the process {process} on the path that the"
-        f" tool really takes; {_of_gears(figures)}."
+        f"{what}, for the {own} {robots} as {count}, under the process {process} on the tool's actual"
+        f" path; {_of_gears(figures)}."
     )
 
 

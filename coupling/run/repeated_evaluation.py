@@ -78,11 +78,11 @@ def repeated_evaluation(
     process = _anew(case, watch)
     if process is None:
         return None
-    watch(ProcessMessage("the last path is evaluated again: does the process answer alike?"))
+    watch(ProcessMessage("the last path is evaluated again: is the process repeatable?"))
     try:
         return Repeatability.of(last.response, process.evaluate(last.path))
     except ProcessError as error:
-        watch(WarningEvent(f"asked for the last path again, the process failed: {error}"))
+        watch(WarningEvent(f"evaluated again on the last path, the process failed: {error}"))
         return None
 
 

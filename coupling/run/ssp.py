@@ -110,9 +110,7 @@ class SspSystem:
         """Return sentences on the step."""
         said = [f"communication step: {1e3 * self.step:g} ms"]
         if self.case.robots[0].drive != IDEAL:
-            said.append(
-                "what step is safe is estimated of drives that are where they are commanded"
-            )
+            said.append("the safe step is estimated for drives without following error")
         if not self.limit.postures:
             return [*said, "the desired path touches nothing: no limit of the step is known"]
         if self.step > self.safe_step:

@@ -175,8 +175,8 @@ class InverseCorrection(Schema):
             outcome = Outcome.PROCESS_FAILED if process else Outcome.ROBOT_FAILED
             who = "process" if process else "robot"
             return outcome, (
-                f"the {who} failed in the validation of inverse {len(rounds)}, on the path that the tool"
-                f" really takes: {failure}"
+                f"the {who} failed in the validation of inverse {len(rounds)}, on the tool's actual"
+                f" path: {failure}"
             )
         sizes = [entry.report.deviation.maximum for entry in rounds]
         if sizes[-1] <= self.tolerance_m:

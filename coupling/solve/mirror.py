@@ -171,7 +171,7 @@ class Mirror(Schema):
         limited = last.correction.limited_samples if last.correction is not None else 0
         if limited:
             return f"; {limited} samples are held back by max_correction_rate_m_s"
-        return "; the robot's answer jumps there, as at a gear that reverses"
+        return "; the robot's response jumps there, as at a gear that reverses"
 
     def _validated(
         self,

@@ -199,9 +199,7 @@ def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
         f"its motor is asked for {most:.5g} N m at t = {asked[0]['motor_torque_time_s']:.3f} s; it"
     )
     assert f"{text} gives 5000 N m at most, {most - 5000.0:.3g} N m less" in warning["text"]
-    assert figures["reason"].startswith(
-        f"the command asks for more than a motor has: joint 2: {text}"
-    )
+    assert figures["reason"].startswith(f"the command exceeds what a motor has: joint 2: {text}")
     assert "NOT CONVERGED" in done.stdout
 
 
@@ -266,9 +264,9 @@ def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
 
 def test_the_report_has_the_torques_over_time(finished):
     _, folder, said = finished
-    assert "What the command asks of the motors" in said
+    assert "Demands on the motors" in said
     titles = [section.title for section in run_summary(read_run(folder))]
-    assert titles.count("What the command asks of the motors") == 1
+    assert titles.count("Demands on the motors") == 1
 
 
 def test_the_robot_of_a_cell_whose_motor_is_too_weak_is_named():
