@@ -134,7 +134,7 @@ class Step:
             command.start + command.spacing * (free.start - command.degree), window.watched
         )
         here = slice(rows.start, rows.stop)
-        response = view.motion.response(
+        by_change = view.motion.response(
             command,
             free,
             view.watched.times(rows),
@@ -142,7 +142,7 @@ class Step:
             response.deflection[: rows.start + 1],
         )
         joints = command.coefficients.shape[1]
-        promised = (view.scale[:, None, None] * response).reshape(-1, len(free) * joints)
+        promised = (view.scale[:, None, None] * by_change).reshape(-1, len(free) * joints)
         missing = (view.scale * response.deviation[here]).ravel()
         differences = _differences(command, free, 2)
         weight = _SMOOTH * WEIGHTS.acceleration / command.spacing**2

@@ -55,7 +55,7 @@ class RobotServos:
         self._held = held[0, moving.model.gears]
 
     def command(self, motors: UniformSpline) -> UniformSpline:
-        """Return what servos must be told for their motors to move so; other joints as they are.
+        """Return the commands of servos for this motion of their motors; other joints as they are.
 
         Args:
             motors: Motion of the motors [rad], a column a joint, on the rows.

@@ -57,7 +57,7 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
 
 
 def figures_of(found: CasePlacement) -> PlacementResult:
-    """Return what is to be told of a placement."""
+    """Return the figures of a placement."""
     placing, ranges = found.placing, found.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
     return PlacementResult.of(

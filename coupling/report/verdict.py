@@ -10,8 +10,8 @@ from coupling.report.style import UM
 from coupling.report.tables import mode_names
 from coupling.results.run_result import ReplayResult, RunResult
 
-# Where a turn of the tool is told: a point so far from its TCP [m] is off by more than the TCP for it,
-# and by so much at least [m].
+# Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
+# it, and by so much at least [m].
 _LEVER, _TOLD = 0.1, 1e-5
 
 

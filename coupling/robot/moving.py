@@ -104,7 +104,7 @@ class Inverter:
     def _as_commanded(
         self, found: InverseSolution, limits: JointLimits, rest: tuple[bool, bool]
     ) -> Callable[[UniformSpline], UniformSpline]:
-        """Return the function from the motors' motion to what their drives must be told for it."""
+        """Return the function from the motors' motion to the command of their drives."""
         if self.drive == IDEAL:
             return lambda motors: motors
         return RobotServos(self.moving, found, limits, rest).command

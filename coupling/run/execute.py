@@ -252,7 +252,7 @@ def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:
-    """Return a correction with its size told from what the robots' programs have without it.
+    """Return a correction with its size computed from what the robots' programs have without it.
 
     Where a robot was touched off that is another path than the desired one.
     """

@@ -76,11 +76,11 @@ def motor_loads(
     """Return what a command asks of a robot's motors, whose limits of torque are left out for it.
 
     So a torque beyond its limit is that which the servo asks for, and what a motor within its limit
-    gives is what is told.
+    gives is reported.
 
     Args:
         models: Simulations of robots.
-        command: Motion of its drives, or of what its servos are told.
+        command: Motion of its drives, or of the commands of its servos.
         wrench: Wrench on its tool, axes of its base.
 
     Returns:

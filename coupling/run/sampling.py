@@ -23,7 +23,7 @@ from coupling.toolpaths.task import Task
 
 # An error of second order falls to a quarter at half the step: it is 4/3 of the difference.
 _OF_HALF = 4.0 / 3.0
-# A parabola is told by straight pieces a quarter of a step long, which are 1/16 of its arch off.
+# A parabola is approximated by straight pieces a quarter of a step long, to 1/16 of its arch.
 _PIECES = 4
 
 

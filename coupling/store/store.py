@@ -127,7 +127,7 @@ class Store:
             owner = self._lock(key).with_suffix(".owner")
             self._acquire(lock, owner)
         try:
-            with suppress(OSError):  # only told to those who wait
+            with suppress(OSError):  # only read by those who wait
                 owner.write_text(json.dumps([platform.node(), os.getpid(), time.time()]))
             yield self._found(key)
         finally:

@@ -103,7 +103,7 @@ class Shop:
         wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
         return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
 
-    def measured(
+    def measurement(
         self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath
     ) -> Measurement:
         """Return what is measured of the path that the tool really takes."""
@@ -124,7 +124,7 @@ class Shop:
 
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
         """Return what one run under the file's command tells."""
-        measured = self.measured(self._first, truth, trial, seed, self.moved(self._first, truth))
+        measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
             return learn(
                 [read_source(self._first, measured)], LearnOptions(draws=trial.draws), models
@@ -154,15 +154,15 @@ class Shop:
         path = self.moved(run, truth)
         off, found, seconds = [self.off(run, path)], [], []
         for number in range(trial.runs):
-            measured = self.measured(run, truth, trial, seed + number, path)
+            measured = self.measurement(run, truth, trial, seed + number, path)
             sources.append(read_source(run, measured))
             begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
-                told = learn(sources, LearnOptions(draws=trial.draws), models)
+                learned = learn(sources, LearnOptions(draws=trial.draws), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
-            found.append(told)
-            if not told.refusal:
-                run = self.commanded(run, told)
+            found.append(learned)
+            if not learned.refusal:
+                run = self.commanded(run, learned)
                 path = self.moved(run, truth)
             off.append(self.off(run, path))
             print(

@@ -46,7 +46,7 @@ SUMMARY = """\
   part made by a command of this project."""
 
 
-def told() -> dict[str, Any]:
+def published() -> dict[str, Any]:
     """Return what other pages tell: values of the template by name."""
     thin, shape = sheet.thinning(), sheet.shape()
     thickness = PageTable.of("measured_sheet", "shape").number("smallest thickness", "measured")
@@ -100,9 +100,13 @@ def computed() -> dict[str, Any]:
 
 def write() -> None:
     """Run what is run, and write page, pictures and summary."""
-    values = {**computed(), **told()}
+    values = {**computed(), **published()}
     save("trust", figures.bars([v for v in values.values() if isinstance(v, Comparison)]))
-    save("trust_sheet", figures.plate(sheet.plunge()), figures.axial_force(sheet.AxialForce.told()))
+    save(
+        "trust_sheet",
+        figures.plate(sheet.plunge()),
+        figures.axial_force(sheet.AxialForce.published()),
+    )
     fits = {"six joints": identified(), "and a tilt of joint 3": identified("supported")}
     save("trust_robot", figures.deflections(fits))
     fill("trust", **values)

@@ -22,7 +22,7 @@ from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import Contraction, DeviationSize, RunComparison
 from coupling.run.models import Models
 
-# Runs from which parameters are learned without being told to; the second one where the first told
+# Runs from which parameters are learned without a request; the second one where the first told
 # nothing, or where its fit left so much more than the variance of noise: it may have ended beside.
 _LEARNED_FROM, _BESIDE = 2, 3.0
 # Turns of parameters and of what they do not explain; variance of what is left by that of noise, below
@@ -65,7 +65,7 @@ class CommandPlan:
 
     @property
     def reference(self) -> int:
-        """Number of the run that the next one is told from."""
+        """Number of the run from which the next one is predicted."""
         back = self.judgement.worse or self.judgement.again
         return self.judgement.best if back else self.judgement.last
 
@@ -83,7 +83,7 @@ def plan(
         sources: Runs and what was measured under their commands, in their order.
         options: Options of the search.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         LearnError: If the runs and measurements do not belong together, or the move or cutoff that is

@@ -40,7 +40,7 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     Args:
         found: The plan.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         PlanningError: If the path asks for more than the drives can do.

@@ -1,4 +1,4 @@
-"""What the next command will leave, told by robots that are possible.
+"""Forecast of the deviation under the next command, from robots that are possible.
 
 A robot s that is possible has beyond its model what was measured less what it does under the command
 that was measured.  If it does that again, the next run is
@@ -40,7 +40,7 @@ def forecast(
         found: Plan by which it was computed.
         command: The command.
         wrench: Wrench on the tool under it, axes of the robot's base.
-        watch: Told how far it is.
+        watch: Function called with the progress.
 
     Raises:
         SimulationError: If the robot cannot be simulated.
@@ -84,7 +84,8 @@ def forecast(
     along = np.sqrt(max(square, 0.0) * drawn.new / VALUES)
     squares += 2.0 * along * rng.standard_normal(_DRAWN)
     if beyond is not None:
-        # The command takes off noise of the very run that it is told from; in the next one it is there.
+        # The command takes off noise of the very run from which it is computed; in the next one it is
+        # there.
         squares += 6.0 * run.noise**2 * beyond.own_noise
     squares += doubt * rng.standard_normal(_DRAWN)
     rms = np.sqrt(np.maximum(squares, 0.0)) * np.exp(_UNTOLD * rng.standard_normal(_DRAWN))

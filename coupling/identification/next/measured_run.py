@@ -93,10 +93,10 @@ class MeasuredRun:
         far = max(_FAR * noise_of([beyond]), _FAR_OFF)
         kept = near_those_around(measured.name, beyond, far)
         measured = measured.at_rows(np.flatnonzero(kept))
-        told = source.measured.time
+        recorded = source.measured.time
         start, end = measured.time[[0, -1]] - coarse
-        lost = (told > start) & (told < end)
-        lost &= ~np.isin(np.round(told, 9), np.round(measured.time - coarse, 9))
+        lost = (recorded > start) & (recorded < end)
+        lost &= ~np.isin(np.round(recorded, 9), np.round(measured.time - coarse, 9))
         source = replace(source, measured=source.measured.at_rows(np.flatnonzero(~lost)))
         cycle = float(np.median(np.diff(source.stored.joints.time)))
         clock, tip = 0.0, np.zeros(3)

@@ -22,7 +22,7 @@ _SHORTEST, _SMALLEST = 2.0, 1e-3
 # may be off behind that, which on a small part is less: another path there is off by as much as it is
 # large.
 _FRAME_OFF, _LEFT, _LEFT_OF_PATH = 0.05, 0.01, 0.5
-# Offset of a clock from which it is told where it leaves too little of the run [s].
+# Offset of a clock that is named where it leaves too little of the run [s].
 _CLOCK_TOLD = 0.1
 # What a clock may gain over a run [s], where that explains half of what is off at least.
 _GAINED, _EXPLAINED = 0.008, 0.5

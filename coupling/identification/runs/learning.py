@@ -151,28 +151,27 @@ class Learned:
     @property
     def warnings(self) -> list[str]:
         """What the user should look at."""
-        told = [
+        remarks = [
             f"{own.measured.name}: its columns {own.measured.motors.names[0]} .. are not used, as drives"
             f" are {IDEAL}, or no joint of theirs has a motor in the robot file"
             for own, one in zip(self.sources, self.runs, strict=True)
             if own.measured.motors is not None and one.measured.motors is None
         ]
-        told += [
+        remarks += [
             words
             for one in self.runs
             if one.measured.motors
             for words in one.measured.motors.remarks
         ]
         if not self.unexplained or self.refusal:
-            return told
+            return remarks
         return [
-            *told,
+            *remarks,
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
-            " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
-            " intervals are"
-            f" {self.widened:.2g} times as wide for it, and what is hardly identifiable stays near the"
-            " file",
+            " backlash with rounded flanks, another load, heat), or a gear is in its backlash without"
+            f" load; the intervals are {self.widened:.2g} times as wide for it, and what is hardly"
+            " identifiable stays near the file",
         ]
 
 
@@ -203,7 +202,7 @@ def learn(
             one is what is known of it before, that of the last one the start.
         options: Options of learning.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
@@ -255,7 +254,7 @@ def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched)
     Args:
         found: The fit.
         options: Options of learning.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
     """
     problem, fit, first, last = found.problem, found.fit, found.sources[0], found.sources[-1]
     parameters = problem.parameters

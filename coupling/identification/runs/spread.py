@@ -72,7 +72,7 @@ def spread_of(
         start: Log factors at which it began [1], (P,).
         draws: Number of robots.
         seed: Seed of their parameters and noise.
-        progress: Told how many are done.
+        progress: Function called with the number of those done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
     noise = noise_of([rest[:, :3] for rest in found.residuals])
