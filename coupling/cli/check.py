@@ -25,12 +25,12 @@ def check(
         bool,
         typer.Option(
             "--evaluate",
-            help="Evaluate the process on the desired path, twice where that takes less than a minute;"
-            " else gears carry the robot alone.",
+            help="Evaluate the process on the desired path, twice where that takes less than a"
+            " minute; else the robot carries its weight alone.",
         ),
     ] = False,
 ) -> None:
-    """Say whether a case can be run, draw its path, estimate the time; no command is made."""
+    """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
     from coupling.check.checked import checked
     from coupling.check.estimate import repeated

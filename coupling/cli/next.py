@@ -45,7 +45,7 @@ Cutoff = Annotated[
     float | None,
     typer.Option(
         "--cutoff-Hz",
-        help="What is faster is not corrected along the path; else the highest that converges.",
+        help="Frequency up to which the path is corrected; the highest that converges unless given.",
     ),
 ]
 Known = Annotated[
@@ -53,8 +53,8 @@ Known = Annotated[
     typer.Option(
         "--frame-known",
         metavar="LENGTH,ANGLE",
-        help="How well the measuring frame is the robot's base frame, as 0.05mm or 0.05mm,0.05mrad:"
-        " then the absolute position is corrected too.",
+        help="Uncertainty of the measuring frame in the robot's base frame, as 0.05mm or"
+        " 0.05mm,0.05mrad: then the absolute position is corrected too.",
     ),
 ]
 Tip = Annotated[
@@ -62,17 +62,18 @@ Tip = Annotated[
     typer.Option(
         "--tip-known",
         metavar="LENGTH",
-        help="How far the probe's tip may be off the TCP, as 0.5mm: it is found where the tool turns.",
+        help="Uncertainty of the probe's tip at the TCP, as 0.5mm: it is identified where the tool"
+        " turns.",
     ),
 ]
 Repeatability = Annotated[
     str | None,
     typer.Option(
         metavar="LENGTH",
-        help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm where nothing is said.",
+        help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm unless given.",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the robots that are possible.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the sampled robots.")]
 
 
 def next_command(
@@ -94,7 +95,7 @@ def next_command(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Compute the next command from what was measured under the ones before."""
+    """Compute the next command from measurements under the previous ones."""
     known = _known(frame_known, own_frame, tip_known)
     options = _options(move, known, cutoff_hz, repeatability, seed)
     _advance(runs, output, options, overwrite, store, no_store)
