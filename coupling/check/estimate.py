@@ -9,7 +9,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse
 from coupling.process.repeatability import Repeatability
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml

@@ -42,8 +42,8 @@ def check(
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.execute import smoothed_process
-    from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
+    from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import RememberedProcess
     from coupling.run.robots import touch_off_of
 

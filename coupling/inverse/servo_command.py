@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from coupling.errors import PlanningError
 from coupling.inverse.inversion import InverseSolution, MovingRobot, fine_times
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.limited import NoCommandError
+from coupling.inverse.limited_fit import NoCommandError
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times

@@ -10,7 +10,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import ResultError
 from coupling.files.csv_table import read_table, write_table
-from coupling.place.evaluated import EvaluatedSetting
+from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys

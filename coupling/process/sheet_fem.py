@@ -14,9 +14,9 @@ from coupling.process.base import ProcessResponse, WithIdentity
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.compiled import with_blas_on_one_thread
 from coupling.sheet_fem.contact import Sphere
+from coupling.sheet_fem.formed_sheet import formed_sheet
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
-from coupling.sheet_fem.shape import formed_sheet
 from coupling.sheet_fem.threads import in_background
 
 _WHAT = "evaluating the process"

@@ -13,9 +13,9 @@ from coupling.errors import ResultError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.run_tables import gear_loads, motor_limit
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import gear_loads, motor_limit
 from coupling.report.thinning import PARTS
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, GearResult

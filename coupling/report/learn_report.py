@@ -9,9 +9,9 @@ from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.run_tables import gear_loads
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import UM, DrawnLine, over_time
-from coupling.report.tables import gear_loads
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
 

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from coupling.errors import ResultError
 from coupling.files.atomic_file import write_atomically
 from coupling.path.workpiece import Workpiece
-from coupling.report import along, tables, workpiece_figures
+from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
     case_of,
     cost,
@@ -82,7 +82,7 @@ def run_summary(run: StoredRun) -> list[Section]:
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
     """Return what one robot of a run comes to."""
     parts = [shares_of(robot, stage) for stage in robot.actual]
-    return _head(run, robot.figures, tables.deviations(robot.figures, parts))
+    return _head(run, robot.figures, run_tables.deviations(robot.figures, parts))
 
 
 def cell_head(cell: StoredRun) -> list[Section]:
@@ -103,7 +103,7 @@ def cell_head(cell: StoredRun) -> list[Section]:
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
-    left = tables.deviations(own, robots=robots)
+    left = run_tables.deviations(own, robots=robots)
     return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
 
 
@@ -122,11 +122,11 @@ def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Sect
 def _replayed(figures_: RunResult) -> list[Section]:
     """Return what the command leaves where something differs, and what it asks of the gears."""
     return [
-        *tables.robustness(figures_),
-        *tables.plant(figures_),
-        *tables.passages(figures_),
-        *tables.gear_loads(figures_.gears),
-        *tables.motors(figures_),
+        *run_tables.robustness(figures_),
+        *run_tables.plant(figures_),
+        *run_tables.passages(figures_),
+        *run_tables.gear_loads(figures_.gears),
+        *run_tables.motors(figures_),
     ]
 
 
@@ -139,13 +139,17 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     sections = [
         *robot_head(run, robot),
         Section("The part from above", [_ABOVE], "above", from_above(views)),
-        Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
+        Section(
+            "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
+        ),
         Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
         *_replayed(own),
         Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
-        Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
-        Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),
+        Section(
+            "Wrench along the path", [_wrench_note(robot)], "wrench", [run_figures.wrench(robot)]
+        ),
+        Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
     return _page(own, sections, run.case)
@@ -156,7 +160,7 @@ def _process(run: StoredRun, robot: StoredRobot) -> Section:
     costs = cost(robot.figures, case_of(run), run.answers)
     parts: list[Part] = [*costs, *evaluations_table(run.answers), _CONVERGENCE]
     title = "Evaluations of the process"
-    return Section(title, parts, "convergence", [along.convergence(robot)])
+    return Section(title, parts, "convergence", [run_figures.convergence(robot)])
 
 
 def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from coupling.path.deviation import Deviation
+from coupling.report.run_tables import mode_names
 from coupling.report.section import Section
 from coupling.report.style import UM
-from coupling.report.tables import mode_names
 from coupling.results.run_result import ReplayResult, RunResult
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for

@@ -24,13 +24,13 @@ from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.drive_motion import drive_motions
-from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
 from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
+from coupling.run.plausibility import remarks
 from coupling.run.repeated_evaluation import RememberedProcess, explained, repeated_evaluation
 from coupling.run.robustness import SimulatedModel, noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of

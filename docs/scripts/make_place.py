@@ -21,7 +21,7 @@ from plotly.subplots import make_subplots
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
-from coupling.place.evaluated import EvaluatedSetting
+from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing

@@ -29,7 +29,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models, cell_of
 from elastic_robot.gear_parts import Drive, StopElement

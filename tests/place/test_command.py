@@ -18,7 +18,7 @@ from coupling.case.file import load_case
 from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.path.histories import WrenchHistory
-from coupling.place.evaluated import judged
+from coupling.place.evaluated_setting import judged
 from coupling.place.folder import read_placement
 from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys

@@ -19,11 +19,11 @@ from reported import compensated
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
-from coupling.report.along import deviation
+from coupling.report.run_figures import deviation
 from coupling.report.run_report import robot_page
+from coupling.report.run_tables import deviations
 from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
-from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import ReversalResult, RunResult

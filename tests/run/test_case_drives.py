@@ -27,8 +27,8 @@ from coupling.report.run_report import run_summary
 from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
-from coupling.run.expected import remarks
 from coupling.run.folder import write_run
+from coupling.run.plausibility import remarks
 from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
 

@@ -23,9 +23,9 @@ from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.plant import in_words
 from coupling.run.stored_run import StoredRobot, read_run
-from coupling.study.bench import RobotPool
 from coupling.study.conduct import _work
 from coupling.study.parameters import StudyParameters
+from coupling.study.robot_pool import RobotPool
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive, KinematicError
 

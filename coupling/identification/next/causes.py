@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
-from coupling.identification.next.size import signal_filter
 from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.inverse.link_model import LinkModel

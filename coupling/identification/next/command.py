@@ -13,7 +13,7 @@ from coupling.identification.next.causes import Cause, causes, largest, no_param
 from coupling.identification.next.history import History
 from coupling.identification.next.moves import NextStep, compared_runs, moves, next_repeating
 from coupling.identification.next.options import NextOptions
-from coupling.identification.next.possible import earlier_models, file_model, learned_model
+from coupling.identification.next.possible_robot import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
 from coupling.identification.runs.learning import Learned, LearnOptions, assessed, fitted

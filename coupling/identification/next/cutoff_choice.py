@@ -23,7 +23,7 @@ from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.joint_path import JointPath
 from coupling.results.forecast import RunForecast
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.run.models import Models
 
 # Cutoffs below the highest one that are tried [Hz].

@@ -16,8 +16,8 @@ import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.command import CommandPlan
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.repeatability import VALUES
-from coupling.identification.next.size import signal_filter
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.options import FrameAccuracy
-from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.alignment import aligned, clock_offset
 from coupling.identification.runs.lost_target import near_those_around
 from coupling.identification.runs.measurement import Measurement, SimulatedPath

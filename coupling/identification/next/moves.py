@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.history import History
-from coupling.identification.next.possible import PossibleRobot
+from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.repeatability import VALUES, Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, repeating
-from coupling.identification.next.size import deviation_size
 from coupling.results.next_result import DeviationSize, RunComparison
 
 # A move by a robot that was fitted to the run that judges it is to be better by this part.

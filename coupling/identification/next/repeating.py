@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from coupling.identification.next.contraction import CUTOFFS
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
 from coupling.identification.next.measured_run import MeasuredRun
-from coupling.identification.next.possible import PossibleRobot
+from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.repeatability import ComparedRuns, Hypotheses
-from coupling.identification.next.size import signal_filter
 from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.path.discrepancy import Discrepancy

@@ -15,7 +15,7 @@ from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
 from coupling.results.study_result import StudySample
 from coupling.study.conduct import simulated
-from coupling.study.rows import SampleTable
+from coupling.study.sample_table import SampleTable
 
 
 def sample(number: int) -> StudySample:

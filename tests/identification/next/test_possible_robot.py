@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.identification.next.command import _worth_learning
-from coupling.identification.next.possible import PossibleRobot, _change, _scales
+from coupling.identification.next.possible_robot import PossibleRobot, _change, _scales
 from coupling.identification.runs.residual import UnexplainedPart
 
 TIME = np.linspace(0.0, 10.0, 2001)  # [s]
