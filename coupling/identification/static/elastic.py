@@ -15,7 +15,7 @@ from coupling.robot.parameters import (
     with_values,
 )
 from elastic_robot.description import Joint, Robot, Tilt
-from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
 LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
@@ -142,7 +142,7 @@ def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:
         for axis in _lateral(joint)[: 2 - len(joint.tilt)]:
             words = ", ".join(f"{component:.4g}" for component in axis)
             found.append(Candidate(f"joint[{i + 1}].tilt about [{words}]", i, axis))
-    if TORQUE_CURVES[torque_curve] is not LinearCurve:
+    if TORQUE_CURVES[torque_curve].has_backlash:
         for i, joint in enumerate(robot.joints):
             if joint.stiffness is not None and joint.backlash == 0.0 and not joint.torque_table:
                 found.append(Candidate(f"joint[{i + 1}].backlash", i, None))
