@@ -284,7 +284,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
 def _left_over_change(evaluations: list[Evaluation]) -> float:
     """Return a path's distance from the fixed point over its last change, where springs slow it down.
 
-    Both are root mean squares: single samples creep, where gears that hang are held.
+    Both are root mean squares: single samples creep, where unloaded gears are held.
 
     A change that falls by a factor c from evaluation to evaluation has c / (1 - c) of itself ahead.
     """

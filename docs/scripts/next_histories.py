@@ -60,7 +60,7 @@ class Path3:
         name: In words.
         case: Case of the examples.
         keys: Keys of its [tool_path] that are other.
-        roll: Of the robot's base about its x axis [deg]: where it is upright, gears float without load.
+        roll: Of the robot's base about its x axis [deg]: where it is not tilted, gears are unloaded.
     """
 
     name: str

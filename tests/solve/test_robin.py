@@ -287,7 +287,7 @@ def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluatio
 
 
 def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
-    """Under the wrench alone, gears that hang take another place in their backlash."""
+    """Under the wrench alone, unloaded gears take another position in their backlash."""
     folder, _ = mirrored
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]
