@@ -64,7 +64,7 @@ def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
 
 
 def repeated(process: Process, desired: ToolPath, first: ProcessResponse, seconds: float) -> str:
-    """Return whether a process answers the desired path alike when it is asked again, in words.
+    """Return whether a process is repeatable on the desired path, in words.
 
     Args:
         first: Its answer to it.

@@ -76,7 +76,7 @@ class Run:
         gears: Torques and reversals of the gears of every robot along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
-        repeatability: Difference of two responses to the last path; None where the process was asked
+        repeatability: Difference of two responses to the last path; None where the process was evaluated
             once, as where the method has converged.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
         forecast: Expected deviation of the robot that was measured, under the command; None where none

@@ -266,7 +266,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
     """Return whether the tolerance is met; `ahead` is the step that the scheme would take, rms [m]."""
     last = evaluations[-1]
     left = _left_over_change(evaluations) if springs else 1.0
-    # Forces agree where the process has not changed its mind, or where it need not be asked again
+    # Forces agree where the process gives the same again, or where it need not be evaluated again
     # because its own springs are at rest.
     change = (
         min(last.force_change, last.carried)

@@ -174,7 +174,7 @@ def test_a_memory_is_found(tmp_path):
 def test_check_asks_twice_and_says_so(tmp_path):
     for sigma, words in (
         (20.0, "the same path differently, by up to"),
-        (0.0, "alike, asked twice"),
+        (0.0, "gave the same forces"),
     ):
         case = with_program(tmp_path, LINE_CASE.read_text(), NOISY.format(seed="", sigma=sigma))
         done = command("check", case, "--evaluate", "-o", tmp_path / "page.html")
