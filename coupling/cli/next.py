@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
     from coupling.run.execute import Run
-    from coupling.run.models import Models
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
@@ -245,7 +244,7 @@ def _advance(
         kept = store_folder(output, beside, no_store)
 
         def work(own: Case, watch: Watch) -> Run:
-            return expected(own, found, models, watch)
+            return expected(own, found, watch)
 
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
@@ -258,7 +257,7 @@ def _advance(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Run:
+def expected(case: Case, found: CommandPlan, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation

@@ -243,7 +243,7 @@ def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | Non
     with Models("native") as models:
         found = selected(plan(sources, NextOptions(KNOWN), models), models)
         case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
-        done = expected(case, found, models, unwatched)
+        done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)
     return done.forecast, "again" if found.judgement.again else found.move.kind

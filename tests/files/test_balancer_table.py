@@ -51,7 +51,7 @@ def read(joint: str, text: str) -> Joint:
     return robot.joints[1]
 
 
-def test_points_are_those_of_the_file(tmp_path):
+def test_points_are_those_of_the_file():
     points = "torque_table = [[-1.0, 50.0], [0.0, 20.0], [0.5, -30.5]]"
     joint = read("stiffness = 1e6", f"[joint.balancer]\n{points}")
     assert joint.balancer == ((-1.0, 50.0), (0.0, 20.0), (0.5, -30.5))

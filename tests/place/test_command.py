@@ -216,7 +216,7 @@ def test_settings_whose_whole_path_cannot_be_followed_are_passed_over(tmp_path):
         best_of(task, far[None], lambda case: case.process)
 
 
-def test_a_robot_of_another_number_of_joints_is_refused(tmp_path):
+def test_a_robot_of_another_number_of_joints_is_refused():
     case = load_case(LINE_CASE)
     (own,) = case.robots
     five = replace(own, description=replace(own.description, joints=own.description.joints[:5]))

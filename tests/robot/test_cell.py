@@ -424,7 +424,7 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
         load_case(tmp_path / "case.toml")
 
 
-def test_a_cell_is_no_system_of_one_robot(tmp_path):
+def test_a_cell_is_no_system_of_one_robot():
     with pytest.raises(BuildError, match="a cell of two robots"):
         SspSystem.of(load_case(CASE))
 

@@ -177,8 +177,8 @@ def turned_by_hand(robot: Robot, factor: float, shift: float) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-def with_sines(folder: Path, drive: str = "ideal", more: str = "") -> Case:
-    case = case_of(folder, f'drive = "{drive}"', more)
+def with_sines(folder: Path, more: str = "") -> Case:
+    case = case_of(folder, 'drive = "ideal"', more)
     (placed,) = case.robots
     joints = [replace(j, kinematic_error=SINES) for j in placed.description.joints]
     own = replace(placed.description, joints=tuple(joints))
