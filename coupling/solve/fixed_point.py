@@ -168,8 +168,8 @@ _ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
-# What springs may carry, over the force tolerance: a gear that hangs in its backlash is held where the
-# process hardly says where it should be.
+# What springs may carry, over the force tolerance: a gear that is unloaded in its backlash is held where
+# the process hardly says where it should be.
 _CARRIED = 20.0
 
 

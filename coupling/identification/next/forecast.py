@@ -27,7 +27,8 @@ from coupling.results.forecast import RunForecast
 
 # Forecasts that are drawn, and what of them the interval holds.
 _DRAWN, _INTERVAL = 4000, (0.05, 0.95)
-# Spread of the logarithm of an rms that no robot tells of: what a gear does that hangs in its backlash.
+# Spread of the logarithm of an rms that no robot tells of: what a gear does that is unloaded in its
+# backlash.
 _UNTOLD = 0.15
 
 
