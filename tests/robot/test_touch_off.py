@@ -218,8 +218,8 @@ def test_a_point_out_of_reach_is_named():
 
 
 def test_a_robot_that_rests_beside_its_points_is_refused(monkeypatch):
-    """A gear that is unloaded in its backlash: the tool rests 50 um on one side of the point or the
-    other.""" own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
+    """A gear is unloaded in its backlash: the tool rests 50 um on one side of the point or the other."""
+    own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
 
     def hanging(robot, commanded, rotation):
         return commanded + 5e-5 * np.where(commanded > points, 1.0, -1.0)
