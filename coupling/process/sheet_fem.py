@@ -33,7 +33,7 @@ class SheetFem(WithIdentity):
         part: base_from_part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
         radii: Radii of the spheres [m]; one for each tool of the path.
-        tips: From their centres to the TCPs, tool axes [m], (3,) each.
+        tips: Vectors from their centres to the TCPs, tool axes [m], (3,) each.
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
         force_factor: Force and stiffness over those that the elements compute, see docs/sheet_fem.md.

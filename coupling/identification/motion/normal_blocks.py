@@ -49,7 +49,7 @@ class NormalBlocks:
         matrices: J^T J of each block [1], (g, P, P).
         vectors: -J^T r of each block [1], (g, P).
         prior: Weights of squares of departures from what is known before [1], (P,).
-        away: From the values to what is known before [1], (P,).
+        away: Difference of the values from what is known before [1], (P,).
         correlated: Number of rows that count as one beside the prior.
     """
 

@@ -45,7 +45,7 @@ def near_those_around(name: str, beyond: np.ndarray, far: float) -> np.ndarray:
     Args:
         name: Name of the measurement.
         beyond: Measured less simulated positions [m], (n, 3).
-        far: From where on one is [m].
+        far: Distance from which on one is [m].
 
     Raises:
         LearnError: If too many are.
