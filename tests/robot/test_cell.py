@@ -29,8 +29,8 @@ from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import BacklashReversal
-from coupling.run.deviations import Deviations
 from coupling.run.execute import _gap
+from coupling.run.figures import Deviations
 from coupling.run.folder import write_run
 from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
