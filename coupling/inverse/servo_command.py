@@ -104,7 +104,7 @@ def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarr
     limit, needed = drive.torque_limit, float(np.abs(torque[worst]))
     if limit is not None and needed > limit:
         raise PlanningError(
-            f"joint {joint}: expected at most {limit:.6g} N m of motor torque, got a path that asks for"
+            f"joint {joint}: expected at most {limit:.6g} N m of motor torque, got a path that needs"
             f" {needed:.6g} N m, {needed - limit:.3g} N m too much, at {time[worst]:.3f} s: slow down"
             " the path"
         )
@@ -117,5 +117,5 @@ def _lost(limits: DriveLimits) -> PlanningError:
         text.insert(0, f"{limits.lower:.6g} to {limits.upper:.6g} rad")
     return PlanningError(
         f"joint {limits.joint}: expected a command of its servo within {', '.join(text)}, got none that"
-        " moves its motor as the path asks: slow down the path"
+        " moves its motor as the path requires: slow down the path"
     )

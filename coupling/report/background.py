@@ -46,8 +46,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
             else "none computed"
         )
         text.append(
-            f"Of {len(answers)} answers {spent}, {len(answers) - len(computed)} from the store of"
-            " evaluations."
+            f"Of {len(answers)} evaluations {spent}, {len(answers) - len(computed)} from the store."
         )
     return text
 

@@ -66,7 +66,7 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
         f"{robot.path_length:.3f} m of path in {robot.path.time[-1]:.1f} s.",
         joint_table(robot.demands),
         f"The whole path can be moved by [mm], axes of the base: {ways}.",
-        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place asks"
+        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place requires"
         " 0.03).",
     )
     return [

@@ -216,7 +216,7 @@ _FLANKS = Note(
 )
 _ROBOT = Note("Links from joint to joint in the middle of the path, no bodies; the world frame.")
 _CONVERGENCE = Note(
-    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
+    "Thin lines: distance of the robot's path from that which the process was given, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
 )
 _THINNED = Note(

@@ -162,7 +162,7 @@ def passages(figures: RunResult) -> list[Section]:
     much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
     text = (
         f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
-        f" through it as the model says, a wrong backlash would show there{much}."
+        f" through it according to the model; a wrong backlash would show there{much}."
     )
     columns = ("gear", "times in its backlash", "to the other flank", "time in it [s]")
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]

@@ -95,7 +95,7 @@ def _of_backlash(figures: RunResult) -> str:
     if gears:
         names = ", ".join(dict.fromkeys(f"joint {gear.joint}" for gear in gears))
         return (
-            f"a wrong backlash would show, by how much a compensation tells: gears reverse or"
+            f"a wrong backlash would show, a compensation computes by how much: gears reverse or"
             f" are unloaded in their backlash ({names})"
         )
     return "a wrong backlash would show as little but a constant: no gear reverses"

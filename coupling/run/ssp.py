@@ -130,7 +130,7 @@ class SspSystem:
         else:
             touch += " at any step, as the robot has no inertia"
         if self.has_spring:
-            first = "lasting contact is stable at any step, as the robot knows the process's spring"
+            first = "lasting contact is stable at any step, as the process's spring is part of the robot"
             return f"{met}: {first}; {touch}"
         times = f"{limit.growth(STEP_SIZE):.3g} times as large with every step"
         growth = f"at {1e3 * STEP_SIZE:g} ms deviations become {times}"

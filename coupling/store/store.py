@@ -160,7 +160,7 @@ class Store:
                 file.write([encoded(response, about)])
             except TypeError as cause:
                 file.discard()
-                raise StoreError(f"the answer cannot be kept: {cause}") from cause
+                raise StoreError(f"the result cannot be kept: {cause}") from cause
 
     def clear(self, entries: Sequence[Entry]) -> None:
         """Remove entries, entries that were set aside, and what killed processes have left.

@@ -156,7 +156,7 @@ MISTAKES = {
     ),
     "too sharp": (
         table(base_point=[0.6, 0.004, 0.3]),
-        "gas_spring: expected a torque that 256 points over the joint's limits tell",
+        "gas_spring: expected a torque that 256 points over the joint's limits interpolate",
     ),
     "both": (
         "[joint.balancer]\ntorque_table = [[0.0, 1.0], [1.0, 0.0], [2.0, 0.0]]\n" + table(),

@@ -258,7 +258,7 @@ def test_inputs_and_cost_are_told(finished):
     log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
     (out / "run.json").write_text(json.dumps(log))
     page = robot_page(read_run(out), read_run(out).first)
-    assert "Of 2 answers 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
+    assert "Of 2 evaluations 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
     assert "the paper [Flexible2008]" in page
     assert (out / "case.toml").read_text().split("\n")[0] in page
 

@@ -116,7 +116,7 @@ def _mounted(measured: Measurement, path: SimulatedPath) -> Measurement:
         raise LearnError(
             f"{measured.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad"
             f" behind a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off"
-            " (rms): leave qx, qy, qz, qw out, or tell them in the frame of x, y, z"
+            " (rms): leave qx, qy, qz, qw out, or give them in the frame of x, y, z"
         )
     return replace(measured, rotation=held)
 

@@ -142,9 +142,8 @@ class Learned:
         if self.unexplained and adrift:
             return (
                 f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
-                f" and {adrift}: what a gear does that is unloaded in its backlash is no matter of"
-                " parameters;"
-                " place the part or the base so that it is loaded"
+                f" and {adrift}: what a gear does that is unloaded in its backlash cannot be described"
+                " by parameters; place the part or the base so that it is loaded"
             )
         return ""
 
