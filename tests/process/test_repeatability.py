@@ -60,7 +60,7 @@ def test_rounding_is_no_difference_and_a_little_one_does_not_disturb():
     rounded = Repeatability.of(answer(force), answer(force * (1.0 + 1e-9)))
     little = Repeatability.of(answer(force), answer(force * (1.0 + 1e-5)))
     assert rounded.identical
-    assert "alike" in rounded.sentence()
+    assert "gave the same forces" in rounded.sentence()
     assert not little.identical
     assert not little.disturbs
     assert "on the same path, by up to 0.003 N" in little.sentence()
