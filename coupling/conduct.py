@@ -50,7 +50,7 @@ def conduct(
         store: Store of evaluations, if any.
         kind: "couple" or "compensate".
         work: What is to be done.
-        report: Function that is told what happens.
+        report: Function called with what happens.
 
     Raises:
         CouplingError: If the case, the run, the folder or the store fails.

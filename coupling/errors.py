@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from elastic_robot.description import Robot
 
 
 class CouplingError(Exception):
@@ -64,26 +60,6 @@ class BuildError(CouplingError):
 
 class HysteresisError(CouplingError):
     """A command does not know the hysteresis of gears."""
-
-
-def require_no_hysteresis(robot: Robot, what: str, instead: str = "") -> None:
-    """Refuse a robot with hysteresis where it is not known yet.
-
-    Args:
-        robot: The robot.
-        what: What does not know it.
-        instead: What can be done but for taking it out of the file.
-
-    Raises:
-        HysteresisError: If a gear has any.
-    """
-    for number, joint in enumerate(robot.joints, start=1):
-        if joint.hysteresis:
-            raise HysteresisError(
-                f"{robot.name}: joint {number} has hysteresis, which {what} does not know"
-                f"{f' from single loads: {instead}, or' if instead else ' yet:'} take the [joint.gear]"
-                " hysteresis out of the robot file"
-            )
 
 
 def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") -> str:

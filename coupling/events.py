@@ -1,4 +1,4 @@
-"""What happens while a run goes on, told to whoever watches: one function that takes every event."""
+"""Events of a run, for whoever watches it: one function that takes every event."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class Event:
-    """Base of everything that is told; the solvers' own events are defined beside them."""
+    """Base of all events; the solvers' own events are defined beside them."""
 
 
 @dataclass(frozen=True)

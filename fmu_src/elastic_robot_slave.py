@@ -21,7 +21,7 @@ try:
     if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
         raise ImportError("there is no support for so old a version")
     import numpy  # noqa: F401
-    import pinocchio  # noqa: F401  (an import error is told here)
+    import pinocchio  # noqa: F401  (an import error is reported here)
     import scipy  # noqa: F401
 except ImportError as error:
     text = (

@@ -12,7 +12,7 @@ _DISCARD = "[discard] "
 
 
 class RefusedError(Exception):
-    """What PythonFMU is told of an error; it logs the `repr`, formatted like printf, # as FMI has it."""
+    """What PythonFMU gets of an error; it logs the `repr`, formatted like printf, # as FMI has it."""
 
     def __repr__(self) -> str:
         return str(self).replace("%", "%%").replace("#", "##")

@@ -73,7 +73,7 @@ class Case:
         tool_path: Table [tool_path].
         corners: Times at which the process is evaluated as its force has corners there [s], (n,).
         motion: Desired paths of all tools, in short steps.
-        task: Task of the process, at the times at which it is asked.
+        task: Task of the process, at the times at which it is evaluated.
         process: Process model.
         process_table: Table [process] that it is made of.
         coupling: Table [coupling].

@@ -266,7 +266,7 @@ def _supported(task: Task, table: SupportTable, process_table: ProcessSchema) ->
     diameter = process_table.forming_tool_diameter
     if diameter is None:
         raise CaseError(
-            "process: model: expected one that knows two tools with [support], as isf-force-law and"
+            "process: model: expected one for two tools with [support], as isf-force-law and"
             f" sheet-fem, got {process_table.model!r}"
         )
     return replace(task, support=table.support(task, diameter))

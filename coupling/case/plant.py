@@ -118,7 +118,7 @@ class _PlantRobotTable(Schema):
         for name in ("friction", "servo_gain"):
             if moved == IDEAL and set(getattr(difference, name)) != {1.0}:
                 raise CaseError(
-                    f'{name}_factor: expected drive = "servo" beside it, got "{moved}", which knows none'
+                    f'{name}_factor: expected drive = "servo" beside it, got "{moved}", which has none'
                 )
         try:
             described_so = difference.description(robot)

@@ -9,7 +9,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse
 from coupling.process.repeatability import Repeatability
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
@@ -64,7 +64,7 @@ def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
 
 
 def repeated(process: Process, desired: ToolPath, first: ProcessResponse, seconds: float) -> str:
-    """Return whether a process answers the desired path alike when it is asked again, in words.
+    """Return whether a process is repeatable on the desired path, in words.
 
     Args:
         first: Its answer to it.
@@ -72,10 +72,10 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
     """
     if seconds >= _ASKED_TWICE:
         return (
-            f"the process was asked once: an evaluation takes {seconds:.0f} s (twice below"
-            f" {_ASKED_TWICE:.0f} s), so whether it answers the same path alike is not known"
+            f"the process was evaluated once: an evaluation takes {seconds:.0f} s (twice below"
+            f" {_ASKED_TWICE:.0f} s), so its repeatability is not known"
         )
     try:
         return Repeatability.of(first, process.evaluate(desired)).sentence()
     except ProcessError as error:
-        return f"asked for the same path again, the process failed: {error}"
+        return f"evaluated again on the same path, the process failed: {error}"

@@ -168,9 +168,7 @@ def _example_name(start: Start, process: str, two_robots: bool) -> str:
         return start.case
     if start.cell is None:
         known = ", ".join(name for name, other in STARTS.items() if other.cell)
-        raise CaseError(
-            f"--two-robots: expected a process that knows two tools, {known}, got {process!r}"
-        )
+        raise CaseError(f"--two-robots: expected a process for two tools, {known}, got {process!r}")
     return start.cell
 
 

@@ -19,7 +19,7 @@ CaseFile = Annotated[
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Run folder; results/<case> unless given.")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a result that is there.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 StoreFolder = Annotated[
     Path | None,
     typer.Option("--store", help="Store of evaluations; 'store' beside the run folder."),
@@ -30,12 +30,14 @@ NoStore = Annotated[
 MeasuredRuns = Annotated[
     list[Path],
     typer.Argument(
-        metavar="RUN MEASURED [RUN MEASURED]...",
-        help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
-        " Later measured runs behind it.",
+        metavar="RUN MEASURED",
+        help="Run folder of a command and the tool's measured path under it, time, x, y, z in a"
+        " CSV file; later measured runs behind it.",
     ),
 ]
-OwnFrame = Annotated[bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")]
+OwnFrame = Annotated[
+    bool, typer.Option("--own-frame", help="The pose of the measuring frame is unknown.")
+]
 
 
 def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:

@@ -22,7 +22,8 @@ def build(
         "ElasticRobot.fmu"
     ),
     kind: Annotated[
-        str, typer.Option(help="native: in C, needs nothing; or python, the readable reference.")
+        str,
+        typer.Option(help="native: in C, without dependencies; or python, the readable reference."),
     ] = "native",
     platforms: Platforms = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
@@ -32,7 +33,10 @@ def build(
     ] = False,
     dependencies: Annotated[
         str,
-        typer.Option(help="Outputs follow inputs: point, at once (none does); step, over a step."),
+        typer.Option(
+            help="Dependencies of outputs on inputs: point, at one instant (none); step,"
+            " over a step."
+        ),
     ] = "point",
     name: Annotated[
         str, typer.Option(help="Name of the model and its identifier: letters, digits, _.")

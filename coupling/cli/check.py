@@ -25,12 +25,12 @@ def check(
         bool,
         typer.Option(
             "--evaluate",
-            help="Evaluate the process on the desired path, twice where that takes less than a minute;"
-            " else gears carry the robot alone.",
+            help="Evaluate the process on the desired path, twice where that takes less than a"
+            " minute; else the robot carries its weight alone.",
         ),
     ] = False,
 ) -> None:
-    """Say whether a case can be run, draw its path, estimate the time; no command is made."""
+    """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
     from coupling.check.checked import checked
     from coupling.check.estimate import repeated
@@ -42,8 +42,8 @@ def check(
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.execute import smoothed_process
-    from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
+    from coupling.run.plausibility import remarks
     from coupling.run.repeated_evaluation import RememberedProcess
     from coupling.run.robots import touch_off_of
 

@@ -17,7 +17,7 @@ def compare(
     second: Annotated[Path, typer.Argument(metavar="B", help="Another one, of the same robots.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
 ) -> None:
-    """Put two run folders side by side: what they come to, their commands, inputs that differ."""
+    """Compare two run folders: results, commands and inputs that differ."""
     from coupling.report.compare_report import comparison_summary, write_comparison
     from coupling.report.comparison import Comparison
     from coupling.report.terminal import print_sections

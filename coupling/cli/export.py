@@ -39,11 +39,13 @@ def export(
     ] = None,
     wrench: Annotated[
         Path | None,
-        typer.Option(help="Wrench beside --robot: time, fx, .. mz; CSV. None unless given."),
+        typer.Option(
+            help="Wrench along the command, with --robot: time, fx, .. mz; CSV. None unless given."
+        ),
     ] = None,
     command: Annotated[
         Path | None,
-        typer.Option(help="Command in place of the run's, such as one that was edited; CSV."),
+        typer.Option(help="Command in place of the run's, such as an edited one; CSV."),
     ] = None,
     targets: Annotated[
         str | None, typer.Option(help="cartesian or joints; csv has joints alone.")
@@ -53,7 +55,11 @@ def export(
         typer.Option(help="Name of the program; that of the run or the CSV unless given."),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool, in um.")
+        float,
+        typer.Option(
+            "--tolerance",
+            help="Largest deviation from the command at the dynamic robot's tool, in um.",
+        ),
     ] = 5.0,
     cycle_ms: Annotated[
         float | None,
@@ -65,10 +71,10 @@ def export(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace programs that are there.")
+        bool, typer.Option("--overwrite", help="Replace existing programs.")
     ] = False,
 ) -> None:
-    """Write a command as robot programs, read them back and simulate what they do."""
+    """Write a command as robot programs, read them back and simulate them."""
     from coupling.export.exported import ExportOptions
     from coupling.export.exporting import export_commands
     from coupling.export.folder import require_writable, write_export

@@ -49,7 +49,7 @@ def identify(
     sd_nm: Annotated[
         float | None, typer.Option("--sd-Nm", help="Standard deviation of moments [N m].")
     ] = None,
-    loss: Annotated[str, typer.Option(help="squares, or huber for rows that are off.")] = "squares",
+    loss: Annotated[str, typer.Option(help="squares, or huber for outliers.")] = "squares",
     add: Annotated[
         list[str] | None,
         typer.Option(help="Tilt or backlash to add, as listed, or 'supported'; may be repeated."),

@@ -33,13 +33,14 @@ def init(
         typer.Option(help="A shipped robot, or the path of a robot file.", autocompletion=_robots),
     ] = "icme2008",
     process: Annotated[
-        str, typer.Option(help="What the robot does.", autocompletion=_processes)
+        str, typer.Option(help="Process, as listed by --list.", autocompletion=_processes)
     ] = "isf-force-law",
     two_robots: Annotated[
         bool, typer.Option("--two-robots", help="A second robot supports the sheet from behind.")
     ] = False,
     listed: Annotated[
-        bool, typer.Option("--list", help="List what there is to begin with, and make nothing.")
+        bool,
+        typer.Option("--list", help="List processes and robots to begin with, and make nothing."),
     ] = False,
 ) -> None:
     """Make a folder with a case that runs as it stands, to be changed into your own."""

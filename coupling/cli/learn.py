@@ -37,7 +37,10 @@ def learn(
     ] = None,
     no_next: Annotated[bool, typer.Option("--no-next", help="Compute no next command.")] = False,
     draws: Annotated[
-        int, typer.Option(min=0, max=1000, help="Simulated robots for intervals; 0: the fit's own.")
+        int,
+        typer.Option(
+            min=0, max=1000, help="Simulated robots for intervals; 0: the intervals of the fit."
+        ),
     ] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of these robots.")] = 1,
     overwrite: Overwrite = False,

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from coupling.identification.next.command import CommandPlan
     from coupling.identification.next.options import FrameAccuracy, NextOptions
     from coupling.run.execute import Run
-    from coupling.run.models import Models
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
@@ -45,7 +44,7 @@ Cutoff = Annotated[
     float | None,
     typer.Option(
         "--cutoff-Hz",
-        help="What is faster is not corrected along the path; else the highest that converges.",
+        help="Frequency up to which the path is corrected; the highest that converges unless given.",
     ),
 ]
 Known = Annotated[
@@ -53,8 +52,8 @@ Known = Annotated[
     typer.Option(
         "--frame-known",
         metavar="LENGTH,ANGLE",
-        help="How well the measuring frame is the robot's base frame, as 0.05mm or 0.05mm,0.05mrad:"
-        " then the absolute position is corrected too.",
+        help="Uncertainty of the measuring frame in the robot's base frame, as 0.05mm or"
+        " 0.05mm,0.05mrad: then the absolute position is corrected too.",
     ),
 ]
 Tip = Annotated[
@@ -62,17 +61,18 @@ Tip = Annotated[
     typer.Option(
         "--tip-known",
         metavar="LENGTH",
-        help="How far the probe's tip may be off the TCP, as 0.5mm: it is found where the tool turns.",
+        help="Uncertainty of the probe's tip at the TCP, as 0.5mm: it is identified where the tool"
+        " turns.",
     ),
 ]
 Repeatability = Annotated[
     str | None,
     typer.Option(
         metavar="LENGTH",
-        help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm where nothing is said.",
+        help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm unless given.",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the robots that are possible.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the sampled robots.")]
 
 
 def next_command(
@@ -94,7 +94,7 @@ def next_command(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Compute the next command from what was measured under the ones before."""
+    """Compute the next command from measurements under the previous ones."""
     known = _known(frame_known, own_frame, tip_known)
     options = _options(move, known, cutoff_hz, repeatability, seed)
     _advance(runs, output, options, overwrite, store, no_store)
@@ -244,7 +244,7 @@ def _advance(
         kept = store_folder(output, beside, no_store)
 
         def work(own: Case, watch: Watch) -> Run:
-            return expected(own, found, models, watch)
+            return expected(own, found, watch)
 
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
@@ -257,7 +257,7 @@ def _advance(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Run:
+def expected(case: Case, found: CommandPlan, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.identification.next.forecast import forecast
     from coupling.run.execute import run_compensation

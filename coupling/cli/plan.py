@@ -11,7 +11,7 @@ import numpy as np
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.atomic_file import write_atomically
-from coupling.identification.static.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
+from coupling.identification.static.measurements import FORCE, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.section import Section, Table
 from coupling.report.terminal import print_sections
@@ -21,17 +21,14 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
     """Write the poses and loads of a plan, with empty cells for what will be measured."""
     planned = plan.measurements
     angles = tuple(f"q{i + 1}" for i in range(planned.q.shape[1]))
-    points = planned.load_point.any() or planned.measured_point.any()
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     stream.write(
         "# Poses and loads to measure: fill in dx, dy, dz [m], base axes, loaded less unloaded.\n"
     )
-    header = ("name", *angles, *FORCE, *(LOAD_POINT + MEASURED_POINT if points else ()), *SHIFT)
-    rows.writerow(header)
+    rows.writerow(("name", *angles, *FORCE, *SHIFT))
     for k in range(planned.count):
-        ends = [*planned.load_point[k], *planned.measured_point[k]] if points else []
-        numbers = [*planned.q[k], *planned.wrench[k, :3], *ends]
+        numbers = [*planned.q[k], *planned.wrench[k, :3]]
         rows.writerow([f"pose {k + 1}", *(f"{value:.9g}" for value in numbers), "", "", ""])
     write_atomically(file, stream.getvalue(), IdentifyError)
 

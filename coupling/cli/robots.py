@@ -16,7 +16,7 @@ def robots(
         typer.Argument(help="Shipped robots or robot files; every number of each is listed."),
     ] = None,
 ) -> None:
-    """List the shipped robots and where their numbers come from; of named robots every number."""
+    """List the shipped robots and the sources of their numbers; for named robots every number."""
     for line in _every_number(names) if names else _all():
         console.print(line)
 

@@ -91,7 +91,7 @@ def _run(
         done = conduct(file, folder, overwrite, kept, kind, work, view.watch)
     print_run(done, folder)
     if done.not_stored:
-        text = f"Warning: {done.not_stored} answers of the process could not be kept in {kept}"
+        text = f"Warning: {done.not_stored} evaluations could not be kept in {kept}"
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)

@@ -45,18 +45,22 @@ def store(
     ] = False,
     clear: Annotated[
         bool,
-        typer.Option("--clear", help="Remove what --older-than and --keep say; needs one of them."),
+        typer.Option(
+            "--clear", help="Remove evaluations by --older-than and --keep; needs one of them."
+        ),
     ] = False,
     older_than: Annotated[
         float | None,
-        typer.Option(parser=_age, metavar="AGE", help="Not used for so long: 12h, 30d, 8w."),
+        typer.Option(
+            parser=_age, metavar="AGE", help="Those not used for this time: 12h, 30d, 8w."
+        ),
     ] = None,
     keep: Annotated[
         int | None,
         typer.Option(
             parser=_size,
             metavar="SIZE",
-            help="Keep so much, used last: 500MB, 10GB; 0 keeps nothing.",
+            help="Size to keep, of those used last: 500MB, 10GB; 0 keeps nothing.",
         ),
     ] = None,
 ) -> None:

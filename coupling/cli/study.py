@@ -37,7 +37,7 @@ def study(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
+    """Sample uncertain robots and simulate the command on each; an interrupted study is resumed."""
     from coupling.case.file import load_case
     from coupling.report.study_report import study_summary, write_study_report
     from coupling.report.terminal import print_sections

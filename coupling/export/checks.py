@@ -38,12 +38,12 @@ def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[D
         ProgramError: With joint, instant, limit and what is asked for.
     """
     motions = drive_motions(command, limits)
-    for problem in _problems(command, motions, limits):
+    for problem in _problems(motions, limits):
         raise ProgramError(f"{who}{problem}: nothing was written")
     return motions
 
 
-def _problems(command: JointPath, motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
+def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
     found = []
     for i, drive in enumerate(motions):
         low, high = limits.lower[i], limits.upper[i]

@@ -47,7 +47,7 @@ class PoseCurve:
 
     Attributes:
         values: x, y, z [m], qx, qy, qz, qw, (n, 7); quaternions of neighbours on one side.
-        lever: From the TCP to the wrist [m].
+        lever: Vector from the TCP to the wrist [m].
 
     Example:
         >>> still = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (3, 1))
@@ -94,7 +94,7 @@ class JointCurve:
     Attributes:
         values: Angles of the robot file's joints [rad], (n, joints).
         jacobian: Motion of the TCP [m/rad] and rotation [rad/rad] with the angles, (n, 6, joints).
-        lever: From the TCP to the wrist [m].
+        lever: Vector from the TCP to the wrist [m].
     """
 
     values: np.ndarray

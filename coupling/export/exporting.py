@@ -24,7 +24,7 @@ from coupling.run.models import Models, cell_of
 # Programs that are tried, with closer points where the last one loses too much.
 _TRIES = 14
 # How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
-# oscillation, and how that grows: a gear may hang in its backlash for seconds before it shows.
+# oscillation, and how that grows: a gear may stay in its backlash for seconds before it shows.
 _BEFORE, _GROWTH = 0.3, 1.5
 # What the inverse aims at, as parts of the tolerance, one after the other.
 _AIMS = (0.5, 0.1)

@@ -141,7 +141,7 @@ class ExportJob:
         nearest = self._nearest(sampled)
         if nearest.value < _SINGULAR:
             raise ProgramError(
-                f"{self.command.who}expected postures that poses tell, got a singular one at"
+                f"{self.command.who}expected postures that poses determine, got a singular one at"
                 f" {nearest.time:.3f} s ({nearest.kind}): write joint angles with --targets joints"
             )
 

@@ -33,7 +33,7 @@ class SampledCommand:
         pose: Positions [m] and quaternions of the undeflected TCP in the part's frame, (n, 7).
         points: Numbers of the rows that may become points, (m,).
         jacobians: Jacobians of TCP [m/rad] and rotation by the angles, (n, 6, joints).
-        lever: From the TCP to the wrist [m].
+        lever: Vector from the TCP to the wrist [m].
         base, tool: Frames of the program.
         axes: Joint angles and frames of the controller.
         postures: The robot's.

@@ -149,9 +149,9 @@ def gas_spring_points(
             return table
         if points == MOST_POINTS:
             raise ValueError(
-                f"gas_spring: expected a torque that {MOST_POINTS} points over the joint's limits tell"
-                f" to {allowed:.3g} N m, got {missed:.3g} N m between them: give narrower limits, or"
-                " torque_table"
+                f"gas_spring: expected a torque that {MOST_POINTS} points over the joint's limits"
+                f" interpolate to {allowed:.3g} N m, got {missed:.3g} N m between them: give narrower"
+                " limits, or torque_table"
             )
         points = min(points + points // 3, MOST_POINTS)
 

@@ -73,8 +73,8 @@ class JointElasticity(Schema):
     def _gear_is_elastic(self) -> JointElasticity:
         if self.gear_torque_Nm is not None and self.stiffness is None:
             raise ValueError(
-                "gear_torque_Nm: expected a stiffness beside it, as the torque is that of a gear that"
-                " gives way, got none: give one, or leave gear_torque_Nm out"
+                "gear_torque_Nm: expected a stiffness beside it, as the torque is that of an elastic"
+                " gear, got none: give one, or leave gear_torque_Nm out"
             )
         if self.gear.model_fields_set - {"kinematic_error"} and self.stiffness is None:
             raise ValueError("gear: expected a stiffness beside it, got none: the joint is rigid")
@@ -95,8 +95,8 @@ class JointElasticity(Schema):
             )
         if self.gear.lost_motion_arcmin is not None and "backlash" in self.model_fields_set:
             raise ValueError(
-                "gear: lost_motion_arcmin: expected no backlash beside it, as it tells the backlash, got"
-                f" backlash = {self.backlash!r}"
+                "gear: lost_motion_arcmin: expected no backlash beside it, as it determines the"
+                f" backlash, got backlash = {self.backlash!r}"
             )
         return self
 

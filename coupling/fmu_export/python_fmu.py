@@ -18,7 +18,7 @@ from coupling.fmu_export.python_slave import PythonSlave
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME, blocks
 
-# The need of a Python environment is told in externalDependencies.txt and by the first error;
+# The need of a Python environment is stated in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",

@@ -17,7 +17,8 @@ from scipy.optimize import lsq_linear
 # Singular values of the scaled columns below this part of the largest are rounding or posture's
 # curvature: what the data do not see.
 UNSEEN = 1e-6
-# A parameter with a larger part, squared, in directions that are not seen is not seen itself.
+# A parameter with a larger part, squared, in directions that are not observable is not observable
+# itself.
 _HELD = 1e-6
 # A column shorter than this part of the longest one is none.
 _NO_COLUMN = 1e-9
@@ -62,8 +63,8 @@ class LinearProblem:
         """
         lengths = np.linalg.norm(columns.reshape(-1, columns.shape[-1]), axis=0)
         effect = lengths * start
-        seen = effect > _NO_COLUMN * effect.max(initial=0.0)
-        scale = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=seen)
+        observable = effect > _NO_COLUMN * effect.max(initial=0.0)
+        scale = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=observable)
         bare = cls(columns, target, start, start, scale, np.empty((0, len(start))), 0.0 * start)
         values, directions = bare.decomposition
         return replace(bare, unseen=directions[values <= UNSEEN * values.max(initial=0.0)])
@@ -88,7 +89,7 @@ class LinearProblem:
 
     @property
     def held(self) -> np.ndarray:
-        """Mask of parameters that take part in what is not seen, (P,)."""
+        """Mask of parameters that take part in what is not observable, (P,)."""
         return (self.scale == 0.0) | (np.sum(self.unseen**2, axis=0) > _HELD)
 
     @property
@@ -104,7 +105,7 @@ class LinearProblem:
 
     def only(self, chosen: np.ndarray) -> LinearProblem:
         """Return the problem with some of the parameters, by a mask, (P,), the others zero."""
-        # Of what is not seen, what the others take no part in.
+        # Of what is not observable, what the others take no part in.
         left, values, _ = np.linalg.svd(self.unseen[:, ~chosen])
         taking_part = int(np.count_nonzero(values > UNSEEN))
         return LinearProblem(
@@ -118,7 +119,7 @@ class LinearProblem:
         )
 
     def also(self, column: np.ndarray, size: float, signed: bool = False) -> LinearProblem:
-        """Return the problem with one more parameter, zero where it is not seen.
+        """Return the problem with one more parameter, zero where it is not observable.
 
         Args:
             column: Its whitened column [1 per unit of it], (k, r).
@@ -129,14 +130,14 @@ class LinearProblem:
         effect = np.divide(
             self.size, self.scale, out=np.zeros_like(self.size), where=self.scale > 0
         )
-        seen = length * size > _NO_COLUMN * effect.max(initial=0.0)
+        observable = length * size > _NO_COLUMN * effect.max(initial=0.0)
         held = np.pad(self.unseen, ((0, 0), (0, 1)))
         wider = LinearProblem(
             np.concatenate([self.columns, column[:, :, None]], axis=2),
             self.target,
             np.append(self.start, 0.0),
             np.append(self.size, size),
-            np.append(self.scale, 1.0 / length if seen else 0.0),
+            np.append(self.scale, 1.0 / length if observable else 0.0),
             held,
             np.append(self.lowest, -np.inf if signed else 0.0),
         )
@@ -154,7 +155,7 @@ class LinearProblem:
 
     @cached_property
     def inverse(self) -> np.ndarray:
-        """Pseudoinverse of the scaled columns, with what is not seen held [1], (P, k, r)."""
+        """Pseudoinverse of the scaled columns, with what is not observable held [1], (P, k, r)."""
         inverse = np.linalg.pinv(np.vstack([self.scaled, self.unseen]))
         return inverse[:, : self.target.size].reshape(-1, *self.target.shape)
 
@@ -173,7 +174,7 @@ class LinearProblem:
             high: Upper bounds in p's units, above the lower ones, (P,) or one for all.
         """
         low = self.lowest if low is None else low
-        # The last rows hold what is not seen; they take part in nothing else.
+        # The last rows hold what is not observable; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
         rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
         found: np.ndarray = self.start + self.scale * np.linalg.lstsq(matrix, rest, rcond=None)[0]

@@ -117,13 +117,13 @@ def _fault(
         gained = turned and factor.alone
     if gained:
         return f"positive where they turn it forwards, {got}: is the column's sign another?", True
-    told = [abs(factor.value)] if factor.sure else []
+    ratios = [abs(factor.value)] if factor.sure else []
     if lost and usual > 0.0:
-        told.append(abs(friction.value) / usual)
-    if told and (max(told) < 1.0 / _UNITS or min(told) > _UNITS):
+        ratios.append(abs(friction.value) / usual)
+    if ratios and (max(ratios) < 1.0 / _UNITS or min(ratios) > _UNITS):
         # A balancer that is not in the file may leave little of the weight, but not of friction.
         both = (
-            len(told) == 2 or not _MASSES / _UNITS < size / max(needed, 1e-300) < _UNITS / _MASSES
+            len(ratios) == 2 or not _MASSES / _UNITS < size / max(needed, 1e-300) < _UNITS / _MASSES
         )
         return (
             f"{got}: is the column in kN m or parts of a rated torque, or at the motor, not times the"

@@ -14,9 +14,9 @@ from coupling.identification.least_squares import LinearProblem
 STRONG = 30.0
 # Cosine of two columns from which on a pair looks alike.
 ALIKE = 0.98
-# Smallest part of a direction that is named, over the largest, by what it does: of one that is not seen
-# at all, and of one that is hardly.
-_NAMED_UNSEEN, _NAMED = 1e-3, 0.05
+# Smallest part of a direction that is named, over the largest, by what it does: of one that is not
+# observable at all, and of one that is hardly.
+_NAMED_UNOBSERVABLE, _NAMED = 1e-3, 0.05
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Separability:
     """How well the parameters are distinguishable.
 
     Attributes:
-        condition: Largest over smallest singular value of the scaled columns that are seen; nan
+        condition: Largest over smallest singular value of the scaled columns that are observable; nan
             where there are none.
         without_effect: Parameters that no measurement moves.
         unseen: Directions that the data do not see.
@@ -75,8 +75,8 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
     acting = problem.only(~without_effect)
     own = [name for name, none in zip(names, without_effect, strict=True) if not none]
     values, directions = acting.decomposition
-    seen = values[: acting.rank]
-    index = seen[:1] / seen
+    observable = values[: acting.rank]
+    index = observable[:1] / observable
     return Separability(
         float(index[-1]) if len(index) else np.nan,
         tuple(name for name, none in zip(names, without_effect, strict=True) if none),
@@ -99,7 +99,7 @@ def _reduced(directions: np.ndarray) -> np.ndarray:
 def _named(
     problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
 ) -> WeakDirection:
-    least = _NAMED if np.isfinite(index) else _NAMED_UNSEEN
+    least = _NAMED if np.isfinite(index) else _NAMED_UNOBSERVABLE
     chosen = np.flatnonzero(np.abs(direction) > least * np.abs(direction).max())
     chosen = chosen[np.argsort(-np.abs(direction[chosen]), kind="stable")]
     parts = (

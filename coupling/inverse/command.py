@@ -6,7 +6,7 @@ import numpy as np
 
 from coupling.inverse.fit import SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
-from coupling.inverse.limited import NoCommandError, keep_within
+from coupling.inverse.limited_fit import NoCommandError, keep_within
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from coupling.inverse.gears import gears_of
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
-from coupling.inverse.link_task import LinkTask, Weights
+from coupling.inverse.link_task import LinkTask
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.reversals import (
     backlash_error,
@@ -62,7 +62,7 @@ class GearLoads:
 
 @dataclass(frozen=True)
 class PreloadTilt:
-    """A tilt of the robot's base whose gravity would keep a gear from reversing.
+    """A tilt of the robot's base, with which gravity avoids the reversals of a gear.
 
     Attributes:
         angle: Angle of the tilt [rad].
@@ -84,12 +84,12 @@ class GearDiagnosis:
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
             held there by the elements of its hysteresis [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
-            minus the constant torque that would keep it from reversing.
+            minus the constant torque (preload) that avoids its reversals.
         backlash_error: Error of the tool at rest behind a backlash reversal if the backlash is 20 %
             off [m]; in motion it is several times as much.
         torque: Largest torque that it carries, to either side [N m].
         torque_time: Instant of it [s].
-        base_tilt: Smallest tilt of the base that would keep it from reversing; None where it keeps it,
+        base_tilt: Smallest tilt of the base that avoids its reversals; None where it has none,
             or none does.
         hysteresis_error: Error of the tool at rest behind a reversal if the slip torques of its
             elements are 30 % off [m]; None where it has none.
@@ -103,12 +103,12 @@ class GearDiagnosis:
     backlash_error: float
     torque: float
     torque_time: float
-    base_tilt: PreloadTilt | None = None
-    hysteresis_error: float | None = None
+    base_tilt: PreloadTilt | None
+    hysteresis_error: float | None
 
     @property
     def bias(self) -> float:
-        """Constant torque that would keep it from reversing [N m]; 0 where it stays there."""
+        """Preload that avoids reversals [N m]; 0 where there are none."""
         return max(0.0, -self.margin)
 
     @property
@@ -176,7 +176,7 @@ def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
 
 def stiff_links(robot: MovingRobot, task: LinkTask) -> UniformSpline:
     """Return the motion of the links of the rigid robot with its tilts at rest under their loads."""
-    return LinkProblem(robot.model, task, Weights()).guess()
+    return LinkProblem(robot.model, task).guess()
 
 
 def loads_along(

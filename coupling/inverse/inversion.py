@@ -110,8 +110,9 @@ class MovingRobot:
     def backlash(self) -> np.ndarray:
         """Half width of the backlash of each gear [rad], (gears,): 0 where its curve has none."""
         tabled = [table is not None for table in self._gears.tables]
-        none = self.torque_curve == "linear" or np.array(tabled) & (self.torque_curve == "spline")
-        return np.where(none, 0.0, self._gears.backlash)
+        curve = self._curve_class
+        own = curve.has_backlash & ~(curve.takes_tables & np.array(tabled, dtype=bool))
+        return np.where(own, self._gears.backlash, 0.0)
 
     @property
     def held_in_backlash(self) -> np.ndarray:

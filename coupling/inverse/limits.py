@@ -130,7 +130,7 @@ class DriveLimits:
                 worst = float(needed[k] / most)
                 text = (
                     f"expected at most {most:.6g} {_UNITS[order]} of {_QUANTITIES[order]}, got a path"
-                    f" that asks for {needed[k]:.6g} {_UNITS[order]} at {times[k]:.3f} s"
+                    f" that needs {needed[k]:.6g} {_UNITS[order]} at {times[k]:.3f} s"
                 )
         text = text or f"no command from {self.lower:.6g} to {self.upper:.6g} rad joins its ends"
         return PlanningError(f"joint {self.joint}: {text}: slow down the path")

@@ -35,10 +35,13 @@ class Weights:
             the tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
     """
 
-    position: float = 1e6
-    rotation: float = 1e4
-    acceleration: float = 0.2
-    balance: float = 30.0
+    position: float
+    rotation: float
+    acceleration: float
+    balance: float
+
+
+WEIGHTS = Weights(position=1e6, rotation=1e4, acceleration=0.2, balance=30.0)
 
 
 @dataclass(frozen=True)

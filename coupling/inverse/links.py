@@ -17,11 +17,11 @@ from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
 from coupling.inverse.link_task import (
     DEGREE,
+    WEIGHTS,
     End,
     GaussNewtonStep,
     LinkMotion,
     LinkTask,
-    Weights,
     interpolating,
 )
 from coupling.inverse.spline import UniformSpline, stencil
@@ -84,13 +84,12 @@ class LinkProblem:
     Args:
         model: The robot.
         task: Desired motion.
-        weights: Weights of the sum of squares.
     """
 
-    def __init__(self, model: LinkModel, task: LinkTask, weights: Weights) -> None:
-        self._model, self._task, self._weights = model, task, weights
+    def __init__(self, model: LinkModel, task: LinkTask) -> None:
+        self._model, self._task = model, task
         stiffness = model.tilt_stiffness + model.tilt_inertia(task.guess[0]) / task.spacing**2
-        self._balance = weights.balance * weights.position * model.reach / stiffness
+        self._balance = WEIGHTS.balance * WEIGHTS.position * model.reach / stiffness
         self._rigid = interpolating(task, model.chain.theta(task.guess))
         self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
             0, model.tilts
@@ -195,7 +194,7 @@ class LinkProblem:
         self, motion: UniformSpline
     ) -> tuple[NormalEquations, tuple[float, float, float]]:
         """Return an iteration's equations, and the largest errors of position, rotation and torque."""
-        model, weights = self._model, self._weights
+        model = self._model
         equations = NormalEquations(motion.intervals, model.size, DEGREE, motion.spacing)
         worst = np.zeros(3)
         for points in self._groups:
@@ -207,8 +206,8 @@ class LinkProblem:
             )
             missing = np.abs(balance / self._balance) if len(model.tilts) else np.zeros(1)
             here = (
-                np.linalg.norm(pose[:, :3], axis=1).max() / weights.position,
-                np.linalg.norm(pose[:, 3:], axis=1).max() / weights.rotation,
+                np.linalg.norm(pose[:, :3], axis=1).max() / WEIGHTS.position,
+                np.linalg.norm(pose[:, 3:], axis=1).max() / WEIGHTS.rotation,
                 missing.max(),
             )
             worst = np.maximum(worst, here)
@@ -225,22 +224,22 @@ class LinkProblem:
         acceleration: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the weighted errors of pose (k, 6), balance (k, t) and acceleration (k, joints)."""
-        model, weights = self._model, self._weights
+        model = self._model
         turn = Rotation.from_matrix(state.rotation @ points.rotation.swapaxes(1, 2)).as_rotvec()
         pose = np.hstack(
-            [weights.position * (state.position - points.position), weights.rotation * turn]
+            [WEIGHTS.position * (state.position - points.position), WEIGHTS.rotation * turn]
         )
         tilts = model.tilts
         spring = model.tilt_stiffness * theta[:, tilts] + model.tilt_damping * rate[:, tilts]
         balance = self._balance * (state.load[:, tilts] + spring)
         relative = acceleration[:, model.chain.drive] - points.rigid_acceleration
-        return pose, balance, weights.acceleration * relative
+        return pose, balance, WEIGHTS.acceleration * relative
 
     def _squares(
         self, by: LinkDerivatives, pose: np.ndarray, balance: np.ndarray, curvature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return D^T D and D^T r by theta, theta', theta'' at every point."""
-        model, weights = self._model, self._weights
+        model = self._model
         count, size = len(pose), model.size
         rows = by.load[:, :, model.tilts]
         each = np.arange(len(model.tilts))
@@ -251,13 +250,13 @@ class LinkProblem:
         squares = (flat.swapaxes(1, 2) @ flat).reshape(count, _ORDERS, size, _ORDERS, size)
         gradient = (balance[:, None] @ flat).reshape(count, _ORDERS, size)
         jacobian = by.jacobian
-        jacobian[:, :3] *= weights.position
-        jacobian[:, 3:] *= weights.rotation
+        jacobian[:, :3] *= WEIGHTS.position
+        jacobian[:, 3:] *= WEIGHTS.rotation
         squares[:, 0, :, 0] += jacobian.swapaxes(1, 2) @ jacobian
         gradient[:, 0] += (pose[:, None] @ jacobian)[:, 0]
         drive = model.chain.drive
-        squares[:, 2, drive, 2, drive] += weights.acceleration**2
-        gradient[:, 2, drive] += weights.acceleration * curvature
+        squares[:, 2, drive, 2, drive] += WEIGHTS.acceleration**2
+        gradient[:, 2, drive] += WEIGHTS.acceleration * curvature
         return squares, gradient
 
     def _ends(self) -> list[_Condition]:
@@ -267,7 +266,7 @@ class LinkProblem:
         """
         model, task = self._model, self._task
         # Heavier than everything else, so that it holds to rounding.
-        heavy = self._weights.balance * self._weights.position * model.reach
+        heavy = WEIGHTS.balance * WEIGHTS.position * model.reach
         # Derivatives by the distance of the nodes: all rows are angles.
         value, rate, acceleration = (
             heavy * stencil(np.array(0.0), DEGREE, order)[:DEGREE] for order in range(_ORDERS)

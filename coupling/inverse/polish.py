@@ -45,7 +45,7 @@ class Polish:
 
     Attributes:
         view: Observation of the robot.
-        simulate: Runs a command on the moving robot, seen at the view's times.
+        simulate: Response of the moving robot to a command, at the view's times.
         goal: Distance from the path that is left alone [m].
         simulations: Simulations at most.
     """
@@ -62,34 +62,36 @@ class Polish:
             command: Command within the limits.
         """
         run = _Run(self, command)
-        best, least = run.command, run.seen.largest
+        best, least = run.command, run.response.largest
         sweep, left = least, list[Window]()
         while run.simulations < self.simulations:
-            windows = self._chosen(run.seen, left)
+            windows = self._chosen(run.response, left)
             if not windows:
                 if not left or least > _SWEPT * sweep:
                     break
                 sweep, left = least, []
                 continue
-            before = self.costs(run.seen, windows)
+            before = self.costs(run.response, windows)
             run.improve(windows, before)
-            gains = 1.0 - self.costs(run.seen, windows) / before
+            gains = 1.0 - self.costs(run.response, windows) / before
             left += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
-            if run.seen.largest < least:
-                best, least = run.command, run.seen.largest
+            if run.response.largest < least:
+                best, least = run.command, run.response.largest
         return best
 
-    def costs(self, seen: RobotResponse, windows: list[Window]) -> np.ndarray:
+    def costs(self, response: RobotResponse, windows: list[Window]) -> np.ndarray:
         """Return the weighted sum of squares of what each window watches [1], (windows,)."""
         costs = []
         for window in windows:
             rows = self.view.watched.rows(window.begin, window.watched)
-            costs.append(np.sum((self.view.scale * seen.deviation[rows.start : rows.stop]) ** 2))
+            costs.append(
+                np.sum((self.view.scale * response.deviation[rows.start : rows.stop]) ** 2)
+            )
         return np.array(costs)
 
-    def _chosen(self, seen: RobotResponse, left: list[Window]) -> list[Window]:
+    def _chosen(self, response: RobotResponse, left: list[Window]) -> list[Window]:
         """Return the earliest stretches that want a change and do not change what others watch."""
-        distance = np.linalg.norm(seen.deviation[:, :3], axis=1)
+        distance = np.linalg.norm(response.deviation[:, :3], axis=1)
         times = self.view.watched.times(range(self.view.watched.count))
         lost = times[distance > _LINEAR * self.goal]
         chosen: list[Window] = []
@@ -127,7 +129,7 @@ class _Run:
     def __init__(self, polish: Polish, command: UniformSpline) -> None:
         self._polish = polish
         self.simulations = 0
-        self.command, self.seen = command, self._simulated(command)
+        self.command, self.response = command, self._simulated(command)
 
     def _simulated(self, command: UniformSpline) -> RobotResponse:
         self.simulations += 1
@@ -143,7 +145,9 @@ class _Run:
             windows: Windows in order, apart from each other.
             before: Their sums of squares [1], (windows,).
         """
-        steps = [Step.of(self._polish.view, self.command, self.seen, window) for window in windows]
+        steps = [
+            Step.of(self._polish.view, self.command, self.response, window) for window in windows
+        ]
         damping = np.full(len(windows), _DAMPING)
         use, decided = np.ones(len(windows), dtype=bool), 0
         while True:
@@ -152,12 +156,12 @@ class _Run:
                 if used:
                     trial[step.free.start : step.free.stop] += step.change(strength)
             command = replace(self.command, coefficients=trial)
-            seen = self._simulated(command)
-            better = self._polish.costs(seen, windows) < before
+            response = self._simulated(command)
+            better = self._polish.costs(response, windows) < before
             while decided < len(windows) and (better[decided] or not use[decided]):
                 decided += 1
             if decided == len(windows):
-                self.command, self.seen = command, seen
+                self.command, self.response = command, response
                 return
             damping[decided] *= _STRONGER
             use[decided] = damping[decided] < _DAMPING * _STRONGER**_TRIES

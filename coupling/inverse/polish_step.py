@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ import piqp
 from scipy import sparse
 
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.link_task import Weights
+from coupling.inverse.link_task import WEIGHTS
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 
@@ -73,18 +73,16 @@ class Observation:
         motion: The motion about which the robot is linearised.
         limits: Limits of the drives.
         watched: Times at which the simulated tool is watched.
-        weights: Weights of the sum of squares.
     """
 
     motion: AlongMotion
     limits: JointLimits
     watched: ObservedTimes
-    weights: Weights = field(default_factory=Weights)
 
     @property
     def scale(self) -> np.ndarray:
         """Weights of position and rotation, (6,)."""
-        return np.repeat([self.weights.position, self.weights.rotation], 3)
+        return np.repeat([WEIGHTS.position, WEIGHTS.rotation], 3)
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,7 @@ class Step:
 
     @classmethod
     def of(
-        cls, view: Observation, command: UniformSpline, seen: RobotResponse, window: Window
+        cls, view: Observation, command: UniformSpline, response: RobotResponse, window: Window
     ) -> Step:
         """Return the model that the robot linearised about its motion gives."""
         first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
@@ -136,18 +134,18 @@ class Step:
             command.start + command.spacing * (free.start - command.degree), window.watched
         )
         here = slice(rows.start, rows.stop)
-        response = view.motion.response(
+        by_change = view.motion.response(
             command,
             free,
             view.watched.times(rows),
-            seen.deflection[here],
-            seen.deflection[: rows.start + 1],
+            response.deflection[here],
+            response.deflection[: rows.start + 1],
         )
         joints = command.coefficients.shape[1]
-        promised = (view.scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (view.scale * seen.deviation[here]).ravel()
+        promised = (view.scale[:, None, None] * by_change).reshape(-1, len(free) * joints)
+        missing = (view.scale * response.deviation[here]).ravel()
         differences = _differences(command, free, 2)
-        weight = _SMOOTH * view.weights.acceleration / command.spacing**2
+        weight = _SMOOTH * WEIGHTS.acceleration / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))
         bent = weight * differences.present.ravel()
         return cls(

@@ -88,8 +88,8 @@ def backlash_reversals(
 def margin(torque: np.ndarray) -> np.ndarray:
     """Return by how much torques stay clear of zero [N m], (...).
 
-    Negative where they change sign: the smallest constant torque, of either sign, that would keep the
-    gear on one flank all the way is minus that.
+    Negative where they change sign: minus the smallest preload, of either sign, that holds the gear on
+    one flank all the way.
 
     Args:
         torque: Torque of the gears [N m], (k, ...).

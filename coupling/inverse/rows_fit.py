@@ -22,7 +22,7 @@ import piqp
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.limited import NoCommandError, stretches
+from coupling.inverse.limited_fit import NoCommandError, stretches
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.servo import low_pass

@@ -1,4 +1,4 @@
-"""What a servo must be told for its motor to move as wanted: torque, then command.
+"""The command of a servo for a desired motion of its motor: torque, then command.
 
 A drive (`elastic_robot.gear_parts.Drive`) whose motor is to follow q(t) while its gear carries T,
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from coupling.errors import PlanningError
 from coupling.inverse.inversion import InverseSolution, MovingRobot, fine_times
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.limited import NoCommandError
+from coupling.inverse.limited_fit import NoCommandError
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rows import CommandRows
 from coupling.inverse.rows_fit import RowsFit, dense_times
@@ -55,7 +55,7 @@ class RobotServos:
         self._held = held[0, moving.model.gears]
 
     def command(self, motors: UniformSpline) -> UniformSpline:
-        """Return what servos must be told for their motors to move so; other joints as they are.
+        """Return the commands of servos for this motion of their motors; other joints as they are.
 
         Args:
             motors: Motion of the motors [rad], a column a joint, on the rows.
@@ -104,7 +104,7 @@ def _require_torque(drive: Drive, joint: int, time: np.ndarray, torque: np.ndarr
     limit, needed = drive.torque_limit, float(np.abs(torque[worst]))
     if limit is not None and needed > limit:
         raise PlanningError(
-            f"joint {joint}: expected at most {limit:.6g} N m of motor torque, got a path that asks for"
+            f"joint {joint}: expected at most {limit:.6g} N m of motor torque, got a path that needs"
             f" {needed:.6g} N m, {needed - limit:.3g} N m too much, at {time[worst]:.3f} s: slow down"
             " the path"
         )
@@ -117,5 +117,5 @@ def _lost(limits: DriveLimits) -> PlanningError:
         text.insert(0, f"{limits.lower:.6g} to {limits.upper:.6g} rad")
     return PlanningError(
         f"joint {limits.joint}: expected a command of its servo within {', '.join(text)}, got none that"
-        " moves its motor as the path asks: slow down the path"
+        " moves its motor as the path requires: slow down the path"
     )

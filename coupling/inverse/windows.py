@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.link_task import LinkMotion, LinkTask, Weights
+from coupling.inverse.link_task import LinkMotion, LinkTask
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.spline import UniformSpline
 
@@ -23,7 +23,6 @@ _AGREED = 1e-10
 def solve_links(
     model: LinkModel,
     task: LinkTask,
-    weights: Weights | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
     window: int = _WINDOW,
 ) -> LinkMotion:
@@ -35,11 +34,9 @@ def solve_links(
     Args:
         model: The robot.
         task: Desired motion of the links.
-        weights: Weights of the sum of squares.
         progress: Function called with the numbers of intervals done and of all.
         window: Intervals that are solved at once.
     """
-    weights = weights or Weights()
     count = max(1, round(task.intervals / window))
     cuts = np.linspace(0, task.intervals, count + 1).astype(int).tolist()
     overlap = _OVERLAP
@@ -47,7 +44,7 @@ def solve_links(
         parts = []
         for first, last in pairwise(cuts):
             begin, end = max(0, first - overlap), min(task.intervals, last + overlap)
-            found = LinkProblem(model, task.part(begin, end), weights).solve()
+            found = LinkProblem(model, task.part(begin, end)).solve()
             parts.append((begin, found))
             progress(last, task.intervals)
         neighbours = zip(pairwise(parts), cuts[1:-1], strict=True)

@@ -23,7 +23,7 @@ class Deviation:
             vector in the axes of the path, is taken off: what a shift of the part or of the path leaves;
             NaN in a run of an earlier version.
         largest_turn: Largest angle between actual and desired orientation of the tool [rad]; 0 in a run
-            of an earlier version, and where it is not told.
+            of an earlier version, and where it is not given.
     """
 
     maximum: float

@@ -15,7 +15,7 @@ class Frame:
 
     Attributes:
         position: Its origin in the other one [m], (3,).
-        rotation: From its axes to the other's.
+        rotation: Rotation from its axes to the other's.
 
     Example:
         >>> world_from_base = Frame.of_rpy([3.0, 0.0, 0.0], [0.0, 0.0, np.pi])

@@ -219,7 +219,7 @@ class WrenchHistory:
         """Return the wrenches at given times, (tools, k, 6); at a jump those before it.
 
         Args:
-            time: From the first time to the last [s], (k,).
+            time: Times, from the first to the last [s], (k,).
         """
         after = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
         before = np.maximum(after - 1, 0)

@@ -10,7 +10,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import ResultError
 from coupling.files.csv_table import read_table, write_table
-from coupling.place.evaluated import EvaluatedSetting
+from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
@@ -57,7 +57,7 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
 
 
 def figures_of(found: CasePlacement) -> PlacementResult:
-    """Return what is to be told of a placement."""
+    """Return the figures of a placement."""
     placing, ranges = found.placing, found.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
     return PlacementResult.of(

@@ -12,7 +12,7 @@ import numpy as np
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
 from coupling.place.coarse_screen import CoarseScreen
-from coupling.place.evaluated import EvaluatedSetting, ProcessOf, judged
+from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, judged
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import filled, refined

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.inverse.reversals import backlash_error, margin
 from coupling.place.gear_loops import GearLoops
-from coupling.place.moved import MovedPath, split, waves_of
+from coupling.place.moved_path import MovedPath, split, waves_of
 from coupling.place.settings import CellLayout
 from coupling.place.stations import Stations
 from coupling.robot.batch.following import FollowingRobot, angles_from_home, following, reached

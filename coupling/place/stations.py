@@ -66,11 +66,11 @@ class Stations:
         centered = own.pop("centered")
         return Stations(**{name: values[rows] for name, values in own.items()}, centered=centered)
 
-    def strongest(self, parts: int = _PARTS) -> Stations:
+    def strongest(self) -> Stations:
         """Return the places where acceleration, force or speed is largest in each part of the time."""
-        if self.count <= 3 * parts:
+        if self.count <= 3 * _PARTS:
             return self
-        part = np.minimum(parts * np.arange(self.count) // self.count, parts - 1)
+        part = np.minimum(_PARTS * np.arange(self.count) // self.count, _PARTS - 1)
         rows = [np.array([0, self.count - 1])]
         for values in (self.acceleration, self.wrench[:, :3], self.velocity):
             size = np.linalg.norm(values, axis=1)

@@ -46,7 +46,7 @@ class CheckedProcess(ProcessWrapper):
             ) from cause
         problem = _problem(response, path)
         if problem:
-            raise ProcessError(f"the process {self.name} answered badly: {problem}")
+            raise ProcessError(f"the process {self.name} gave an invalid result: {problem}")
         return response
 
 

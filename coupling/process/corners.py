@@ -20,7 +20,7 @@ _DIGITS = 9
 def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Return the times at which a tool crosses a surface, rising [s], (k,).
 
-    A tool that rests on it on its way, or moves along it, is asked there as it rests.
+    A tool that rests on it on its way, or moves along it, is evaluated there as it rests.
 
     Args:
         path: Path of the tool.

@@ -128,7 +128,9 @@ class ExternalProgram(WithIdentity):
             table = read_table(folder / WRENCH, ("time", *columns), ProcessError)
         except ProcessError as cause:
             problem = str(cause).removeprefix(f"{folder}/")
-            raise ProcessError(f"{self.command[0]!r} answered badly: {problem}{said}") from cause
+            raise ProcessError(
+                f"{self.command[0]!r} gave an invalid result: {problem}{said}"
+            ) from cause
         jumps = np.append(np.diff(table[:, 0]) == 0.0, False)
         if len(table) - np.count_nonzero(jumps) != len(path.time):
             raise ProcessError(

@@ -57,9 +57,9 @@ class Repeatability:
     def sentence(self) -> str:
         """Return the difference in words, and what to do where the answers differ."""
         if self.identical:
-            return "the process answered the same path alike, asked twice"
+            return "the process, evaluated twice on the same path, gave the same forces"
         return (
-            f"the process answered the same path differently, by up to {self.largest:.3g} N"
+            f"the process gave different forces on the same path, by up to {self.largest:.3g} N"
             f" ({self.rms:.3g} N rms) of {self.peak:.3g} N: noise or memory, which no iteration can"
             " remove; make it repeatable (a fixed seed, a fresh start), let it average, or filter it"
             " (cutoff_Hz)"

@@ -14,9 +14,9 @@ from coupling.process.base import ProcessResponse, WithIdentity
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.compiled import with_blas_on_one_thread
 from coupling.sheet_fem.contact import Sphere
+from coupling.sheet_fem.formed_sheet import formed_sheet
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
-from coupling.sheet_fem.shape import formed_sheet
 from coupling.sheet_fem.threads import in_background
 
 _WHAT = "evaluating the process"
@@ -33,7 +33,7 @@ class SheetFem(WithIdentity):
         part: base_from_part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
         radii: Radii of the spheres [m]; one for each tool of the path.
-        tips: From their centres to the TCPs, tool axes [m], (3,) each.
+        tips: Vectors from their centres to the TCPs, tool axes [m], (3,) each.
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
         force_factor: Force and stiffness over those that the elements compute, see docs/sheet_fem.md.

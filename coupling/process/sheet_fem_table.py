@@ -133,9 +133,8 @@ class SheetFemTable(ProcessSchema):
         """
         # numba is of the extra `fem`, and its import takes longer than other cases should wait.
         from coupling.process.sheet_fem import SheetFem
-        from coupling.sheet_fem.fineness import limit_of_force
         from coupling.sheet_fem.forming import SheetModel, SheetSettings
-        from coupling.sheet_fem.mesh import SheetMesh
+        from coupling.sheet_fem.mesh import SheetMesh, limit_of_force
         from coupling.sheet_fem.schedule import schedule
 
         points = [task.part.coordinates(positions) for positions in task.desired.position]

@@ -40,7 +40,7 @@ def check_process(process: Process, path: ToolPath) -> float:
         )
     if not np.array_equal(process.evaluate(path).wrench.wrench, first.wrench):
         raise ProcessError(
-            "the process answers the same path differently the second time: start every evaluation"
+            "the process gives another result on the same path the second time: start every evaluation"
             " anew"
         )
     stiffness = 0.0

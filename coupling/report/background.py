@@ -46,8 +46,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
             else "none computed"
         )
         text.append(
-            f"Of {len(answers)} answers {spent}, {len(answers) - len(computed)} from the store of"
-            " evaluations."
+            f"Of {len(answers)} evaluations {spent}, {len(answers) - len(computed)} from the store."
         )
     return text
 
@@ -86,7 +85,7 @@ def inputs(figures: RunResult, case: str) -> list[Section]:
     rows = [
         *figures.versions.items(),
         ("FMU", figures.fmu_fingerprint),
-        ("answers of the process (keys in the store)", keys or "not kept"),
+        ("evaluations of the process (keys in the store)", keys or "not kept"),
     ]
     text = Note("With every default filled in; it runs again to the same figures.")
     return [

@@ -13,9 +13,9 @@ from coupling.errors import ResultError
 from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.run_tables import gear_loads, motor_limit
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import style
-from coupling.report.tables import gear_loads, motor_limit
 from coupling.report.thinning import PARTS
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, GearResult
@@ -66,7 +66,7 @@ def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
         f"{robot.path_length:.3f} m of path in {robot.path.time[-1]:.1f} s.",
         joint_table(robot.demands),
         f"The whole path can be moved by [mm], axes of the base: {ways}.",
-        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place asks"
+        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place requires"
         " 0.03).",
     )
     return [
@@ -96,12 +96,12 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
         *("motor [N m]", "friction -30 %", "as in the file", "friction +30 %"),
         *("limit", "used", "at t = [s]", "BEYOND LIMIT"),
     )
-    return [Section("What the path asks of the motors", (_MOTORS, Table(columns, rows)))]
+    return [Section("Demands on the motors", (_MOTORS, Table(columns, rows)))]
 
 
 _MOTORS = Note(
-    "Largest torques at the gear's output, of rotor, friction and gear. What a rotor needs in addition"
-    " to go through its gear's backlash a compensation tells."
+    "Largest torques at the gear's output, of rotor, friction and gear. The additional torque of a"
+    " rotor that crosses its gear's backlash is computed by a compensation."
 )
 
 

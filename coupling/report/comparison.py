@@ -41,12 +41,10 @@ class Comparison:
     """Two runs of the same robots.
 
     Attributes:
-        folders: Their folders.
         names: Their names on the page.
         runs: The runs.
     """
 
-    folders: tuple[Path, Path]
     names: tuple[str, str]
     runs: tuple[StoredRun, StoredRun]
 
@@ -68,7 +66,7 @@ class Comparison:
         names = first.resolve().name, second.resolve().name
         if names[0] == names[1]:
             names = str(first), str(second)
-        return cls((first, second), names, runs)
+        return cls(names, runs)
 
     def robots(self) -> Iterator[tuple[str, StoredRobot, StoredRobot]]:
         """Yield name and both runs of every robot."""

@@ -21,7 +21,7 @@ _NEAR = 2.0
 _KEYS = ("rate_limit_rad_s", "acceleration_limit_rad_s2")
 DRIVES_NOTE = Note(
     "Angles from where they start, rates, accelerations, and torques of motors at their gears' output;"
-    " dashed: limits that are within twice what is asked. The table has the largest values, between the"
+    " dashed: limits that are within twice the demand. The table has the largest values, between the"
     " command's rows as well, and what they are of the limits."
 )
 

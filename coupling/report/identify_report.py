@@ -65,11 +65,11 @@ def _verdict(found: IdentifiedResult) -> Section:
 def _sizes(found: IdentifiedResult) -> Section:
     words = {
         "measured": "measured deflections",
-        "start": "left by the start file",
+        "start": "residual of the start file",
         "fit": "left by the fit",
         "left_out": f"{'loops' if found.loops else 'rows'} predicted by a fit of all others"
         " (leave-one-out)",
-        "written": "left by the robot as written",
+        "written": "residual of the robot as written",
     }
     rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
     worst = ", ".join(_worst(found, name) for name in found.worst)

@@ -9,9 +9,9 @@ from coupling.errors import sentence
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
+from coupling.report.run_tables import gear_loads
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import UM, DrawnLine, over_time
-from coupling.report.tables import gear_loads
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
 
@@ -23,7 +23,7 @@ def learn_page(title: str, found: LearnedResult) -> str:
         found: Its figures, the content of learned.json.
     """
     left = [
-        Section(f"What is left: {one.measured}", [_left_note(found)], f"left{number}", [_left(one)])
+        Section(f"Residual: {one.measured}", [_left_note(found)], f"left{number}", [_left(one)])
         for number, one in enumerate(found.runs)
     ]
     intervals = Section("Intervals", [_INTERVALS], "intervals", [_intervals(found)])
@@ -50,8 +50,8 @@ def learn_summary(found: LearnedResult) -> list[Section]:
 def _sizes(found: LearnedResult) -> list[Table]:
     left = found.left_m
     rows = [
-        ("left by the robot file", f"{UM * left.robot_file:.1f}"),
-        ("left by the learned robot", f"{UM * left.learned:.1f}"),
+        ("residual, robot file", f"{UM * left.robot_file:.1f}"),
+        ("residual, learned robot", f"{UM * left.learned:.1f}"),
         ("noise alone", f"{UM * found.noise_left_m:.1f}"),
     ]
     frames = [
@@ -92,7 +92,7 @@ def _parameters(found: LearnedResult) -> Table:
         "95 % from",
         "to",
         "written",
-        "moves the tool [um]",
+        "effect at the tool [um]",
         "",
     )
     return Table(columns, rows)

@@ -160,10 +160,10 @@ _WIND_UP = Note(
 )
 _LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
 _SLOW = Note(
-    "Up to eight periods a turn, of k a k-th; where the link was not, they tell little of it."
+    "Up to eight periods a turn, of k a k-th; where the link was not, they are hardly determined."
 )
 _TERMS = Note(
-    "What is left of the recording held out last at the term's joint, if the others answer to first"
-    " order; stiffness, rotor and payload as in the start, all else none. With a term the recordings"
-    " that are fitted are likelier by so much; below e^2 they do not support it."
+    "Residual of the recording held out last at the term's joint, if the others respond to first order;"
+    " stiffness, rotor and payload as in the start, all else none. With a term the recordings that are"
+    " fitted are likelier by so much; below e^2 they do not support it."
 )

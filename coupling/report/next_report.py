@@ -26,7 +26,7 @@ def next_page(title: str, found: NextResult) -> str:
         Section("What was measured", [_MEASURED], "measured-runs", [_distances(found)]),
     ]
     if found.correction is not None:
-        title = "What is corrected along the path"
+        title = "Correction along the path"
         sections.append(Section(title, [], "correction", [_correction(found.correction)]))
     return document(title, sections)
 
@@ -100,7 +100,7 @@ def _moves(found: NextResult) -> Table:
     columns = (
         "move",
         "robot",
-        "leaves of the last measured run, rms [um]",
+        "residual of the last measured run, rms [um]",
         "forecast before it was measured",
     )
     return Table(columns, rows, "words")

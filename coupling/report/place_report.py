@@ -216,7 +216,7 @@ def _gears(figures: PlacementResult) -> Section:
 def _map_note(figures: PlacementResult) -> Note:
     what = "the process" if figures.forced else "100 N"
     return Note(
-        "What each place of the part comes to with tool and base held as they are now, or as the best"
+        "Each place of the part with tool and base held as they are now, or as the best"
         f" setting holds them: displacement by {what}, and what gears with {figures.unknown} do at rest."
         " White: out of reach, too near to a limit or to a singular posture. The colours end where"
         " 95 % of the places do."

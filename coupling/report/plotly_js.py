@@ -42,7 +42,7 @@ def plotly_js(kinds: frozenset[str]) -> str:
 
 
 def _without_the_rest(whole: str, kinds: frozenset[str]) -> str | None:
-    """Return what is left of it, or None if it is not built as is told above."""
+    """Return the reduced source, or None if it is not built as described above."""
     registered = [*_REGISTERED.finditer(whole)]
     last = _LAST.search(whole, registered[-1].end()) if registered else None
     if last is None:

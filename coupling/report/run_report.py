@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from coupling.errors import ResultError
 from coupling.files.atomic_file import write_atomically
 from coupling.path.workpiece import Workpiece
-from coupling.report import along, tables, workpiece_figures
+from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
     case_of,
     cost,
@@ -82,7 +82,7 @@ def run_summary(run: StoredRun) -> list[Section]:
 def robot_head(run: StoredRun, robot: StoredRobot) -> list[Section]:
     """Return what one robot of a run comes to."""
     parts = [shares_of(robot, stage) for stage in robot.actual]
-    return _head(run, robot.figures, tables.deviations(robot.figures, parts))
+    return _head(run, robot.figures, run_tables.deviations(robot.figures, parts))
 
 
 def cell_head(cell: StoredRun) -> list[Section]:
@@ -103,7 +103,7 @@ def cell_head(cell: StoredRun) -> list[Section]:
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
-    left = tables.deviations(own, robots=robots)
+    left = run_tables.deviations(own, robots=robots)
     return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
 
 
@@ -122,11 +122,11 @@ def _head(run: StoredRun, figures_: RunResult, deviations: Section) -> list[Sect
 def _replayed(figures_: RunResult) -> list[Section]:
     """Return what the command leaves where something differs, and what it asks of the gears."""
     return [
-        *tables.robustness(figures_),
-        *tables.plant(figures_),
-        *tables.passages(figures_),
-        *tables.gear_loads(figures_.gears),
-        *tables.motors(figures_),
+        *run_tables.robustness(figures_),
+        *run_tables.plant(figures_),
+        *run_tables.passages(figures_),
+        *run_tables.gear_loads(figures_.gears),
+        *run_tables.motors(figures_),
     ]
 
 
@@ -139,13 +139,17 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     sections = [
         *robot_head(run, robot),
         Section("The part from above", [_ABOVE], "above", from_above(views)),
-        Section("Deviation along the path", along_text, "deviation", [along.deviation(robot)]),
+        Section(
+            "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
+        ),
         Section("Robot at the part", [_ROBOT], "robot", robot_views(own.robots, [robot.desired])),
         *_replayed(own),
-        Section("What the command asks of the drives", demands, "drives", [drives(robot)]),
+        Section("Demands on the drives", demands, "drives", [drives(robot)]),
         _process(run, robot),
-        Section("Wrench along the path", [_wrench_note(robot)], "wrench", [along.wrench(robot)]),
-        Section("Deviation by axis", [_axes_note(robot)], "axes", [along.components(robot)]),
+        Section(
+            "Wrench along the path", [_wrench_note(robot)], "wrench", [run_figures.wrench(robot)]
+        ),
+        Section("Deviation by axis", [_axes_note(robot)], "axes", [run_figures.components(robot)]),
         *([] if run.gap is not None else _of_workpieces(run.workpieces)),
     ]
     return _page(own, sections, run.case)
@@ -155,8 +159,8 @@ def _process(run: StoredRun, robot: StoredRobot) -> Section:
     """Return where the process of a run was evaluated, and what that cost."""
     costs = cost(robot.figures, case_of(run), run.answers)
     parts: list[Part] = [*costs, *evaluations_table(run.answers), _CONVERGENCE]
-    title = "The process: where and at what cost"
-    return Section(title, parts, "convergence", [along.convergence(robot)])
+    title = "Evaluations of the process"
+    return Section(title, parts, "convergence", [run_figures.convergence(robot)])
 
 
 def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
@@ -212,7 +216,7 @@ _FLANKS = Note(
 )
 _ROBOT = Note("Links from joint to joint in the middle of the path, no bodies; the world frame.")
 _CONVERGENCE = Note(
-    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
+    "Thin lines: distance of the robot's path from that which the process was given, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
 )
 _THINNED = Note(
@@ -222,7 +226,7 @@ _THINNED = Note(
 _GAP = Note(
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
-_CUT = Note("What the process leaves, cut along the part's x axis.")
+_CUT = Note("The workpiece, cut along the part's x axis.")
 _WORKPIECE = Note(
     "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
     " ParaView."
@@ -234,7 +238,7 @@ def _deviation_note(run: StoredRobot) -> Note:
     if len(run.actual) > 1:
         text += (
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
-            " on the path that the tool really takes."
+            " on the tool's actual path."
         )
     if run.other:
         text += " Dotted: the same command and wrench on the robot in the other mode."

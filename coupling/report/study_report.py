@@ -16,8 +16,8 @@ from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import UM, style
 from coupling.results.study_result import StudyResult
-from coupling.study.bench import PARTS
 from coupling.study.folder import REPORT, RUN
+from coupling.study.robot_pool import PARTS
 from coupling.study.stored_study import StoredStudy, read_study
 
 _BAND = "rgba(0, 114, 178, 0.22)"

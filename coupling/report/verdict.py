@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from coupling.path.deviation import Deviation
+from coupling.report.run_tables import mode_names
 from coupling.report.section import Section
 from coupling.report.style import UM
-from coupling.report.tables import mode_names
 from coupling.results.run_result import ReplayResult, RunResult
 
-# Where a turn of the tool is told: a point so far from its TCP [m] is off by more than the TCP for it,
-# and by so much at least [m].
+# Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
+# it, and by so much at least [m].
 _LEVER, _TOLD = 0.1, 1e-5
 
 
@@ -54,8 +54,8 @@ def sentence(figures: RunResult, process: str) -> str:
     own, _ = mode_names(figures.mode)
     count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
     return (
-        f"{what}, for the {own} {robots} as {count}, under the process {process} on the path that the"
-        f" tool really takes; {_of_gears(figures)}."
+        f"{what}, for the {own} {robots} as {count}, under the process {process} on the tool's actual"
+        f" path; {_of_gears(figures)}."
     )
 
 
@@ -95,7 +95,7 @@ def _of_backlash(figures: RunResult) -> str:
     if gears:
         names = ", ".join(dict.fromkeys(f"joint {gear.joint}" for gear in gears))
         return (
-            f"a wrong backlash would show, by how much a compensation tells: gears reverse or"
+            f"a wrong backlash would show, a compensation computes by how much: gears reverse or"
             f" are unloaded in their backlash ({names})"
         )
     return "a wrong backlash would show as little but a constant: no gear reverses"

@@ -37,8 +37,8 @@ class MeasuredRunResult(ResultPart):
     """A measured run, and what is drawn of it over its time."""
 
     run: Annotated[str, From("source.folder")]
-    measured: Annotated[str, From("seen.name")]
-    rows: Annotated[int, From("seen.time.__len__")]
+    measured: Annotated[str, From("measured.name")]
+    rows: Annotated[int, From("measured.time.__len__")]
     from_s: float
     to_s: float
     frame_shift_m: Annotated[Three, From("shift")]

@@ -103,7 +103,7 @@ class MoveResult(ResultPart):
 
 
 class PathCorrectionResult(ResultPart):
-    """What is corrected along the path."""
+    """Correction along the path."""
 
     cutoff_Hz: float
     weights: tuple[float, ...]

@@ -197,7 +197,7 @@ class DriveResult(ResultPart):
 
 
 class CommandResult(ResultPart):
-    """What the command asks of the drives."""
+    """Demands on the drives."""
 
     rows: int
     drives: tuple[DriveResult, ...]

@@ -16,7 +16,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot import InverseCommand, LimitWarning, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode

@@ -31,7 +31,7 @@ _LARGEST_STEP = 0.3
 _SINGULAR = 1e-3
 # Largest joint motion between samples [rad]; more is a jump to another configuration.
 _LARGEST_JUMP = 0.5
-# What is told of progress, and samples between two reports of it.
+# Words for the progress, and samples between two reports of it.
 _WORK = "planning by inverse kinematics"
 _REPORT_EVERY = 500
 # Where one sample in so many is planned from pose to pose the others lie close to a spline through them;

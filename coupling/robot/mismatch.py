@@ -13,7 +13,7 @@ from elastic_robot.fmi.interface import IDEAL
 from elastic_robot.gear_parts import Drive
 
 _NOTHING = (0.0, 0.0, 0.0)
-# Parameters that may differ by a factor, in the order in which they are told; those of gears and tilts
+# Parameters that may differ by a factor, in the order of reports; those of gears and tilts
 # are parameters of FMUs.
 _ELASTIC = ("stiffness", "damping", "backlash", "hysteresis")
 FACTORS = (*_ELASTIC, "friction", "servo_gain", "kinematic_error")

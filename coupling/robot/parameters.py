@@ -13,6 +13,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.parameters import Parameters
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 # What every robot has, and what gears with hysteresis and motors have beside.
 KINDS = ("backlash", "stiffness", "damping")
@@ -70,17 +71,18 @@ def robot_parameters(
     """Return the parameters of a robot that are not zero, kind by kind.
 
     Args:
-        torque_curve: A name of `TORQUE_CURVES`; a linear one has no backlash, and a gear with a table of
-            its own under "spline" neither backlash nor stiffness.
+        torque_curve: A name of `TORQUE_CURVES`, which may have no backlash; a gear whose own table it
+            takes has neither backlash nor stiffness.
         kinds: Those that count, in their order.
     """
     chain, tables = build_chain(robot), Parameters.of(robot).tables
+    curve = TORQUE_CURVES[torque_curve]
     found = []
     for kind in kinds:
         for row, name in enumerate(chain.elastic_names):
             tilt = bool(chain.elastic_tilt[row])
-            tabled = torque_curve == "spline" and tables[row] is not None
-            if kind == "backlash" and (tilt or torque_curve == "linear"):
+            tabled = curve.takes_tables and tables[row] is not None
+            if kind == "backlash" and (tilt or not curve.has_backlash):
                 continue
             value = value_of(robot, f"{name}.{kind}")
             gear = None if tilt else int(np.flatnonzero(chain.torsions == row)[0])

@@ -25,12 +25,12 @@ _PASSED = {
     "sampling": "between the process's samples its force is taken as straight, which costs an estimated"
     " {value_um:.4g} um at t = {time:.3f} s; tolerance_m is {limit_um:.4g} um: lower sample_s, or give a"
     " path from a file more rows",
-    "motor-torque": "joint {joint}: its motor is asked for {value:.5g} N m at t = {time:.3f} s; it gives"
-    " {limit:.5g} N m at most, {more:.3g} N m less",
-    "motor-torque-warm": "joint {joint}: warm, with 30 % less friction, its motor is asked for"
-    " {value:.5g} N m at t = {time:.3f} s; it gives {limit:.5g} N m at most, {more:.3g} N m less",
-    "motor-torque-cold": "joint {joint}: cold, with 30 % more friction, its motor is asked for"
-    " {value:.5g} N m at t = {time:.3f} s; it gives {limit:.5g} N m at most, {more:.3g} N m less",
+    "motor-torque": "joint {joint}: its motor needs {value:.5g} N m at t = {time:.3f} s; its torque"
+    " limit is {limit:.5g} N m, {more:.3g} N m less",
+    "motor-torque-warm": "joint {joint}: warm, with 30 % less friction, its motor needs"
+    " {value:.5g} N m at t = {time:.3f} s; its torque limit is {limit:.5g} N m, {more:.3g} N m less",
+    "motor-torque-cold": "joint {joint}: cold, with 30 % more friction, its motor needs"
+    " {value:.5g} N m at t = {time:.3f} s; its torque limit is {limit:.5g} N m, {more:.3g} N m less",
     "gear-torque-emergency": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its"
     " torque in an emergency stop is {limit:.5g} N m",
 }

@@ -115,8 +115,8 @@ class RestingRobot:
         """Return the commands under which the tool rests at real points [m], (n, 3); as `tool_at`.
 
         Raises:
-            PlanningError: As `tool_at`, or if a gear that hangs in its backlash lets it rest beside a
-                point.
+            PlanningError: As `tool_at`, or if a gear that is unloaded in its backlash lets it rest
+                beside a point.
         """
         commanded = real.copy()
         for _ in range(_ITERATIONS):
@@ -128,6 +128,7 @@ class RestingRobot:
         if left > _ENOUGH:
             raise PlanningError(
                 f"expected commands under which the tool rests at the points, got {1e6 * left:.3g} um"
-                " beside one after the other: a gear hangs in its backlash there; give other points"
+                " beside one after the other: a gear is unloaded in its backlash there; give other"
+                " points"
             )
         return commanded

@@ -24,13 +24,13 @@ from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.drive_motion import drive_motions
-from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.motor_demands import explained_by_motors, require_motors_that_hold
 from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
+from coupling.run.plausibility import remarks
 from coupling.run.repeated_evaluation import RememberedProcess, explained, repeated_evaluation
 from coupling.run.robustness import SimulatedModel, noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
@@ -76,7 +76,7 @@ class Run:
         gears: Torques and reversals of the gears of every robot along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
-        repeatability: Difference of two responses to the last path; None where the process was asked
+        repeatability: Difference of two responses to the last path; None where the process was evaluated
             once, as where the method has converged.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
         forecast: Expected deviation of the robot that was measured, under the command; None where none
@@ -252,7 +252,7 @@ def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:
-    """Return a correction with its size told from what the robots' programs have without it.
+    """Return a correction with its size computed from what the robots' programs have without it.
 
     Where a robot was touched off that is another path than the desired one.
     """
@@ -314,7 +314,7 @@ def _within_motors(
     beyond = motor_warnings(case.robots, unlimited)
     if kind == "couple" or not beyond or not found.converged:
         return found
-    reason = f"the command asks for more than a motor has: {beyond[0]}: slow down the path"
+    reason = f"the command exceeds what a motor has: {beyond[0]}: slow down the path"
     return replace(found, outcome=Outcome.ROBOT_FAILED, reason=reason)
 
 

@@ -46,7 +46,7 @@ def logged_folder(
             log.stop(error)
             if store is not None and any(log.keys):
                 error.add_note(
-                    f"answers of the process so far, kept in {store}: {len(log.keys)}; the same"
+                    f"evaluations so far, kept in {store}: {len(log.keys)}; the same"
                     " command goes on from there"
                 )
             raise

@@ -14,7 +14,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.robustness import SimulatedModel
 from elastic_robot.description import Robot

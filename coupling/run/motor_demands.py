@@ -147,7 +147,7 @@ def explained_by_motors(case: Case, remembered: RememberedProcess) -> Iterator[N
 
     Args:
         case: Its robots, simulated.
-        remembered: Its process, with what it was asked last.
+        remembered: Its process, with its last evaluation.
 
     Raises:
         PlanningError: In the place of a SimulationError, with joint, time, torque and limit.

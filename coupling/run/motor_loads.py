@@ -46,7 +46,7 @@ class MotorLoads:
         )
 
     def exceeded(self, robot: str) -> Iterator[LimitWarning]:
-        """Yield a warning for each motor that is asked for more torque than it has.
+        """Yield a warning for each motor whose torque limit is exceeded.
 
         Args:
             robot: Name of the robot in a cell of several, else empty.
@@ -60,7 +60,7 @@ class MotorLoads:
 def motor_warnings(
     robots: Sequence[PlacedRobot], motors: Sequence[MotorLoads | None]
 ) -> tuple[LimitWarning, ...]:
-    """Return a warning for each motor of a case's robots that is asked for more torque than it has."""
+    """Return a warning for each motor of a case's robots whose torque limit is exceeded."""
     pairs = zip(robots, motors, strict=True)
     return tuple(
         warning
@@ -76,11 +76,11 @@ def motor_loads(
     """Return what a command asks of a robot's motors, whose limits of torque are left out for it.
 
     So a torque beyond its limit is that which the servo asks for, and what a motor within its limit
-    gives is what is told.
+    gives is reported.
 
     Args:
         models: Simulations of robots.
-        command: Motion of its drives, or of what its servos are told.
+        command: Motion of its drives, or of the commands of its servos.
         wrench: Wrench on its tool, axes of its base.
 
     Returns:
@@ -105,7 +105,7 @@ def motor_loads(
 
 
 def without_limits(robot: Robot) -> Robot:
-    """Return a robot whose motors have as much torque as they are asked for.
+    """Return a robot whose motors have no torque limit.
 
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot

@@ -103,7 +103,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> Pla
                 coupling = coupled_on(case, cell, force, found.joints, start, watch)
                 loads = coupling.response.wrench
             except ProcessError as error:  # what was computed on the model is worth keeping
-                remark = f"the process has no answer on the plant: {error}"
+                remark = f"the process failed on the plant's path: {error}"
         path = cell.simulate(found.joints, loads, "dynamic")
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error

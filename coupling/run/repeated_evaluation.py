@@ -1,4 +1,4 @@
-"""The path that the process saw last, asked again where a run has not come to an end."""
+"""Repeated evaluation of the last path, where a run has not converged: is the process repeatable?"""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcom
 
 @dataclass(frozen=True)
 class ProcessRequest:
-    """What a process was asked.
+    """One evaluation of a process.
 
     Attributes:
         path: The path.
@@ -41,7 +41,7 @@ class ProcessRequest:
 
 
 class RememberedProcess(ProcessWrapper):
-    """A process that remembers what it was asked last."""
+    """A process that remembers its last evaluation."""
 
     def __init__(self, process: Process) -> None:
         self.process = process
@@ -64,7 +64,7 @@ def repeated_evaluation(
     """Return how a second answer to the last path differs, where the method came to no end.
 
     The answer is computed whatever is kept, in a folder of its own.  The shipped models, which answer
-    alike, are not asked, nor is a process that takes too long or has become another one meanwhile.
+    alike, are not evaluated, nor is a process that takes too long or has become another one meanwhile.
 
     Args:
         last: Last request to its process.
@@ -78,11 +78,11 @@ def repeated_evaluation(
     process = _anew(case, watch)
     if process is None:
         return None
-    watch(ProcessMessage("the last path is evaluated again: does the process answer alike?"))
+    watch(ProcessMessage("the last path is evaluated again: is the process repeatable?"))
     try:
         return Repeatability.of(last.response, process.evaluate(last.path))
     except ProcessError as error:
-        watch(WarningEvent(f"asked for the last path again, the process failed: {error}"))
+        watch(WarningEvent(f"evaluated again on the last path, the process failed: {error}"))
         return None
 
 
@@ -91,7 +91,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
 
     Args:
         kind: "couple" or "compensate".
-        repeated: Difference of two responses to its last path; None where it was asked once.
+        repeated: Difference of two responses to its last path; None where it was evaluated once.
     """
     if repeated is None:
         return found

@@ -164,7 +164,7 @@ def noise_replays(
     A command that was made for forces with noise of their own is off by as much under those without.
 
     Args:
-        samples: Times at which the process is asked [s], (k,).
+        samples: Times at which the process is evaluated [s], (k,).
         noise: Noise of its forces as they come.
         found: The command, with the forces without what was taken off.
 

@@ -1,4 +1,4 @@
-"""What it costs that a process is asked at samples, and its force taken as straight in between."""
+"""The error of a process that is evaluated at samples, with its force interpolated linearly."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from coupling.toolpaths.task import Task
 
 # An error of second order falls to a quarter at half the step: it is 4/3 of the difference.
 _OF_HALF = 4.0 / 3.0
-# A parabola is told by straight pieces a quarter of a step long, which are 1/16 of its arch off.
+# A parabola is approximated by straight pieces a quarter of a step long, to 1/16 of its arch.
 _PIECES = 4
 
 
@@ -54,8 +54,8 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
 
     None where nothing acts on the tools, or the path cannot be simulated.
 
-    A formula is asked once more, at half the steps, on the path that the tools take.  Of records and of
-    other processes the force is taken as parabolas between samples instead of lines: where a process
+    A formula is evaluated once more, at half the steps, on the path that the tools take.  Of records and
+    of other processes the force is taken as parabolas between samples instead of lines: where a process
     does not tell when its force has corners, the steeper ones.  The robots answer to either against the
     process's stiffness, where it is known, as in a coupling.
 

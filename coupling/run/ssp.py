@@ -110,9 +110,7 @@ class SspSystem:
         """Return sentences on the step."""
         said = [f"communication step: {1e3 * self.step:g} ms"]
         if self.case.robots[0].drive != IDEAL:
-            said.append(
-                "what step is safe is estimated of drives that are where they are commanded"
-            )
+            said.append("the safe step is estimated for drives without following error")
         if not self.limit.postures:
             return [*said, "the desired path touches nothing: no limit of the step is known"]
         if self.step > self.safe_step:
@@ -132,7 +130,7 @@ class SspSystem:
         else:
             touch += " at any step, as the robot has no inertia"
         if self.has_spring:
-            first = "lasting contact is stable at any step, as the robot knows the process's spring"
+            first = "lasting contact is stable at any step, as the process's spring is part of the robot"
             return f"{met}: {first}; {touch}"
         times = f"{limit.growth(STEP_SIZE):.3g} times as large with every step"
         growth = f"at {1e3 * STEP_SIZE:g} ms deviations become {times}"

@@ -1,4 +1,4 @@
-"""The control points about the tools whose equilibrium is asked for."""
+"""The control points about the tools whose equilibrium is solved for."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Box(NamedTuple):
-    """Control points [first, last) in x and y whose equilibrium is asked for."""
+    """Control points [first, last) in x and y whose equilibrium is solved for."""
 
     first_x: int
     last_x: int

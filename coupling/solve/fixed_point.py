@@ -91,23 +91,23 @@ class Evaluation:
     def of(
         cls,
         number: int,
-        seen: ToolPath,
+        path: ToolPath,
         found: ToolPath,
         wrench: WrenchHistory,
         last: WrenchHistory | None,
         carried: float = 0.0,
     ) -> Evaluation:
-        """Return the figures of a process's answer `wrench` to a path `seen`, and the robots' to that.
+        """Return the figures of a process's answer `wrench` to a path, and the robots' to that.
 
         Args:
             number: Number of the evaluation, from 1.
-            seen: The paths that the process saw.
+            path: The paths that the process was given.
             found: The robots' answer.
             wrench: The process's answer.
             last: Its answer before.
             carried: Force of springs at the robots' answer, over the peak force.
         """
-        distance = found.distance_to(seen)
+        distance = found.distance_to(path)
         return cls(
             number=number,
             path_change=float(distance.max()),
@@ -168,8 +168,8 @@ _ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
-# What springs may carry, over the force tolerance: a gear that hangs in its backlash is held where the
-# process hardly says where it should be.
+# What springs may carry, over the force tolerance: a gear that is unloaded in its backlash is held where
+# the process hardly says where it should be.
 _CARRIED = 20.0
 
 
@@ -220,21 +220,21 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             response = loop.process.evaluate(x.at_rows(rows))
-            seen = Iterate(x, rows, response)
-            moved = loop.scheme.moved(loop.robot, command, seen, loop.mode)
+            iterate = Iterate(x, rows, response)
+            moved = loop.scheme.moved(loop.robot, command, iterate, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, acting = moved.path, moved.loads.on(moved.path), seen.loads
+        g, loads, acting = moved.path, moved.loads.on(moved.path), iterate.loads
         found = g, replace(response, wrench=loads)
         carried = loads.change_from(acting)
         evaluations.append(Evaluation.of(number, x, g, acting, last, carried))
         last = acting
         loop.watch(Evaluated(evaluations[-1], g))
-        seen_at = x.deviation_from(origin)
-        update = loop.scheme.update(seen_at, g.deviation_from(origin))
-        ahead = float(np.sqrt(np.mean(np.sum((update - seen_at)[..., :3] ** 2, axis=-1))))
+        from_origin = x.deviation_from(origin)
+        update = loop.scheme.update(from_origin, g.deviation_from(origin))
+        ahead = float(np.sqrt(np.mean(np.sum((update - from_origin)[..., :3] ** 2, axis=-1))))
         if _met(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
@@ -266,7 +266,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
     """Return whether the tolerance is met; `ahead` is the step that the scheme would take, rms [m]."""
     last = evaluations[-1]
     left = _left_over_change(evaluations) if springs else 1.0
-    # Forces agree where the process has not changed its mind, or where it need not be asked again
+    # Forces agree where the process gives the same again, or where it need not be evaluated again
     # because its own springs are at rest.
     change = (
         min(last.force_change, last.carried)
@@ -284,7 +284,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
 def _left_over_change(evaluations: list[Evaluation]) -> float:
     """Return a path's distance from the fixed point over its last change, where springs slow it down.
 
-    Both are root mean squares: single samples creep, where gears that hang are held.
+    Both are root mean squares: single samples creep, where unloaded gears are held.
 
     A change that falls by a factor c from evaluation to evaluation has c / (1 - c) of itself ahead.
     """

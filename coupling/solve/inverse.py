@@ -149,19 +149,19 @@ class InverseCorrection(Schema):
         goal = _SHARE_OF_ROBOT * self.tolerance_m
         inverse = loop.robot.inverse(desired, response.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
-        seen = loop.robot.simulate(inverse.joints, response.wrench.refined(time), loop.mode)
-        first = () if rounds else (Evaluation.of(1, times.path, seen, response.wrench, None),)
+        simulated = loop.robot.simulate(inverse.joints, response.wrench.refined(time), loop.mode)
+        first = () if rounds else (Evaluation.of(1, times.path, simulated, response.wrench, None),)
         for entry in first:
-            loop.watch(Evaluated(entry, seen))
+            loop.watch(Evaluated(entry, simulated))
         try:
-            checked = loop.process.evaluate(seen.at_rows(times.sample_rows))
+            checked = loop.process.evaluate(simulated.at_rows(times.sample_rows))
             achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
-            report = CorrectionIteration(len(rounds) + 1, measure(seen, times.path), first)
+            report = CorrectionIteration(len(rounds) + 1, measure(simulated, times.path), first)
             loop.watch(report)
-            return _Iteration(inverse, seen, response, 0.0, report, error)
+            return _Iteration(inverse, simulated, response, 0.0, report, error)
         number = len(rounds) + 2
-        last = Evaluation.of(number, seen, achieved, checked.wrench, response.wrench)
+        last = Evaluation.of(number, simulated, achieved, checked.wrench, response.wrench)
         loop.watch(Evaluated(last, achieved))
         report = CorrectionIteration(len(rounds) + 1, measure(achieved, times.path), (*first, last))
         loop.watch(report)
@@ -175,8 +175,8 @@ class InverseCorrection(Schema):
             outcome = Outcome.PROCESS_FAILED if process else Outcome.ROBOT_FAILED
             who = "process" if process else "robot"
             return outcome, (
-                f"the {who} failed in the validation of inverse {len(rounds)}, on the path that the tool"
-                f" really takes: {failure}"
+                f"the {who} failed in the validation of inverse {len(rounds)}, on the tool's actual"
+                f" path: {failure}"
             )
         sizes = [entry.report.deviation.maximum for entry in rounds]
         if sizes[-1] <= self.tolerance_m:

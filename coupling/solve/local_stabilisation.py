@@ -1,4 +1,4 @@
-"""Tools that do not settle from evaluation to evaluation: gears that hang in their backlash."""
+"""Tools that do not settle from evaluation to evaluation: gears unloaded in their backlash."""
 
 from __future__ import annotations
 

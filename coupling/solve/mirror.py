@@ -171,7 +171,7 @@ class Mirror(Schema):
         limited = last.correction.limited_samples if last.correction is not None else 0
         if limited:
             return f"; {limited} samples are held back by max_correction_rate_m_s"
-        return "; the robot's answer jumps there, as at a gear that reverses"
+        return "; the robot's response jumps there, as at a gear that reverses"
 
     def _validated(
         self,
@@ -189,8 +189,8 @@ class Mirror(Schema):
         evaluations = sum(len(entry.coupling) for entry in found.iterations)
         try:
             response = loop.process.evaluate(coupling.path.at_rows(rows))
-            seen = Iterate(coupling.path, rows, response)
-            moved = loop.scheme.moved(loop.robot, best.joints, seen, loop.mode)
+            iterate = Iterate(coupling.path, rows, response)
+            moved = loop.scheme.moved(loop.robot, best.joints, iterate, loop.mode)
             achieved = moved.path
             response = replace(response, wrench=moved.loads.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())

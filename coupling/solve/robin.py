@@ -51,26 +51,26 @@ class Robin(ConstantRelaxation):
 
     def __init__(self, first: float = 1.0) -> None:
         super().__init__(first)
-        self._seen: ProcessStiffness | None = None
+        self._stiffness: ProcessStiffness | None = None
         self._own: np.ndarray | None = None
         self._stabilisation: LocalStabilisation | None = None
         self._rows = np.arange(0)
 
     def moved(
-        self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
+        self, robot: SimulatedRobot, command: JointPath, iterate: Iterate, mode: Mode
     ) -> LoadedMotion:
         """Return the robots' motion against a process that goes on as it has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated under the process's answer and the springs.
         """
-        process = LinearProcess(seen, self._react(seen, mode))
-        time, x = seen.path.time, seen.path
+        process = LinearProcess(iterate, self._react(iterate, mode))
+        time, x = iterate.path.time, iterate.path
         own = interpolated(
-            time, seen.response.wrench.instants, own_blocks(process.stiffness), axis=1
+            time, iterate.response.wrench.instants, own_blocks(process.stiffness), axis=1
         )
         spring = ContactSpring(x.position, own)
-        answered = replace(seen.loads, spring=spring)
+        answered = replace(iterate.loads, spring=spring)
         inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
             loads = answered.plus(beyond)
@@ -86,8 +86,10 @@ class Robin(ConstantRelaxation):
             change = float(np.abs(process.change(found.path)).max())
             if left <= _AGREED * change or found.path.distance_to(x).max() <= _STILL:
                 break
-            step = inner.update(x.deviation_from(seen.path), found.path.deviation_from(seen.path))
-            x = seen.path.displaced(step)
+            step = inner.update(
+                x.deviation_from(iterate.path), found.path.deviation_from(iterate.path)
+            )
+            x = iterate.path.displaced(step)
             beyond = process.beyond(spring, x)
         assert best is not None
         return best
@@ -96,26 +98,26 @@ class Robin(ConstantRelaxation):
         """Return the relaxed iterate, with tools that creep carried on."""
         if self._stabilisation is None:
             return super().update(x, g)
-        assert self._seen is not None
+        assert self._stiffness is not None
         move = (g - x)[:, self._rows, :3]
-        self._stabilisation = self._stabilisation.after(move, self._seen.usual)
+        self._stabilisation = self._stabilisation.after(move, self._stiffness.usual)
         factor = np.ones((*x.shape[:2], 1))
         factor[:, self._rows, 0] = self._stabilisation.factor
         return super().update(x, x + factor * (g - x))
 
-    def _react(self, seen: Iterate, mode: Mode) -> np.ndarray:
+    def _react(self, iterate: Iterate, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
-        position, force = seen.path.position[:, seen.rows], seen.force
-        stated = seen.response.stiffness
-        if self._seen is not None:
+        position, force = iterate.path.position[:, iterate.rows], iterate.force
+        stated = iterate.response.stiffness
+        if self._stiffness is not None:
             if stated is not None:
                 stated = self._kept(force, stated)
-            self._seen = self._seen.then(position, force, stated)
+            self._stiffness = self._stiffness.then(position, force, stated)
         elif stated is not None:
-            self._seen = ProcessStiffness(position, force, stated)
+            self._stiffness = ProcessStiffness(position, force, stated)
         else:
-            self._seen = self._guess(position, force)
-        self._own, self._rows = self._seen.own, seen.rows
+            self._stiffness = self._guess(position, force)
+        self._own, self._rows = self._stiffness.own, iterate.rows
         if mode == "dynamic":  # a moving robot cannot jump from sample to sample
             return self._own
         if self._stabilisation is None or self._stabilisation.hold.shape != force.shape[:2]:
@@ -132,17 +134,17 @@ class Robin(ConstantRelaxation):
 
     def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """Return a stated stiffness; a tool that has lost contact keeps part of what held it."""
-        assert self._seen is not None
+        assert self._stiffness is not None
         kept = stated.copy()
         for k, size in enumerate(np.any(force, axis=-1)):
             own = np.s_[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
             lost = ~size & ~np.any(stated[own], axis=(-1, -2))
-            kept[own][lost] = _KEPT * self._seen.own[own][lost]
+            kept[own][lost] = _KEPT * self._stiffness.own[own][lost]
         return kept
 
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was and what did not settle."""
-        self._seen = None
+        self._stiffness = None
         if self._stabilisation is not None:
             self._stabilisation = self._stabilisation.again()
 
@@ -152,19 +154,19 @@ class LinearProcess:
     """F(x) = F(x_k) + K (x_k - x) at the samples of the process, straight between them.
 
     Attributes:
-        seen: The path x_k and the answer to it.
+        iterate: The path x_k and the answer to it.
         stiffness: K at the samples [N/m], (n, 3 tools, 3 tools).
     """
 
-    seen: Iterate
+    iterate: Iterate
     stiffness: np.ndarray
 
     def change(self, path: ToolPath) -> np.ndarray:
         """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
-        moved = (self.seen.path.position - path.position)[:, self.seen.rows]
+        moved = (self.iterate.path.position - path.position)[:, self.iterate.rows]
         change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
-        return interpolated(path.time, self.seen.response.wrench.instants, tools, axis=1)
+        return interpolated(path.time, self.iterate.response.wrench.instants, tools, axis=1)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
         """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""

@@ -57,14 +57,14 @@ class Scheme(ABC):
     """A scheme: the robots' answer to a process, and the next path from the last ones."""
 
     def moved(
-        self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
+        self, robot: SimulatedRobot, command: JointPath, iterate: Iterate, mode: Mode
     ) -> LoadedMotion:
         """Return the robots' motion after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
-        loads = seen.loads
+        loads = iterate.loads
         return LoadedMotion(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod

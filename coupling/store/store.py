@@ -127,7 +127,7 @@ class Store:
             owner = self._lock(key).with_suffix(".owner")
             self._acquire(lock, owner)
         try:
-            with suppress(OSError):  # only told to those who wait
+            with suppress(OSError):  # only read by those who wait
                 owner.write_text(json.dumps([platform.node(), os.getpid(), time.time()]))
             yield self._found(key)
         finally:
@@ -160,7 +160,7 @@ class Store:
                 file.write([encoded(response, about)])
             except TypeError as cause:
                 file.discard()
-                raise StoreError(f"the answer cannot be kept: {cause}") from cause
+                raise StoreError(f"the result cannot be kept: {cause}") from cause
 
     def clear(self, entries: Sequence[Entry]) -> None:
         """Remove entries, entries that were set aside, and what killed processes have left.

@@ -32,7 +32,7 @@ class StoredAnswer(Event):
 
 
 _CHANGED = (
-    "a file that the process's answers depend on has changed since the run began: the answer is used,"
+    "a file that the process's answers depend on has changed since the run began: the result is used,"
     " but not kept (a file that the program writes to cannot be a word of its command)"
 )
 
@@ -139,6 +139,6 @@ class StoredProcess(ProcessWrapper):
             except StoreError as cause:
                 self._pending[key] = response, about
                 self._watch(
-                    WarningEvent(f"{cause}; the answer is used, and kept as soon as it can be")
+                    WarningEvent(f"{cause}; the result is used, and kept as soon as it can be")
                 )
             return response, "computed"

@@ -14,7 +14,7 @@ from uuid import uuid4
 
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
-from coupling.study.bench import RobotPool, StudyJob
+from coupling.study.robot_pool import RobotPool, StudyJob
 from coupling.study.workers import Workers
 
 try:

@@ -23,11 +23,11 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.results.study_result import StudySample
 from coupling.run.stored_run import StoredRun, read_run
-from coupling.study.bench import StudyJob
 from coupling.study.design import GROWS
 from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
 from coupling.study.parameters import StudyParameters
-from coupling.study.rows import SampleTable
+from coupling.study.robot_pool import StudyJob
+from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
 from coupling.study.workers import Workers
 

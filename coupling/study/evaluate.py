@@ -11,9 +11,9 @@ from coupling.errors import StudyError
 from coupling.files.atomic_file import AtomicFile
 from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
 from coupling.run.figures import versions
-from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, write_whole_table
+from coupling.study.robot_pool import PARTS
 from coupling.study.statistics import (
     DeviationBand,
     influences,

@@ -51,7 +51,7 @@ class Arc:
         plane: The plane.
         centre: Centre in the plane [m], (2,).
         start, end: First and last point [m], (3,).
-        angle: From the first axis to the start [rad].
+        angle: Angle from the first axis to the start [rad].
         sweep: Angle that it turns by, positive counter-clockwise [rad].
     """
 

@@ -29,8 +29,8 @@ _UM = 1e6
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A crossing.
+class Crossing:
+    """A gear that crosses its backlash.
 
     Attributes:
         change: When it is.
@@ -70,8 +70,8 @@ class Seen:
         )
 
 
-def seen() -> Seen:
-    """Run the path with both methods, and return what is around a crossing."""
+def crossing() -> Crossing:
+    """Run the path with both methods, and return a crossing and its surroundings."""
     keys = {"feed_m_s": FEED, "sample_s": WATCHED}
     case = example("iso9283", tool_path=keys)
     run = run_compensation(case)
@@ -95,7 +95,7 @@ def seen() -> Seen:
         assert path is not None
         deviations.append((desired.time, path.distance_to(desired).ravel()))
     watched = np.arange(begin, begin + WINDOW, WATCHED)
-    return Seen(
+    return Crossing(
         change,
         half_width,
         time,
@@ -134,7 +134,7 @@ def _gear(case: Case, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     return -load[:, row], theta[:, row], float(backlash)
 
 
-def drawn(found: Seen) -> go.Figure:
+def drawn(found: Crossing) -> go.Figure:
     """Draw torque, wind-up, drive and link, and the tool's deviation over time."""
     figure = make_subplots(rows=4, cols=1, shared_xaxes=True, vertical_spacing=0.03)
     time, watched = 1e3 * (found.time - found.time[0]), 1e3 * (found.watched - found.time[0])

@@ -36,7 +36,7 @@ ALL = Beyond(gear_errors=7e-5, hysteresis=3e-5, drift=5e-5)
 
 
 @dataclass(frozen=True)
-class Told:
+class CoveredParameter:
     """One parameter that a run tells.
 
     Attributes:
@@ -52,7 +52,7 @@ class Told:
     half: float
 
     @classmethod
-    def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[Told]:
+    def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[CoveredParameter]:
         """Yield what a run tells of a robot that is known."""
         for own in found.parameters:
             if own.identifiable:
@@ -82,7 +82,7 @@ def cases() -> dict[str, dict[str, Any]]:
 
 def coverage() -> str:
     """Return how often the intervals of what one run tells hold the truth."""
-    told: list[Told] = []
+    learned: list[CoveredParameter] = []
     for number, (name, data) in enumerate(cases().items()):
         with Shop(data) as shop:
             for k in range(ROBOTS):
@@ -91,8 +91,8 @@ def coverage() -> str:
                 truth = drawn(shop.robot, seed, times)
                 trial = Trial(noise=noise, seconds=SECONDS, runs=1)
                 found = shop.found(truth, trial, seed)
-                own = list(Told.of(found, truth, times))
-                told += own
+                own = list(CoveredParameter.of(found, truth, times))
+                learned += own
                 outside = sum(one.error > 1.0 for one in own)
                 over = found.left[1] / found.noise_left
                 print(
@@ -100,28 +100,28 @@ def coverage() -> str:
                     truth.name,
                     f"{len(own)} identifiable, {outside} outside, {over:.2f} noises left",
                 )
-                print(_row("so far", told), flush=True)
+                print(_row("so far", learned), flush=True)
                 gc.collect()
-    groups = {f"{times:g} times": [one for one in told if one.times == times] for times in TIMES}
-    groups |= {kind: [one for one in told if one.kind == kind] for kind in _kinds(told)}
+    groups = {f"{times:g} times": [one for one in learned if one.times == times] for times in TIMES}
+    groups |= {kind: [one for one in learned if one.kind == kind] for kind in _kinds(learned)}
     rows = [_row(name, own) for name, own in groups.items()]
     head = ("", "identifiable", "held", "[%]", "median error [%]", "median half interval [%]")
-    return table(head, [*rows, _row("all", told)])
+    return table(head, [*rows, _row("all", learned)])
 
 
-def _kinds(told: list[Told]) -> list[str]:
-    return sorted({one.kind for one in told})
+def _kinds(learned: list[CoveredParameter]) -> list[str]:
+    return sorted({one.kind for one in learned})
 
 
-def _row(name: str, told: list[Told]) -> tuple[str, ...]:
-    held = sum(one.error <= 1.0 for one in told)
+def _row(name: str, learned: list[CoveredParameter]) -> tuple[str, ...]:
+    held = sum(one.error <= 1.0 for one in learned)
     return (
         name,
-        f"{len(told)}",
+        f"{len(learned)}",
         f"{held}",
-        f"{100.0 * held / max(len(told), 1):.1f}",
-        f"{100.0 * np.median([one.error * one.half for one in told]):.1f}",
-        f"{100.0 * np.median([one.half for one in told]):.1f}",
+        f"{100.0 * held / max(len(learned), 1):.1f}",
+        f"{100.0 * np.median([one.error * one.half for one in learned]):.1f}",
+        f"{100.0 * np.median([one.half for one in learned]):.1f}",
     )
 
 
@@ -157,13 +157,13 @@ def beyond() -> str:
 
 
 def _beyond_row(shop: Shop, truth: Truth, found: Learned) -> tuple[str, ...]:
-    told = list(Told.of(found, truth, 1.0))
+    learned = list(CoveredParameter.of(found, truth, 1.0))
     off = shop.less_off(truth, found)
     left = " → ".join(f"{1e6 * own:.1f}" for own in found.left)
     return (
         f"{left}, {1e6 * found.noise_left:.1f}",
         f"{found.widened:.1f}",
-        f"{len(told)}, {sum(one.error <= 1.0 for one in told)}",
+        f"{len(learned)}, {sum(one.error <= 1.0 for one in learned)}",
         " → ".join(f"{1e6 * own:.1f}" for own in off),
         "refused" if found.refusal else "warned" if found.warnings else "",
     )

@@ -31,8 +31,8 @@ NOISE, ENCODER, TORQUE = 1e-5, 5e-6, 0.01
 
 
 @dataclass(frozen=True)
-class _Pass:
-    """What one run told, and what the commands of `learn` and of `next` after it leave."""
+class _Run:
+    """What one run determines, and deviations under the commands of `learn` and `next` after it."""
 
     found: Learned
     left: Left
@@ -40,12 +40,12 @@ class _Pass:
 
     def cells(self) -> tuple[str, str, str, str]:
         """What is left by both, error and half interval of friction, and what is held."""
-        told = [own for own in self.found.parameters if own.identifiable]
+        identifiable = [own for own in self.found.parameters if own.identifiable]
         truth = [
             (TRUTH.get(p.parameter.kind, 1.0) if p.parameter.gear is not None else 1.0) * p.start
-            for p in told
+            for p in identifiable
         ]
-        held = sum(p.low <= value <= p.high for p, value in zip(told, truth, strict=True))
+        held = sum(p.low <= value <= p.high for p, value in zip(identifiable, truth, strict=True))
         friction = [own for own in self.found.parameters if own.parameter.kind == "friction"]
         off = max(abs(own.value / own.start / TRUTH["friction"] - 1.0) for own in friction)
         half = np.median([0.5 * np.log(own.high / own.low) for own in friction])
@@ -53,7 +53,7 @@ class _Pass:
             f"{_both(self.left)}, less a constant {self.left}",
             _both(self.next),
             f"{100.0 * off:.1f}, {100.0 * half:.1f}",
-            f"{held} of {len(told)}",
+            f"{held} of {len(identifiable)}",
         )
 
 
@@ -79,29 +79,29 @@ class MotorShop(Shop):
         """Return what a run's command leaves."""
         return Left.of(self.off(run, self.real(run)[0]))
 
-    def measured(self, with_columns: bool) -> _Pass:
+    def measured(self, with_columns: bool) -> _Run:
         """Return what a run tells, with and without columns of motors."""
         path, moved = self.real(self._first)
         rng, at = np.random.default_rng(1), _unseen(self._first).world_from_base
         rows = np.flatnonzero(path.time <= path.time[-1] - CUT)
-        seen = at.points(path.position[0][rows] + NOISE * rng.standard_normal((len(rows), 3)))
+        position = at.points(path.position[0][rows] + NOISE * rng.standard_normal((len(rows), 3)))
         motors = None
         if with_columns:
             size = TORQUE * np.sqrt(np.mean(moved.torque**2, axis=0))
             noise = np.hstack([np.full(len(size), ENCODER), size])
-            told = np.hstack([moved.angle, moved.torque])[rows]
-            told = told + noise * rng.standard_normal(told.shape)
+            values = np.hstack([moved.angle, moved.torque])[rows]
+            values = values + noise * rng.standard_normal(values.shape)
             columns = tuple((kind, j) for kind in ("motor", "motor_torque") for j in moved.joints)
-            motors = MeasuredMotors(columns, told, np.ones(len(columns)))
+            motors = MeasuredMotors(columns, values, np.ones(len(columns)))
         source = read_source(
-            self._first, Measurement("measured.csv", path.time[rows], seen, None, motors)
+            self._first, Measurement("measured.csv", path.time[rows], position, None, motors)
         )
         with Models("native") as models:
             found = learn([source], LearnOptions(), models)
         run = self._first if found.refusal else self.commanded(self._first, found)
         after = self._folder / f"next{len(list(self._folder.glob('next*')))}"
         commanded([source], after)
-        return _Pass(found, self.left(run), self.left(after))
+        return _Run(found, self.left(run), self.left(after))
 
 
 def motors() -> str:

@@ -34,7 +34,7 @@ def cone_of(home: Sequence[float], file: str, at: Sequence[float], **path: Any) 
 
 
 def rolled() -> dict[str, Any]:
-    """Return the case of ISO 9283 on a base that is rolled, so that no gear floats."""
+    """Return the case of ISO 9283 on a base that is rolled, so that every gear is loaded."""
     return case_text(
         "iso9283", robot={"base_rpy_deg": [6.0, 0.0, 0.0]}, tool_path={"feed_m_s": 0.25}
     )

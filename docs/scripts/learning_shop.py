@@ -103,7 +103,9 @@ class Shop:
         wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
         return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
 
-    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath) -> Measurement:
+    def measurement(
+        self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath
+    ) -> Measurement:
         """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
@@ -113,18 +115,20 @@ class Shop:
         if trial.beyond is not None:
             command = source.stored.joints
             noise += trial.beyond.at(source.robot, source.home, command, clock[rows])
-        seen = at.points(path.position[0][rows] + noise)
+        position = at.points(path.position[0][rows] + noise)
         held = None
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
             held = at.rotation * turns * path.rotations[0][rows]
-        return Measurement("measured.csv", clock[rows], seen, held)
+        return Measurement("measured.csv", clock[rows], position, held)
 
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
         """Return what one run under the file's command tells."""
-        seen = self.seen(self._first, truth, trial, seed, self.moved(self._first, truth))
+        measured = self.measurement(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
-            return learn([read_source(self._first, seen)], LearnOptions(draws=trial.draws), models)
+            return learn(
+                [read_source(self._first, measured)], LearnOptions(draws=trial.draws), models
+            )
 
     def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
         """Return how far the tool of the file's and of the learned robot is from the real one's [m].
@@ -150,15 +154,15 @@ class Shop:
         path = self.moved(run, truth)
         off, found, seconds = [self.off(run, path)], [], []
         for number in range(trial.runs):
-            seen = self.seen(run, truth, trial, seed + number, path)
-            sources.append(read_source(run, seen))
+            measured = self.measurement(run, truth, trial, seed + number, path)
+            sources.append(read_source(run, measured))
             begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
-                told = learn(sources, LearnOptions(draws=trial.draws), models)
+                learned = learn(sources, LearnOptions(draws=trial.draws), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
-            found.append(told)
-            if not told.refusal:
-                run = self.commanded(run, told)
+            found.append(learned)
+            if not learned.refusal:
+                run = self.commanded(run, learned)
                 path = self.moved(run, truth)
             off.append(self.off(run, path))
             print(

@@ -211,10 +211,10 @@ def samples() -> str:
 
 
 def crossing() -> str:
-    """Draw a backlash reversal, and return what is seen."""
-    seen = inverse_crossing.seen()
-    save("inverse_crossing", inverse_crossing.drawn(seen))
-    return seen.caption
+    """Draw a backlash reversal, and return its caption."""
+    found = inverse_crossing.crossing()
+    save("inverse_crossing", inverse_crossing.drawn(found))
+    return found.caption
 
 
 def _figure(value: float) -> str:

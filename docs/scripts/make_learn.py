@@ -143,8 +143,8 @@ def trials() -> str:
 
 
 def _row(found: Learning) -> tuple[str, str, str]:
-    told = found.found[0]
-    words = "refused" if told.refusal else "warned" if told.warnings else ""
+    result = found.found[0]
+    words = "refused" if result.refusal else "warned" if result.warnings else ""
     return str(found.left[0]), str(found.left[1]), words
 
 

@@ -13,8 +13,8 @@ from plotly.subplots import make_subplots
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
-from coupling.run.deviations import Deviations
 from coupling.run.execute import Run
+from coupling.run.figures import Deviations
 from coupling.run.tooth_passing import DeviationParts
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled

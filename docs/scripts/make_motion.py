@@ -131,8 +131,8 @@ def held() -> str:
 
 def picture() -> str:
     """Draw B as A predicts it, and return the picture's line."""
-    told = found("A", "B")
-    (one,) = (own for own in told.recordings if own.held_out)
+    result = found("A", "B")
+    (one,) = (own for own in result.recordings if own.held_out)
     figure = make_subplots(rows=3, cols=3, vertical_spacing=0.07, horizontal_spacing=0.1)
     for k in range(3):
         measured, rest = (

@@ -19,10 +19,10 @@ from docs.scripts.next_histories import (
     ISO,
     NONE,
     PYRAMID,
-    Told,
     Trial,
-    all_told,
-    told,
+    TrialResult,
+    trial_result,
+    trial_results,
 )
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
@@ -55,18 +55,18 @@ ANEW = replace(EXTRAS, again=1e-5)
 
 
 @cache
-def _extras() -> tuple[Told, ...]:
-    return tuple(all_told([Trial(*own) for own in WITH]))
+def _extras() -> tuple[TrialResult, ...]:
+    return tuple(trial_results([Trial(*own) for own in WITH]))
 
 
 @cache
-def _none() -> tuple[Told, ...]:
-    return tuple(all_told([Trial(*own, NONE) for own in WITHOUT]))
+def _none() -> tuple[TrialResult, ...]:
+    return tuple(trial_results([Trial(*own, NONE) for own in WITHOUT]))
 
 
 @cache
-def _others() -> tuple[Told, ...]:
-    return tuple(all_told(list(OTHERS.values())))
+def _others() -> tuple[TrialResult, ...]:
+    return tuple(trial_results(list(OTHERS.values())))
 
 
 OTHERS = {
@@ -96,7 +96,7 @@ def others() -> str:
     return _table([(own, words) for words, own in zip(OTHERS, _others(), strict=True)])
 
 
-def _table(rows: list[tuple[Told, str]]) -> str:
+def _table(rows: list[tuple[TrialResult, str]]) -> str:
     head = (
         "robot and path",
         "",
@@ -152,7 +152,7 @@ def sums() -> str:
 
 def picture() -> str:
     """Draw the distance from the path in every run of one robot."""
-    own = told(Trial(*WITH[0]))
+    own = trial_result(Trial(*WITH[0]))
     figure = go.Figure()
     for number, distance in enumerate(own.distance, start=1):
         figure.add_scatter(

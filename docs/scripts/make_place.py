@@ -21,7 +21,7 @@ from plotly.subplots import make_subplots
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.files.robot_file import shipped_robots
-from coupling.place.evaluated import EvaluatedSetting
+from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
@@ -133,12 +133,12 @@ def cases() -> str:
     rows, settings = [], []
     for name in CASES:
         found = _placed(name)
-        told = figures_of(found)
+        result = figures_of(found)
         assert found.present is not None
-        assert told.present is not None
+        assert result.present is not None
         pairs = (
-            (name, found.present, told.present),
-            ("", found.best[0], told.best[0]),
+            (name, found.present, result.present),
+            ("", found.best[0], result.best[0]),
         )
         for number, (title, own, figures) in enumerate(pairs):
             left = _left(_loaded(own, number))
@@ -152,7 +152,7 @@ def cases() -> str:
                     f"{_UM * max(mean for *_, mean in left):.0f}",
                 )
             )
-        settings.append(f"- {name}: {in_words(told.best[0].setting, told.free)}")
+        settings.append(f"- {name}: {in_words(result.best[0].setting, result.free)}")
     head = (
         *("", "", "process [um]", "backlash reversals (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),
@@ -163,8 +163,8 @@ def cases() -> str:
 
 def gears() -> str:
     """Return what the gears of the cone go through."""
-    told = figures_of(_placed("cone"))
-    assert told.present is not None
+    result = figures_of(_placed("cone"))
+    assert result.present is not None
     rows = [
         (
             f"{gear.joint}",
@@ -172,7 +172,7 @@ def gears() -> str:
             f"{_UM * gear.backlash_20_percent_m:.0f}",
             f"{_UM * other.backlash_20_percent_m:.0f}",
         )
-        for gear, other in zip(told.present.gears, told.best[0].gears, strict=True)
+        for gear, other in zip(result.present.gears, result.best[0].gears, strict=True)
     ]
     head = (
         *("gear of the cone", "margin to reversal, as it is [N m]", "torque range [N m]"),
@@ -209,10 +209,10 @@ def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
 def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
-    told = figures_of(found)
-    stored = StoredPlacement(told, found.maps)
+    result = figures_of(found)
+    stored = StoredPlacement(result, found.maps)
     drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
-    save("place_cone", _beside_each_other(map_figures(told, drawn)))
+    save("place_cone", _beside_each_other(map_figures(result, drawn)))
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)
     return (
@@ -257,12 +257,12 @@ def learned() -> str:
             for title, own in (("as it is", shop), ("placed", robust)):
                 found = own.learned(truth, Trial(runs=1))
                 refused = found.found[0].refusal
-                told = "refused: nothing to learn" if refused else f"{found.left[-1]}"
+                result = "refused: nothing to learn" if refused else f"{found.left[-1]}"
                 if own is shop:
                     file, both = shop.written(found.found[0]), ""
                 else:
                     both = f"{robust.left_by(file, truth)}"
-                rows[title].append((title, robot, f"{found.left[0]}", told, both))
+                rows[title].append((title, robot, f"{found.left[0]}", result, both))
     head = ("cone", "robot", "before learning", "after one measured run", "of the cone as it is")
     return table(head, [row for own in rows.values() for row in own])
 

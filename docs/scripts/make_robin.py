@@ -23,7 +23,7 @@ from docs.scripts.pictures import save, styled
 # Tasks of the picture, and the distance below which its lines end [um].
 PICTURED = (
     ("robot, wall, gain 5", "The robot on a wall, loop gain 5"),
-    ("robot on a wall, cone", "A cone, gears hanging in their backlash"),
+    ("robot on a wall, cone", "A cone, gears unloaded in their backlash"),
 )
 LEAST = 1e-3
 COLOURS = {

@@ -12,8 +12,8 @@ import numpy as np
 
 from coupling.case.case import Case
 from coupling.report import workpiece_figures
-from coupling.run.deviations import Deviations
 from coupling.run.execute import Run
+from coupling.run.figures import Deviations
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save

@@ -54,7 +54,7 @@ def _studied() -> tuple[StoredStudy, list[StudySample]]:
 
 
 def cone() -> str:
-    """Return what the command of the cone leaves, and which parameter matters."""
+    """Return what the command of the cone leaves, and which parameters are significant."""
     study, _ = _studied()
     figures = study.figures
     found, model = figures.quantiles_m, figures.command.deviation_m
@@ -66,7 +66,7 @@ def cone() -> str:
             for name, words in (("maximum", "max"), ("rms", "rms"))
         ],
     )
-    matters = table(
+    significance = table(
         ("parameter", "distribution", "share of max", "share of rms", "rank correlation, max"),
         [
             (
@@ -80,7 +80,7 @@ def cone() -> str:
     )
     ((first, _), *_) = figures.ordered
     save("study_cone", *_pictures(study))
-    return f"{quantiles}\n\n{matters}\n\nMost of it is of `{first.name}`."
+    return f"{quantiles}\n\n{significance}\n\nThe largest share is that of `{first.name}`."
 
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:

@@ -26,18 +26,18 @@ from docs.scripts.pictures import save
 from docs.scripts.trust_comparison import Comparison
 
 SUMMARY = """\
-- **The equations are solved.** Against MuJoCo and a second engine the built FMUs are off by at most
+- **The equations are solved.** Against MuJoCo and a second engine the built FMUs deviate by at most
   {rest.words} at rest and {path_backlash.words} in 22.8 s of motion with backlash.
 - **A real robot at rest: {tilt.verdict}.** Springs and a tilt identified from 43 measured deflections
   predict further ones to {tilt.words}.
-- **A real robot in motion: rough at best.** With nothing fitted to it, a FANUC's surge as a drill breaks
-  through is missed by {surge.words}; a recorded KUKA's motor torques, with the friction of another
-  recording, by {torque.words}. Identified from one motion, the
-  KUKA's torques in another are missed by {torque_fitted.words}, its motors less its links by
-  {link.words}; one lag without a robot misses these by {link_by_lag.words}.
+- **A real robot in motion: rough at best.** Without any fit, the surge of a FANUC as a drill breaks
+  through is predicted with an error of {surge.words}; the motor torques of a recorded KUKA, with
+  the friction of another recording, with errors of {torque.words}. Identified from
+  one motion, the KUKA's torques in another are predicted to {torque_fitted.words}, its motors
+  less its links to {link.words}; a lag alone, without a robot, leaves {link_by_lag.words}.
 - **Forming forces: measure one.**
   On a measured sheet `sheet-fem` is off by {axial.beyond}, Aerens' law by {law.beyond}.
-- **A command is as right as its robot file.**
+- **A command is as accurate as its robot file.**
   Of the example cone's {before:.0f} um it leaves {as_file_um:.2f} um if the file is right,
   {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer.
   On a KUKA with servos and friction it leaves {driven.words} if they are as in the file,
@@ -46,7 +46,7 @@ SUMMARY = """\
   part made by a command of this project."""
 
 
-def told() -> dict[str, Any]:
+def published() -> dict[str, Any]:
     """Return what other pages tell: values of the template by name."""
     thin, shape = sheet.thinning(), sheet.shape()
     thickness = PageTable.of("measured_sheet", "shape").number("smallest thickness", "measured")
@@ -100,9 +100,13 @@ def computed() -> dict[str, Any]:
 
 def write() -> None:
     """Run what is run, and write page, pictures and summary."""
-    values = {**computed(), **told()}
+    values = {**computed(), **published()}
     save("trust", figures.bars([v for v in values.values() if isinstance(v, Comparison)]))
-    save("trust_sheet", figures.plate(sheet.plunge()), figures.axial_force(sheet.AxialForce.told()))
+    save(
+        "trust_sheet",
+        figures.plate(sheet.plunge()),
+        figures.axial_force(sheet.AxialForce.published()),
+    )
     fits = {"six joints": identified(), "and a tilt of joint 3": identified("supported")}
     save("trust_robot", figures.deflections(fits))
     fill("trust", **values)

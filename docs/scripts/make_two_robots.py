@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 
 from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.run.deviations import Deviations
 from coupling.run.execute import Run
+from coupling.run.figures import Deviations
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force

@@ -12,7 +12,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.process.base import ProcessResponse
 from coupling.process.isf_force_law import scallop_height, steady_force
-from coupling.sheet_fem.shape import THICKNESS
+from coupling.sheet_fem.formed_sheet import THICKNESS
 from docs.scripts.page import DOCS, table
 from docs.scripts.runs import around_axis, example
 

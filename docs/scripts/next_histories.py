@@ -60,7 +60,7 @@ class Path3:
         name: In words.
         case: Case of the examples.
         keys: Keys of its [tool_path] that are other.
-        roll: Of the robot's base about its x axis [deg]: where it is upright, gears float without load.
+        roll: Of the robot's base about its x axis [deg]: where it is not tilted, gears are unloaded.
     """
 
     name: str
@@ -126,7 +126,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Told:
+class TrialResult:
     """What came of a trial.
 
     Attributes:
@@ -199,7 +199,7 @@ def hidden(robot: Robot, trial: Trial) -> Settings:
     return Settings(values=values)
 
 
-def told(trial: Trial) -> Told:
+def trial_result(trial: Trial) -> TrialResult:
     """Measure a robot, compute its next command, and so on."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -231,7 +231,7 @@ def told(trial: Trial) -> Told:
             forecast, move = commanded(sources, run)
         time = moves[0].time
         distance = [np.linalg.norm(own.deviation, axis=1) for own in moves]
-    result = Told(trial, tuple(runs), time, np.array(distance))
+    result = TrialResult(trial, tuple(runs), time, np.array(distance))
     print(
         f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in runs)})", flush=True
     )
@@ -243,16 +243,16 @@ def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | Non
     with Models("native") as models:
         found = selected(plan(sources, NextOptions(KNOWN), models), models)
         case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
-        done = expected(case, found, models, unwatched)
+        done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)
     return done.forecast, "again" if found.judgement.again else found.move.kind
 
 
-def all_told(trials: list[Trial]) -> list[Told]:
+def trial_results(trials: list[Trial]) -> list[TrialResult]:
     """Do trials two at a time."""
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        return list(pool.map(told, trials))
+        return list(pool.map(trial_result, trials))
 
 
 def _robot_text(trial: Trial) -> str:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from coupling.process.isf_force_law import scallop_height, steady_force
-from coupling.sheet_fem.fineness import limit_of_force
 from coupling.sheet_fem.forming import SheetSettings
 from coupling.sheet_fem.material import tensile_strength
+from coupling.sheet_fem.mesh import limit_of_force
 from docs.scripts.page import table
 from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, WINDOW, Press
 

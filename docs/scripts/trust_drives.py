@@ -11,7 +11,7 @@ from typing import Any
 
 from coupling.case.case import Case
 from coupling.path.deviation import Deviation
-from coupling.run.deviations import Deviations
+from coupling.run.figures import Deviations
 from docs.scripts.page import table
 from docs.scripts.runs import compensated, example
 from docs.scripts.trust_comparison import Against, Comparison

@@ -9,8 +9,8 @@ import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.static.found import Identification, rms
-from coupling.run.deviations import Deviations
 from coupling.run.execute import Run
+from coupling.run.figures import Deviations
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example

@@ -119,7 +119,7 @@ class AxialForce:
     law: float
 
     @classmethod
-    def told(cls) -> AxialForce:
+    def published(cls) -> AxialForce:
         """Read it from the page on the measured sheet and from the measurement."""
         table = PageTable.of("measured_sheet", "force")
         windows = [row for row in rows("force_windows") if row["series"] == "exp_Fz"]

@@ -139,7 +139,7 @@ class _Reader:
                     f" [{table}] {variant}, got none"
                 )
         if told:
-            yield Section(_title(table, variant, schema), schema, told)
+            yield Section(_title(table, variant), schema, told)
         for key, field in inner:
             name = f"{table}.{key}" if table else key
             if key in _VARIANTS:
@@ -149,7 +149,7 @@ class _Reader:
                 yield from self.sections(within, name)
 
 
-def _title(table: str, variant: str, schema: type[Schema]) -> str:
+def _title(table: str, variant: str) -> str:
     if not table:
         return "Top of the file"
     if variant:

@@ -1,8 +1,8 @@
 """Elastic multibody model of a serial industrial robot.
 
-The joints of the robot give way under load: every joint may twist about its own axis (with gear
+The joints of the robot deflect under load: every joint may wind up about its own axis (with gear
 backlash) and tilt about up to two further axes; the links are rigid.  The motion of the drives is
-prescribed, a wrench acts at the tool centre point (TCP), and the model answers with the TCP's pose.
+prescribed, a wrench acts at the tool centre point (TCP), and the model returns the TCP's pose.
 
 Conventions, used everywhere in this package, in the FMU and by those who use it:
 

@@ -246,7 +246,7 @@ class Motors:
 
 
 def require_drives(robot: Robot, kind: str, quasistatic: bool, trajectory: bool = False) -> None:
-    """Refuse drives that cannot be what they are told to be.
+    """Refuse drives of a kind that is not possible.
 
     Raises:
         ParameterError: With what was expected and what was got.

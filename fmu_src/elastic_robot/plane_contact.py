@@ -103,7 +103,7 @@ class PlaneContact:
         """Return the force on the sphere [N], (..., 3), none where d <= 0.
 
         Args:
-            gap: From the TCP to the anchor [m], (..., 3).
+            gap: Vector from the TCP to the anchor [m], (..., 3).
             velocity: Velocity of the lowest point relative to the plane [m/s], (..., 3).
         """
         slip, size, depth, resisting = self._state(gap, velocity)

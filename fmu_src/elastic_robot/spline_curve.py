@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, PPoly
@@ -73,6 +74,9 @@ class SplineCurve:
         half_width: Half width of the flat middle [rad]; infinite where there is none, (m,).
         active: Mask of coordinates that are not held on their flat middle, (m,).
     """
+
+    has_backlash: ClassVar[bool] = True
+    takes_tables: ClassVar[bool] = True
 
     knots: np.ndarray
     origins: np.ndarray

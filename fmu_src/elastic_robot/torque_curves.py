@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -63,7 +63,15 @@ class TorqueCurve(Branch, Protocol):
 
 
 class CurveClass(Protocol):
-    """A class of curves, as the dictionary of curves holds it."""
+    """A class of curves, as the dictionary of curves holds it.
+
+    Attributes:
+        has_backlash: Whether its torque depends on the backlash.
+        takes_tables: Whether a gear's own table replaces its stiffness and backlash.
+    """
+
+    has_backlash: bool
+    takes_tables: bool
 
     def build(self, parameters: Parameters) -> TorqueCurve:
         """Return the curve of given parameters."""
@@ -80,6 +88,9 @@ class LinearCurve:
         >>> LinearCurve(np.array([1e4])).torque(np.array([2e-3]))
         array([20.])
     """
+
+    has_backlash: ClassVar[bool] = False
+    takes_tables: ClassVar[bool] = False
 
     stiffness: np.ndarray
 
@@ -153,6 +164,9 @@ class BacklashCurve:
         array([[ 0.],
                [20.]])
     """
+
+    has_backlash: ClassVar[bool] = True
+    takes_tables: ClassVar[bool] = False
 
     stiffness: np.ndarray
     backlash: np.ndarray

@@ -130,8 +130,8 @@ def test_a_decay_has_settled_after_ln_20_time_constants(comparison):
 
 def test_cone_shortened_to_three_contours_meets_its_goals(tmp_path):
     """The README's case down to 1.5 mm: above 300 N, two evaluations, the moving robot within 2 um."""
-    from coupling.run.deviations import Deviations
     from coupling.run.execute import run_compensation
+    from coupling.run.figures import Deviations
 
     text = (EXAMPLES / "cases" / "cone.toml").read_text()
     short = text.replace("depth_m        = 0.01", "depth_m = 0.0015")

@@ -22,7 +22,7 @@ from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of

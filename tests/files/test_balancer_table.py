@@ -51,7 +51,7 @@ def read(joint: str, text: str) -> Joint:
     return robot.joints[1]
 
 
-def test_points_are_those_of_the_file(tmp_path):
+def test_points_are_those_of_the_file():
     points = "torque_table = [[-1.0, 50.0], [0.0, 20.0], [0.5, -30.5]]"
     joint = read("stiffness = 1e6", f"[joint.balancer]\n{points}")
     assert joint.balancer == ((-1.0, 50.0), (0.0, 20.0), (0.5, -30.5))
@@ -156,7 +156,7 @@ MISTAKES = {
     ),
     "too sharp": (
         table(base_point=[0.6, 0.004, 0.3]),
-        "gas_spring: expected a torque that 256 points over the joint's limits tell",
+        "gas_spring: expected a torque that 256 points over the joint's limits interpolate",
     ),
     "both": (
         "[joint.balancer]\ntorque_table = [[0.0, 1.0], [1.0, 0.0], [2.0, 0.0]]\n" + table(),

@@ -98,8 +98,8 @@ MISTAKES = {
     "backlash beside lost motion": (
         f"stiffness = {K}\nbacklash = 1e-4",
         SHEET,
-        "joint 2: gear: lost_motion_arcmin: expected no backlash beside it, as it tells the backlash,"
-        " got backlash = 0.0001",
+        "joint 2: gear: lost_motion_arcmin: expected no backlash beside it, as it determines the"
+        " backlash, got backlash = 0.0001",
     ),
     "lost motion of less than the stiffness gives": (
         f"stiffness = {K}",

@@ -260,7 +260,7 @@ def test_the_guid_follows_the_content(ours, example, tmp_path):
     assert moon.description.get("guid") != ours.description.get("guid")
 
 
-def test_a_wrong_date_is_refused(example, tmp_path, monkeypatch, capsys):
+def test_a_wrong_date_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(os.environ, "SOURCE_DATE_EPOCH", "yesterday")
     assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python"]) == 2
     assert (

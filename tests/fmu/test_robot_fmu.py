@@ -39,7 +39,7 @@ def at_rest(time: np.ndarray, angle: float = 0.0) -> JointPath:
     return JointPath(time, (np.full((len(time), 1), angle),))
 
 
-def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
+def test_a_file_that_is_no_robot_fmu_is_refused(tmp_path):
     broken = tmp_path / "broken.fmu"
     broken.write_text("no archive")
     with pytest.raises(SimulationError, match="not a readable FMU"):

@@ -17,7 +17,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.run.models import Models
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL

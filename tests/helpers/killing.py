@@ -94,16 +94,15 @@ def files_of(folder: Path) -> dict[str, bytes]:
     }
 
 
-def logged_case(folder: Path, seconds: float, program: str = "") -> Path:
+def logged_case(folder: Path, seconds: float) -> Path:
     """Write a short case whose process logs its evaluations in log.txt of the folder; return its file.
 
     Args:
         folder: Place of the case.
         seconds: Time that the process works on a path [s].
-        program: Text of the process's program instead of logged_program.py.
     """
     folder.mkdir(exist_ok=True)
-    (folder / "program.py").write_text(program or PROGRAM.read_text())
+    (folder / "program.py").write_text(PROGRAM.read_text())
     text = LINE_CASE.read_text()
     head, tail = text[: text.index("[process]")], text[text.index("[coupling]") :]
     words = [sys.executable, "-S", "{case}/program.py", str(seconds)]

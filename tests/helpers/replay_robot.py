@@ -115,6 +115,6 @@ class Robot:
         return scaled | dict(settings.values)
 
 
-def _log(environment, instance, status, category, text) -> None:
+def _log(environment: object, instance: object, status: int, category: bytes, text: bytes) -> None:
     if status >= ERROR:
         print(text.decode(errors="replace"), file=sys.stderr)

@@ -48,9 +48,8 @@ def npy(values: object, header: str = "") -> bytes:
     return b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header.encode() + content[start:]
 
 
-def _header(descr="<f8", order="False", shape="(3, 2)", size=0) -> str:
-    text = f"{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}"
-    return text.ljust(size)
+def _header(descr="<f8", shape="(3, 2)") -> str:
+    return f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"
 
 
 def _flipped(archive: bytes, member: bytes) -> bytes:

@@ -13,7 +13,7 @@ from coupling.inverse.gears import solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report.tables import gear_loads as gear_tables
+from coupling.report.run_tables import gear_loads as gear_tables
 from coupling.results.run_result import GearResult
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.dynamics import Dynamics

@@ -31,7 +31,7 @@ from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.motor_demands import motor_demands
 from elastic_robot.description import Body, Joint, Robot

@@ -20,7 +20,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
 from elastic_robot.description import Body, Joint, Robot

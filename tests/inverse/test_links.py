@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.link_task import LinkTask, Weights
+from coupling.inverse.link_task import LinkTask
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.windows import solve_links
@@ -97,7 +97,7 @@ def test_the_normal_equations_are_those_of_the_dense_problem():
 def test_the_gradient_is_that_of_the_sum_of_squares(robot, model):
     """Against central differences along random directions, away from the solution, to 1e-6."""
     rng = np.random.default_rng(2)
-    problem = LinkProblem(model, task_of(robot, 0.02), Weights())
+    problem = LinkProblem(model, task_of(robot, 0.02))
     motion = problem.guess()
     motion = replace(
         motion, coefficients=motion.coefficients + 1e-4 * rng.normal(size=motion.coefficients.shape)

@@ -29,7 +29,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models, cell_of
 from elastic_robot.gear_parts import Drive, StopElement
@@ -281,7 +281,7 @@ def test_a_motor_too_weak_for_the_path_is_named_with_time_and_torque(example, tm
     judge, wanted = Judge(robot, tmp_path), stroke(robot)
     with pytest.raises(
         PlanningError,
-        match=r"joint 1: expected at most 500 N m .* asks for \d+.* N m too much, at \d\.\d+ s",
+        match=r"joint 1: expected at most 500 N m .* needs \d+.* N m too much, at \d\.\d+ s",
     ):
         judge.inverted(wanted, "servo", Controller())
 
@@ -292,7 +292,7 @@ def test_a_polish_stays_within_what_the_motors_can_do(example, tmp_path):
     judge, wanted, seldom = Judge(robot, tmp_path), stroke(robot), Controller(cycle=0.016)
     with pytest.raises(PlanningError) as refused:
         judge.inverted(wanted, "servo", seldom)
-    needed = float(re.search(r"asks for (\S+) N m", str(refused.value)).group(1))
+    needed = float(re.search(r"needs (\S+) N m", str(refused.value)).group(1))
     free = robot_with_servos(example).joints
     weak = replace(free[0], drive=replace(free[0].drive, torque_limit=1.0001 * needed))
     (tmp_path / "weak").mkdir()

@@ -22,7 +22,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 
 HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])
 TORQUES = (120.0, 120.0, 90.0, 25.0, 20.0, 0.0)  # [N m]

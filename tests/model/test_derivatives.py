@@ -103,7 +103,7 @@ def test_gradients_of_the_torque_curves_are_those_of_complex_steps(seed, k, b, n
     tight = TORQUE_CURVES[name].build(
         Parameters(np.zeros(3), stiffness, 0 * x, 0 * x, 0 * x, (None,) * 8)
     )
-    opening = 0.0 if name == "linear" else -k * np.sign(x)
+    opening = -k * np.sign(x) if TORQUE_CURVES[name].has_backlash else 0.0
     np.testing.assert_allclose(tight.backlash_gradient(x), opening + 0.0 * x, rtol=1e-15)
 
 

@@ -18,7 +18,7 @@ from coupling.case.file import load_case
 from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.path.histories import WrenchHistory
-from coupling.place.evaluated import judged
+from coupling.place.evaluated_setting import judged
 from coupling.place.folder import read_placement
 from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
@@ -216,7 +216,7 @@ def test_settings_whose_whole_path_cannot_be_followed_are_passed_over(tmp_path):
         best_of(task, far[None], lambda case: case.process)
 
 
-def test_a_robot_of_another_number_of_joints_is_refused(tmp_path):
+def test_a_robot_of_another_number_of_joints_is_refused():
     case = load_case(LINE_CASE)
     (own,) = case.robots
     five = replace(own, description=replace(own.description, joints=own.description.joints[:5]))

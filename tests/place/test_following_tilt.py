@@ -15,7 +15,7 @@ from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.path.deviation import measure
 from coupling.place.coarse_screen import CoarseScreen
-from coupling.place.moved import MovedPath
+from coupling.place.moved_path import MovedPath
 from coupling.place.place import best_of
 from coupling.place.placing import placing
 from coupling.place.search import filled, refined

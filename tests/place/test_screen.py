@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.place.moved import waves_of
+from coupling.place.moved_path import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.settings import NAMES, CellLayout

@@ -35,11 +35,11 @@ def case_with(robot: Robot, curve: str = "linear"):
     return replace(case, robots=(replace(placed, description=robot, torque_curve=curve),))
 
 
-def placed_with(monkeypatch, robot: Robot, curve: str = "linear", objective: str = "both"):
+def placed_with(monkeypatch, robot: Robot, curve: str = "linear"):
     """The placing of a case with a robot that no file has."""
     monkeypatch.setattr("coupling.place.placing.described", lambda name, folder: robot)
     case = case_with(robot, curve)
-    return placing(case, case.process, objective)
+    return placing(case, case.process, "both")
 
 
 def bare(robot: Robot) -> Robot:

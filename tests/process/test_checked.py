@@ -61,7 +61,7 @@ class Own:
 @pytest.mark.parametrize("name", MISTAKES)
 def test_a_bad_answer_is_named(name):
     says, words = MISTAKES[name]
-    with pytest.raises(ProcessError, match=f"the process mine answered badly: {words}"):
+    with pytest.raises(ProcessError, match=f"the process mine gave an invalid result: {words}"):
         CheckedProcess(Own(says), "mine").evaluate(PATH)
 
 
@@ -80,7 +80,7 @@ def test_what_fails_in_it_is_named_with_its_line():
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("return None", "answered badly: expected a coupling.process.ProcessResponse"),
+        ("return None", "gave an invalid result: expected a coupling.process.ProcessResponse"),
         ("return path.forces", "failed: AttributeError: 'ToolPath' object has no attribute"),
     ],
 )

@@ -57,15 +57,15 @@ FAILURES = {
     "no answer": ("print('done')", ["left no wrench.csv", "last lines:\ndone"]),
     "columns": (
         "open('wrench.csv', 'w').write('time,fx\\n0,0\\n')",
-        ["answered badly", "columns fy, fz, mx, my, mz are missing"],
+        ["gave an invalid result", "columns fy, fz, mx, my, mz are missing"],
     ),
     "not numbers": (
         SPRINGS.replace("header=header", 'header=header + "\\n1,2,3,4,five,6,7"'),
-        ["answered badly", "not a table of numbers", "five"],
+        ["gave an invalid result", "not a table of numbers", "five"],
     ),
     "NaN": (
         SPRINGS.replace("2e5 ", "float('nan') "),
-        ["answered badly", "fz: expected a finite number, got nan in row 1"],
+        ["gave an invalid result", "fz: expected a finite number, got nan in row 1"],
     ),
     "rows": (
         SPRINGS.replace('"wrench.csv", wrench', '"wrench.csv", wrench[1:]'),

@@ -24,8 +24,8 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.process.milling_force import ARCS
-from coupling.run.deviations import Deviations
 from coupling.run.execute import run_coupling
+from coupling.run.figures import Deviations
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
 

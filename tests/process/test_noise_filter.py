@@ -125,7 +125,7 @@ def test_what_beats_is_left_alone_and_what_does_not_is_named():
     assert "not filtered" in loud.noise.sentence
 
 
-def measured(folder, level: float, every: float = 0.0, **keys: object):
+def measured(folder, level: float, **keys: object):
     """The cone's case, cut short, with a record of its force in place of the law."""
     tables = tomllib.loads((CASES / "cone.toml").read_text())
     tables["tool_path"] |= {"depth_m": 0.0005}

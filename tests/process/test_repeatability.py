@@ -60,10 +60,10 @@ def test_rounding_is_no_difference_and_a_little_one_does_not_disturb():
     rounded = Repeatability.of(answer(force), answer(force * (1.0 + 1e-9)))
     little = Repeatability.of(answer(force), answer(force * (1.0 + 1e-5)))
     assert rounded.identical
-    assert "alike" in rounded.sentence()
+    assert "gave the same forces" in rounded.sentence()
     assert not little.identical
     assert not little.disturbs
-    assert "differently, by up to 0.003 N" in little.sentence()
+    assert "on the same path, by up to 0.003 N" in little.sentence()
     none = Repeatability.of(answer(0.0 * force), answer(0.0 * force))
     assert none.identical
     assert not none.disturbs
@@ -76,11 +76,13 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     done = command("compensate", case, "-o", out)
     assert done.returncode == 1, done.stderr
     figures = json.loads((out / "result.json").read_text())
-    assert figures["reason"].startswith("the process answered the same path differently, by up to")
+    assert figures["reason"].startswith(
+        "the process gave different forces on the same path, by up to"
+    )
     assert "noise or memory" in figures["reason"]
     assert "another inverse" not in figures["reason"]
-    assert "NOT CONVERGED: the process answered the same path differently" in done.stdout
-    assert "the process answered the same path differently" in (out / "report.html").read_text()
+    assert "NOT CONVERGED: the process gave different forces on the same path" in done.stdout
+    assert "the process gave different forces on the same path" in (out / "report.html").read_text()
     told = figures["repeatability"]
     assert told["rms_N"] == pytest.approx(20.0 * np.sqrt(6.0), rel=0.1)
     assert told["peak_N"] > 300.0
@@ -116,7 +118,7 @@ def test_a_run_that_is_killed_while_it_asks_again_goes_on(tmp_path):
     assert start(tmp_path / "output.txt", *arguments).status() == 1
     assert (tmp_path / "run" / "asked_again" / "begun").read_text() == "x"
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
-    assert "differently" in figures["reason"]
+    assert "gave different forces" in figures["reason"]
     assert figures["process_evaluations"] == 4
 
 
@@ -127,7 +129,7 @@ def test_a_coupling_names_it_too(tmp_path):
     done = command("couple", case, "-o", tmp_path / "run")
     assert done.returncode == 1, done.stderr
     reason = json.loads((tmp_path / "run" / "result.json").read_text())["reason"]
-    assert reason.startswith("the process answered the same path differently, by up to")
+    assert reason.startswith("the process gave different forces on the same path, by up to")
     assert "the path still changes by up to" in reason
 
 
@@ -168,13 +170,13 @@ def test_a_memory_is_found(tmp_path):
     done = command("couple", tmp_path / "case.toml", "-o", tmp_path / "run")
     reason = json.loads((tmp_path / "run" / "result.json").read_text())["reason"]
     assert done.returncode == 1
-    assert "differently, by up to 30 N (30 N rms) of 340 N" in reason
+    assert "on the same path, by up to 30 N (30 N rms) of 340 N" in reason
 
 
 def test_check_asks_twice_and_says_so(tmp_path):
     for sigma, words in (
-        (20.0, "the same path differently, by up to"),
-        (0.0, "alike, asked twice"),
+        (20.0, "different forces on the same path"),
+        (0.0, "gave the same forces"),
     ):
         case = with_program(tmp_path, LINE_CASE.read_text(), NOISY.format(seed="", sigma=sigma))
         done = command("check", case, "--evaluate", "-o", tmp_path / "page.html")
@@ -190,4 +192,4 @@ def test_check_asks_once_what_takes_a_minute():
             raise AssertionError("asked again")
 
     said = repeated(Never(), None, answer(np.zeros((2, 3))), 61.0)  # type: ignore[arg-type]
-    assert "asked once: an evaluation takes 61 s (twice below 60 s)" in said
+    assert "evaluated once: an evaluation takes 61 s (twice below 60 s)" in said

@@ -26,8 +26,8 @@ from coupling.path.linear import interpolated
 from coupling.path.workpiece import Workpiece
 from coupling.process import PROCESSES
 from coupling.run.stored_run import read_run
+from coupling.sheet_fem.formed_sheet import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
 from coupling.sheet_fem.schedule import schedule
-from coupling.sheet_fem.shape import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
 

@@ -19,11 +19,11 @@ from reported import compensated
 from coupling.case.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
-from coupling.report.along import deviation
+from coupling.report.run_figures import deviation
 from coupling.report.run_report import robot_page
+from coupling.report.run_tables import deviations
 from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
-from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import ReversalResult, RunResult
@@ -258,7 +258,7 @@ def test_inputs_and_cost_are_told(finished):
     log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
     (out / "run.json").write_text(json.dumps(log))
     page = robot_page(read_run(out), read_run(out).first)
-    assert "Of 2 answers 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
+    assert "Of 2 evaluations 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
     assert "the paper [Flexible2008]" in page
     assert (out / "case.toml").read_text().split("\n")[0] in page
 

@@ -29,8 +29,8 @@ from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import BacklashReversal
-from coupling.run.deviations import Deviations
 from coupling.run.execute import _gap
+from coupling.run.figures import Deviations
 from coupling.run.folder import write_run
 from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
@@ -424,7 +424,7 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
         load_case(tmp_path / "case.toml")
 
 
-def test_a_cell_is_no_system_of_one_robot(tmp_path):
+def test_a_cell_is_no_system_of_one_robot():
     with pytest.raises(BuildError, match="a cell of two robots"):
         SspSystem.of(load_case(CASE))
 

@@ -218,14 +218,14 @@ def test_a_point_out_of_reach_is_named():
 
 
 def test_a_robot_that_rests_beside_its_points_is_refused(monkeypatch):
-    """A gear that hangs in its backlash: the tool rests 50 um on one side of the point or the other."""
+    """A gear is unloaded in its backlash: the tool rests 50 um on one side of the point or the other."""
     own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
 
     def hanging(robot, commanded, rotation):
         return commanded + 5e-5 * np.where(commanded > points, 1.0, -1.0)
 
     monkeypatch.setattr(RestingRobot, "tool_at", hanging)
-    with pytest.raises(PlanningError, match="hangs in its backlash"):
+    with pytest.raises(PlanningError, match="is unloaded in its backlash"):
         own.command_for(points, rotation)
 
 

@@ -27,8 +27,8 @@ from coupling.report.run_report import run_summary
 from coupling.report.verdict import sentence
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
-from coupling.run.expected import remarks
 from coupling.run.folder import write_run
+from coupling.run.plausibility import remarks
 from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
 
@@ -183,7 +183,7 @@ def test_runs_with_and_without_servos_are_not_learned_together(finished):
 def test_an_archive_for_other_masters_moves_the_motors(tmp_path):
     for robot, drive in ((SERVO, "servo"), (WITHOUT, "ideal")):
         system = SspSystem.of(case_of(tmp_path, robot))
-        assert any("estimated of drives" in said for said in system.remarks()) == (drive == "servo")
+        assert any("estimated for drives" in said for said in system.remarks()) == (drive == "servo")
         with ZipFile(system.write(tmp_path / f"{drive}.ssp")) as archive:
             structure = archive.read("SystemStructure.ssd").decode()
         assert re.search(rf'name="drive">\s*<[a-z]*:String value="{drive}"', structure)

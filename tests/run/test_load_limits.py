@@ -21,8 +21,8 @@ from coupling.inverse.diagnosis import diagnose, gear_loads
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.run.expected import EXPECTED, MISTAKEN, remark, remarks
 from coupling.run.load_limits import exceeded
+from coupling.run.plausibility import EXPECTED, MISTAKEN, remark, remarks
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 ICME = find_robot("icme2008")

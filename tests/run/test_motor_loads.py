@@ -100,7 +100,7 @@ def test_torques_of_the_command_are_those_of_the_robots_own_fmu(finished, tmp_pa
         assert re.search(row, said)
         assert f"<td>{most:.4g}</td>" in page
     assert np.array_equal(time, stored.wrench.instants)
-    assert "its motor is asked for" not in said
+    assert "its motor needs" not in said
     axes = [trace.yaxis for trace in drives(stored).data]
     assert axes.count("y4") >= 5
 
@@ -140,7 +140,7 @@ def test_a_path_that_asks_for_more_than_a_motor_has_is_refused(tmp_path, mode, m
     done = command("compensate", line(tmp_path, 5000.0, "", *changes), "-o", tmp_path / "out")
     said = " ".join((done.stdout + done.stderr).split())
     assert re.search(
-        r"joint 2: its motor is asked for \S+ N m at t = \d\.\d+ s; it gives 5000 N m at most, \S+ N m"
+        r"joint 2: its motor needs \S+ N m at t = \d\.\d+ s; its torque limit is 5000 N m, \S+ N m"
         r" less, at rest and without any process: the robot would fall",
         said,
     )
@@ -173,7 +173,7 @@ def test_a_robot_that_cannot_be_simulated_under_its_process_is_told_which_motor_
         assert error.value is failed
         return
     said = re.fullmatch(
-        r"joint 2: its motor is asked for (\S+) N m at t = \S+ s; it gives 12000 N m at most, \S+ N m"
+        r"joint 2: its motor needs (\S+) N m at t = \S+ s; its torque limit is 12000 N m, \S+ N m"
         r" less, under the process: slow down the path, or expect the robot to fall",
         str(error.value),
     )
@@ -195,13 +195,9 @@ def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
         most,
         5000.0,
     )
-    text = (
-        f"its motor is asked for {most:.5g} N m at t = {asked[0]['motor_torque_time_s']:.3f} s; it"
-    )
-    assert f"{text} gives 5000 N m at most, {most - 5000.0:.3g} N m less" in warning["text"]
-    assert figures["reason"].startswith(
-        f"the command asks for more than a motor has: joint 2: {text}"
-    )
+    text = f"its motor needs {most:.5g} N m at t = {asked[0]['motor_torque_time_s']:.3f} s; its"
+    assert f"{text} torque limit is 5000 N m, {most - 5000.0:.3g} N m less" in warning["text"]
+    assert figures["reason"].startswith(f"the command exceeds what a motor has: joint 2: {text}")
     assert "NOT CONVERGED" in done.stdout
 
 
@@ -248,10 +244,10 @@ def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
     own, least, most = worst.torque[1.0], *sorted(worst.torque.values())[::2]
     assert most == worst.torque[WARM]
     for limit, words, word in (
-        (0.5 * (least + own), f"joint 2: its motor is asked for {own:.5g} N m at t = ", "yes"),
+        (0.5 * (least + own), f"joint 2: its motor needs {own:.5g} N m at t = ", "yes"),
         (
             0.5 * (own + most),
-            f"warm, with 30 % less friction, its motor is asked for {most:.5g}",
+            f"warm, with 30 % less friction, its motor needs {most:.5g}",
             "warm",
         ),
         (most + 0.01, "", "-"),
@@ -259,16 +255,16 @@ def test_check_warns_of_motors_that_are_too_weak_warm_or_cold(tmp_path):
         done = command("check", line(tmp_path, limit), "-o", tmp_path / "check.html")
         said = " ".join(done.stdout.split())
         assert words in said
-        assert ("its motor is asked for" in said) == bool(words)
+        assert ("its motor needs" in said) == bool(words)
         (row,) = re.findall(rf"joint 2 +\S+ +{own:.4g} .*", done.stdout)
         assert row.split()[-1] == word
 
 
 def test_the_report_has_the_torques_over_time(finished):
     _, folder, said = finished
-    assert "What the command asks of the motors" in said
+    assert "Demands on the motors" in said
     titles = [section.title for section in run_summary(read_run(folder))]
-    assert titles.count("What the command asks of the motors") == 1
+    assert titles.count("Demands on the motors") == 1
 
 
 def test_the_robot_of_a_cell_whose_motor_is_too_weak_is_named():

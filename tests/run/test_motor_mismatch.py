@@ -23,9 +23,9 @@ from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.plant import in_words
 from coupling.run.stored_run import StoredRobot, read_run
-from coupling.study.bench import RobotPool
 from coupling.study.conduct import _work
 from coupling.study.parameters import StudyParameters
+from coupling.study.robot_pool import RobotPool
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive, KinematicError
 
@@ -177,8 +177,8 @@ def turned_by_hand(robot: Robot, factor: float, shift: float) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-def with_sines(folder: Path, drive: str = "ideal", more: str = "") -> Case:
-    case = case_of(folder, f'drive = "{drive}"', more)
+def with_sines(folder: Path, more: str = "") -> Case:
+    case = case_of(folder, 'drive = "ideal"', more)
     (placed,) = case.robots
     joints = [replace(j, kinematic_error=SINES) for j in placed.description.joints]
     own = replace(placed.description, joints=tuple(joints))

@@ -206,7 +206,7 @@ def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):
     case.write_text(text)
     done = command("compensate", case, "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr + done.stdout
-    assert "the process has no answer on the plant: the press is closed" in done.stdout
+    assert "the process failed on the plant's path: the press is closed" in done.stdout
     figures = json.loads((tmp_path / "out" / "result.json").read_text())["plant"]
     assert figures["coupling"] is None
     assert figures["deviation_m"]["maximum"] > 0.0

@@ -23,7 +23,7 @@ from coupling.path.frame import AT_THE_ORIGIN
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.report import write_report
-from coupling.report.along import deviation
+from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_summary
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes

@@ -134,7 +134,7 @@ def test_an_interface_is_found_again_from_the_moves_of_its_edge():
     np.testing.assert_allclose(interface.at_edge(interface.fitted(moves)), moves, atol=1e-2)
 
 
-def travelled(sheet: SheetModel, keep, friction: float = 0.0):
+def travelled(sheet: SheetModel, keep):
     """Press and travel in a curve; `keep` gives the state from which each position begins."""
     places = [(-6e-3, 0.0, d) for d in (0.0, 3e-4)]
     places += [(-6e-3 + s, 0.5 * s**2 / 0.03, 3e-4) for s in np.arange(1, 6) * 2.5e-3]

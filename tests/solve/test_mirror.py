@@ -12,8 +12,8 @@ from places import LINE_CASE
 
 from coupling.case.file import load_case
 from coupling.path.low_pass import low_pass
-from coupling.run.deviations import Deviations
 from coupling.run.execute import run_compensation
+from coupling.run.figures import Deviations
 from coupling.solve.mirror import Mirror, limit_rate
 from coupling.solve.outcome import Outcome
 

@@ -146,9 +146,9 @@ def test_the_answer_does_not_depend_on_the_stiffness(seed):
     more = 3e5 * root @ root.swapaxes(-1, -2)
 
     class Other(Robin):
-        def moved(self, robot, command, seen, mode):
-            stiffer = replace(seen.response, stiffness=seen.response.stiffness + more)
-            return super().moved(robot, command, replace(seen, response=stiffer), mode)
+        def moved(self, robot, command, iterate, mode):
+            stiffer = replace(iterate.response, stiffness=iterate.response.stiffness + more)
+            return super().moved(robot, command, replace(iterate, response=stiffer), mode)
 
     result = coupled(robot, wall, most=2000, scheme=Other())
     assert result.converged, result.reason
@@ -287,7 +287,7 @@ def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluatio
 
 
 def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
-    """Under the wrench alone, gears that hang take another place in their backlash."""
+    """Under the wrench alone, unloaded gears take another position in their backlash."""
     folder, _ = mirrored
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]

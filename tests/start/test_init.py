@@ -82,7 +82,7 @@ def test_a_robot_file_of_the_user_is_named_and_not_copied(tmp_path):
     [
         (("nope", "measured", False), "expected one of abb_irb7600"),
         (("icme2008", "mesured", False), "did you mean 'measured'"),
-        (("icme2008", "measured", True), "expected a process that knows two tools"),
+        (("icme2008", "measured", True), "expected a process for two tools"),
     ],
 )
 def test_what_cannot_be_made_is_told_in_a_sentence(arguments, said, tmp_path):

@@ -363,7 +363,7 @@ def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
         assert len(list(folder.iterdir())) == 4
 
 
-def test_what_means_nothing_is_left_out(tmp_path):
+def test_what_means_nothing_is_left_out():
     """A linear robot has no backlash to be uncertain of, a free one no force."""
     case = load_case(LINE_CASE)
     assert StudyParameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")

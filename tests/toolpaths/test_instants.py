@@ -128,8 +128,8 @@ def test_headings_turn_the_shorter_way_in_corners_and_are_kept_by_links():
     np.testing.assert_allclose(np.diff(motion.ends), [0.4, 1.1, 0.4, 1.1], rtol=1e-12)
 
 
-def lifted(height, time=None):
-    time = np.linspace(0.0, 2.0, 101) if time is None else time
+def lifted(height):
+    time = np.linspace(0.0, 2.0, 101)
     pose = np.zeros((len(time), 7))
     pose[:, 0], pose[:, 2], pose[:, 6] = 0.1 * time, height(time), 1.0
     return ToolPath(time, pose)

@@ -153,14 +153,14 @@ def test_in_corners_the_tool_rests_and_turns_smoothly_as_long_as_it_is_told(kind
     assert np.linalg.norm(rate, axis=1).max() <= FASTEST
 
 
-def circle_csv(folder, orientation=lambda angle: None, points=400, rest=20):
+def circle_csv(folder, orientation=lambda angle: None):
     """A circle about the part's z axis, its quintic start and stop at rest, tilted rows or not."""
-    u = np.linspace(0.0, 1.0, points)
+    u = np.linspace(0.0, 1.0, 400)
     angle = 2.0 * np.pi * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     position = 0.05 * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * u])
-    upright = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    rows = upright if orientation(angle) is None else orientation(angle) * upright
-    quaternion = np.broadcast_to(rows.as_quat(), (points, 4))
+    untilted = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    rows = untilted if orientation(angle) is None else orientation(angle) * untilted
+    quaternion = np.broadcast_to(rows.as_quat(), (400, 4))
     file = folder / "circle.csv"
     table = np.column_stack([8.0 * u, position, quaternion])
     write_table(file, ("time", *POSE_COLUMNS), table)

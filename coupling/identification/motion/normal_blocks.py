@@ -18,8 +18,8 @@ from coupling.identification.verdict import quantile
 _TIMES, _FEWEST, _MOST = 12.0, 12, 60
 # A direction of which all other blocks have less than this part of the information is a block's alone.
 _ALONE = 1e-2
-# Eigenvalues of scaled normal matrices below this part of the largest are not seen.
-_UNSEEN = 1e-11
+# Eigenvalues of scaled normal matrices below this part of the largest are not observable.
+_UNOBSERVABLE = 1e-11
 
 
 def correlation_time(residual: np.ndarray) -> float:
@@ -49,7 +49,7 @@ class NormalBlocks:
         matrices: J^T J of each block [1], (g, P, P).
         vectors: -J^T r of each block [1], (g, P).
         prior: Weights of squares of departures from what is known before [1], (P,).
-        away: From the values to what is known before [1], (P,).
+        away: Difference of the values from what is known before [1], (P,).
         correlated: Number of rows that count as one beside the prior.
     """
 
@@ -162,8 +162,8 @@ def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     scale[scale == 0.0] = np.inf
     values, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
-    seen = values > _UNSEEN * values.max(initial=0.0)
-    part = np.divide(1.0, np.sqrt(np.abs(values)), out=np.zeros_like(values), where=seen)
+    observable = values > _UNOBSERVABLE * values.max(initial=0.0)
+    part = np.divide(1.0, np.sqrt(np.abs(values)), out=np.zeros_like(values), where=observable)
     return axes * part / scale[:, None]
 
 

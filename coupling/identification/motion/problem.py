@@ -33,7 +33,7 @@ from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
 
-# Rows at the start from which the friction's elongation there is told.
+# Rows at the start from which the friction's elongation there is estimated.
 _FIRST = 25
 # Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
 _CHANGE = 1e-2

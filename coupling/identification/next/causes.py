@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
-from coupling.identification.next.size import seen_below
 from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.inverse.link_model import LinkModel
@@ -90,7 +90,7 @@ def causes(history: History, x: np.ndarray, number: int) -> tuple[Cause, ...]:
     """
     run = history.runs[number]
     beyond = history.beyond(number, x)[:, :3]
-    low = seen_below(run.seen.time)
+    low = signal_filter(run.measured.time)
     slow = low(beyond)
     every = max(1, len(low.time) // _ROWS)
     rows = np.arange(0, len(low.time), every)

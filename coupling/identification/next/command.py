@@ -13,7 +13,7 @@ from coupling.identification.next.causes import Cause, causes, largest, no_param
 from coupling.identification.next.history import History
 from coupling.identification.next.moves import NextStep, compared_runs, moves, next_repeating
 from coupling.identification.next.options import NextOptions
-from coupling.identification.next.possible import earlier_models, file_model, learned_model
+from coupling.identification.next.possible_robot import earlier_models, file_model, learned_model
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, compared
 from coupling.identification.runs.learning import Learned, LearnOptions, assessed, fitted
@@ -22,7 +22,7 @@ from coupling.identification.runs.source import MeasuredFile
 from coupling.results.next_result import Contraction, DeviationSize, RunComparison
 from coupling.run.models import Models
 
-# Runs from which parameters are learned without being told to; the second one where the first told
+# Runs from which parameters are learned without a request; the second one where the first told
 # nothing, or where its fit left so much more than the variance of noise: it may have ended beside.
 _LEARNED_FROM, _BESIDE = 2, 3.0
 # Turns of parameters and of what they do not explain; variance of what is left by that of noise, below
@@ -65,7 +65,7 @@ class CommandPlan:
 
     @property
     def reference(self) -> int:
-        """Number of the run that the next one is told from."""
+        """Number of the run from which the next one is predicted."""
         back = self.judgement.worse or self.judgement.again
         return self.judgement.best if back else self.judgement.last
 
@@ -83,7 +83,7 @@ def plan(
         sources: Runs and what was measured under their commands, in their order.
         options: Options of the search.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         LearnError: If the runs and measurements do not belong together, or the move or cutoff that is
@@ -154,7 +154,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
     sources = [
-        replace(run.source, seen=replace(run.source.seen, position=run.tcp_positions))
+        replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
     best = fitted(sources, replace(own, start=history.start), models, watch)
@@ -177,8 +177,8 @@ def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:
     cleaned, some = [], False
     for number, run in enumerate(history.runs):
         found = causes(history, x, number)
-        moved = no_parameters(found, run.source.seen.time + run.clock)
+        moved = no_parameters(found, run.source.measured.time + run.clock)
         some = some or bool(np.any(moved))
-        seen = replace(run.source.seen, position=run.tcp_positions - moved)
-        cleaned.append(replace(run.source, seen=seen))
+        measured = replace(run.source.measured, position=run.tcp_positions - moved)
+        cleaned.append(replace(run.source, measured=measured))
     return cleaned if some else None

@@ -23,7 +23,7 @@ from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.joint_path import JointPath
 from coupling.results.forecast import RunForecast
-from coupling.robot.moving import Inverter
+from coupling.robot.inverter import Inverter
 from coupling.run.models import Models
 
 # Cutoffs below the highest one that are tried [Hz].
@@ -40,7 +40,7 @@ def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> Co
     Args:
         found: The plan.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         PlanningError: If the path asks for more than the drives can do.

@@ -35,7 +35,7 @@ def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResu
 
 
 def _run(run: MeasuredRun) -> NextRunResult:
-    forecast, time = run.source.forecast, run.seen.time
+    forecast, time = run.source.forecast, run.measured.time
     thin = slice(None, None, max(1, len(time) // 2000))
     return NextRunResult.of(
         run,
@@ -71,10 +71,10 @@ def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
         return ""
     off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
     return (
-        f"CHECK THE FRAME: {run.seen.name} is off the robot's model by a constant of {off} mm (x, y, z"
-        f" of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot"
-        " are; it is corrected as the robot's: if it is the frame's, the next run is off by that, and no"
-        " measurement in this frame shows it."
+        f"CHECK THE FRAME: {run.measured.name} is off the robot's model by a constant of {off} mm (x, y,"
+        f" z of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot"
+        " are; it is corrected as the robot's: if it is the frame's, the next run is off by that, and"
+        " no measurement in this frame shows it."
     )
 
 
@@ -86,10 +86,10 @@ def clock_sentence(run: MeasuredRun) -> str:
     steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
     speed = float((steps / np.diff(path.time)).max())
     return (
-        f"The clock of {run.seen.name} was moved by {1e3 * run.clock:+.2g} ms, to where it fits best: a"
-        " robot that is late by a part of that is not distinguishable, is not corrected, and is not"
-        f" in any figure here, at up to {speed:.2g} m/s {_um(1e-3 * speed)} along the path for each ms:"
-        " measure on the controller's clock, to a cycle, and it is corrected."
+        f"The clock of {run.measured.name} was moved by {1e3 * run.clock:+.2g} ms, to where it fits"
+        " best: a robot that is late by a part of that is not distinguishable, is not corrected, and is"
+        f" not in any figure here, at up to {speed:.2g} m/s {_um(1e-3 * speed)} along the path for each"
+        " ms: measure on the controller's clock, to a cycle, and it is corrected."
     )
 
 

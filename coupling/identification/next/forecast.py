@@ -1,4 +1,4 @@
-"""What the next command will leave, told by robots that are possible.
+"""Forecast of the deviation under the next command, from robots that are possible.
 
 A robot s that is possible has beyond its model what was measured less what it does under the command
 that was measured.  If it does that again, the next run is
@@ -16,8 +16,8 @@ import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
 from coupling.identification.next.command import CommandPlan
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.repeatability import VALUES
-from coupling.identification.next.size import seen_below
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
@@ -27,7 +27,8 @@ from coupling.results.forecast import RunForecast
 
 # Forecasts that are drawn, and what of them the interval holds.
 _DRAWN, _INTERVAL = 4000, (0.05, 0.95)
-# Spread of the logarithm of an rms that no robot tells of: what a gear does that hangs in its backlash.
+# Spread of the logarithm of an rms that no robot tells of: what a gear does that is unloaded in its
+# backlash.
 _UNTOLD = 0.15
 
 
@@ -40,7 +41,7 @@ def forecast(
         found: Plan by which it was computed.
         command: The command.
         wrench: Wrench on the tool under it, axes of the robot's base.
-        watch: Told how far it is.
+        watch: Function called with the progress.
 
     Raises:
         SimulationError: If the robot cannot be simulated.
@@ -48,7 +49,7 @@ def forecast(
     history, model, beyond = found.history, found.move.model, found.repeating
     number, absolute = found.reference, found.options.absolute
     run = history.runs[number]
-    time, low = run.seen.time, seen_below(run.seen.time)
+    time, low = run.measured.time, signal_filter(run.measured.time)
 
     def slow(off: np.ndarray) -> np.ndarray:
         kept = low.at_samples(low(off))
@@ -84,7 +85,8 @@ def forecast(
     along = np.sqrt(max(square, 0.0) * drawn.new / VALUES)
     squares += 2.0 * along * rng.standard_normal(_DRAWN)
     if beyond is not None:
-        # The command takes off noise of the very run that it is told from; in the next one it is there.
+        # The command takes off noise of the very run from which it is computed; in the next one it is
+        # there.
         squares += 6.0 * run.noise**2 * beyond.own_noise
     squares += doubt * rng.standard_normal(_DRAWN)
     rms = np.sqrt(np.maximum(squares, 0.0)) * np.exp(_UNTOLD * rng.standard_normal(_DRAWN))

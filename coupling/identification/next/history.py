@@ -103,15 +103,15 @@ class History:
 
     def beyond(self, number: int, x: np.ndarray) -> np.ndarray:
         """Return measured less simulated poses of a run, (n, 6): [m], and [rad] or 0."""
-        seen, path = self.runs[number].seen, self.simulated(number, x)
-        return _beyond(seen, path)
+        measured, path = self.runs[number].measured, self.simulated(number, x)
+        return _beyond(measured, path)
 
 
-def _beyond(seen: Measurement, path: SimulatedPath) -> np.ndarray:
-    moved = seen.position - path.position(seen.time)
-    if seen.rotation is None:
+def _beyond(measured: Measurement, path: SimulatedPath) -> np.ndarray:
+    moved = measured.position - path.position(measured.time)
+    if measured.rotation is None:
         return np.hstack([moved, np.zeros_like(moved)])
-    return np.hstack([moved, (seen.rotation * path.rotation(seen.time).inv()).as_rotvec()])
+    return np.hstack([moved, (measured.rotation * path.rotation(measured.time).inv()).as_rotvec()])
 
 
 def _require_one_path(sources: Sequence[MeasuredFile]) -> None:

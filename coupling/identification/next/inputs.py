@@ -74,7 +74,7 @@ def _robot_file(folder: Path, found: CommandPlan) -> Path:
 
 
 def _seen_from_world(run: MeasuredRun, beyond: Discrepancy) -> str:
-    """Return a discrepancy, told in axes of the robot's base, in those of the run folder's files."""
+    """Return a discrepancy in axes of the robot's base in those of the run folder's files."""
     return beyond.transformed(run.source.world_from_base).text()
 
 

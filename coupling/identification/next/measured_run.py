@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.options import FrameAccuracy
-from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.alignment import aligned, clock_offset
 from coupling.identification.runs.lost_target import near_those_around
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
@@ -27,11 +27,11 @@ _ROUNDS = 3
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """A run, and where its tool was seen, in the frame and on the clock of its command.
+    """A run, and where its tool was measured, in the frame and on the clock of its command.
 
     Attributes:
         source: The run, and what was measured as it came.
-        seen: Measurement, the device's frame and clock taken off.
+        measured: Measurement, the device's frame and clock taken off.
         clock: Offset that was added to the device's clock, for the command's [s].
         shift, turn: Shift [m] and turn [rad] that were taken off as the device's, (3,).
         tip: Offset that was taken off as the probe's, axes of the tool [m], (3,).
@@ -41,7 +41,7 @@ class MeasuredRun:
     """
 
     source: MeasuredFile
-    seen: Measurement
+    measured: Measurement
     clock: float
     shift: np.ndarray
     turn: np.ndarray
@@ -58,20 +58,22 @@ class MeasuredRun:
     @property
     def tcp_positions(self) -> np.ndarray:
         """Positions of the TCP as they came, less the probe's tip, base axes [m], (samples, 3)."""
-        time = self.source.seen.time + self.clock
+        time = self.source.measured.time + self.clock
         path = SimulatedPath(self.desired)
-        return self.source.seen.position - path.rotation(time).apply(self.tip)
+        return self.source.measured.position - path.rotation(time).apply(self.tip)
 
     @property
     def deviation(self) -> np.ndarray:
         """Measured less desired positions [m], (n, 3)."""
-        off: np.ndarray = self.seen.position - SimulatedPath(self.desired).position(self.seen.time)
+        off: np.ndarray = self.measured.position - SimulatedPath(self.desired).position(
+            self.measured.time
+        )
         return off
 
     @property
     def size(self) -> DeviationSize:
         """Size of that."""
-        return deviation_size(self.seen.time, self.deviation, self.noise)
+        return deviation_size(self.measured.time, self.deviation, self.noise)
 
     @classmethod
     def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameAccuracy) -> MeasuredRun:
@@ -85,24 +87,24 @@ class MeasuredRun:
         Raises:
             LearnError: If what was measured does not fit the run.
         """
-        seen = aligned(source.seen, model.path, own_frame=np.isinf(known.turn))
-        coarse = clock_offset(source.seen, model.path)
-        beyond = seen.position - model.position(seen.time)
+        measured = aligned(source.measured, model.path, own_frame=np.isinf(known.turn))
+        coarse = clock_offset(source.measured, model.path)
+        beyond = measured.position - model.position(measured.time)
         far = max(_FAR * noise_of([beyond]), _FAR_OFF)
-        kept = near_those_around(seen.name, beyond, far)
-        seen = seen.at_rows(np.flatnonzero(kept))
-        told = source.seen.time
-        start, end = seen.time[[0, -1]] - coarse
-        lost = (told > start) & (told < end)
-        lost &= ~np.isin(np.round(told, 9), np.round(seen.time - coarse, 9))
-        source = replace(source, seen=source.seen.at_rows(np.flatnonzero(~lost)))
+        kept = near_those_around(measured.name, beyond, far)
+        measured = measured.at_rows(np.flatnonzero(kept))
+        recorded = source.measured.time
+        start, end = measured.time[[0, -1]] - coarse
+        lost = (recorded > start) & (recorded < end)
+        lost &= ~np.isin(np.round(recorded, 9), np.round(measured.time - coarse, 9))
+        source = replace(source, measured=source.measured.at_rows(np.flatnonzero(~lost)))
         cycle = float(np.median(np.diff(source.stored.joints.time)))
         clock, tip = 0.0, np.zeros(3)
         for _ in range(_ROUNDS):
-            there = model.position(seen.time + clock)
-            held = model.rotation(seen.time + clock).as_matrix()
-            off = seen.position - there - held @ tip
-            columns = _columns(there, model.position(seen.time + clock, 1), held, known)
+            there = model.position(measured.time + clock)
+            held = model.rotation(measured.time + clock).as_matrix()
+            off = measured.position - there - held @ tip
+            columns = _columns(there, model.position(measured.time + clock, 1), held, known)
             centred = (off - off.mean(axis=0)).reshape(-1)
             found = np.linalg.lstsq(columns, centred, rcond=_IDENTIFIABLE)[0]
             shift, turn = off.mean(axis=0), found[:3]
@@ -113,15 +115,15 @@ class MeasuredRun:
         # robot is late by is the robot's.
         if abs(coarse + clock) <= cycle:
             clock = -coarse
-        there = model.position(seen.time + clock)
-        moved = seen.position - model.rotation(seen.time + clock).apply(tip)
+        there = model.position(measured.time + clock)
+        moved = measured.position - model.rotation(measured.time + clock).apply(tip)
         offset = (moved - there).mean(axis=0)
         shift, turn = known.of_device(offset, turn)
         position = moved - shift - np.cross(turn, there - there.mean(axis=0))
-        rotation = seen.rotation
+        rotation = measured.rotation
         if rotation is not None:
             rotation = Rotation.from_rotvec(-turn) * rotation
-        own = replace(seen, time=seen.time + clock, position=position, rotation=rotation)
+        own = replace(measured, time=measured.time + clock, position=position, rotation=rotation)
         inside = (own.time >= source.stored.desired.time[0]) & (
             own.time <= source.stored.desired.time[-1]
         )

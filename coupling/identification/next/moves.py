@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.history import History
-from coupling.identification.next.possible import PossibleRobot
+from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.repeatability import VALUES, Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, repeating
-from coupling.identification.next.size import deviation_size
 from coupling.results.next_result import DeviationSize, RunComparison
 
 # A move by a robot that was fitted to the run that judges it is to be better by this part.
@@ -68,15 +68,17 @@ def moves(
     last = len(history.runs) - 1
     found = []
     for number, model in enumerate(models):
-        seen = history.beside(model.x)
-        path = _left_by_path(seen, model, before)
+        beside = history.beside(model.x)
+        path = _left_by_path(beside, model, before)
         predicted = model.since <= last
         found.append(
             NextStep("path" if not number else "both", model, path, predicted and last > 0)
         )
         if number:
-            run = seen.runs[last]
-            alone = deviation_size(run.seen.time, seen.beyond(last, model.x)[:, :3], run.noise)
+            run = beside.runs[last]
+            alone = deviation_size(
+                run.measured.time, beside.beyond(last, model.x)[:, :3], run.noise
+            )
             found.append(NextStep("parameters", model, alone, predicted))
 
     def judged(move: NextStep) -> float:
@@ -91,8 +93,8 @@ def _left_by_path(history: History, model: PossibleRobot, before: Hypotheses) ->
     last = len(history.runs) - 1
     run, beyond = history.runs[last], history.beyond(last, model.x)
     known = repeating(history, model, range(max(last, 1)), before)
-    rest = beyond - known.at(run.seen.time)
-    left = deviation_size(run.seen.time, rest[:, :3], run.noise)
+    rest = beyond - known.at(run.measured.time)
+    left = deviation_size(run.measured.time, rest[:, :3], run.noise)
     if last > 0:
         return left
     return replace(left, rms=known.left, rms_less_constant=known.left)

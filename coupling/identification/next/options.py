@@ -77,7 +77,7 @@ class NextOptions:
         move: One of `KINDS`.
         cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
             contracts.
-        seed: Seed of the robots that are possible.
+        seed: Seed of the sampled robots.
         repeatability: RP of the robot by ISO 9283, on the day and on this path [m].
     """
 

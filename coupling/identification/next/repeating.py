@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from coupling.identification.next.contraction import CUTOFFS
+from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
 from coupling.identification.next.measured_run import MeasuredRun
-from coupling.identification.next.possible import PossibleRobot
+from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.repeatability import ComparedRuns, Hypotheses
-from coupling.identification.next.size import seen_below
 from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.path.discrepancy import Discrepancy
@@ -82,11 +82,11 @@ def repeating(
     weights = compared(history, model, numbers, before, gain).weights
     beyond = history.beyond(numbers[-1], model.x)[:, :3]
     of_noise = 3.0 * last.noise**2 * float(np.sum(np.square(weights)))
-    seen = seen_below(last.seen.time)
+    wide = signal_filter(last.measured.time)
     best, risk = limit, np.inf
     for cutoff in (limit, *(own for own in CUTOFFS if own < limit)):
-        smoother = Smoother(last.seen.time, cutoff)
-        bias = max(smoother.bias(beyond, last.noise, seen), 0.0)
+        smoother = Smoother(last.measured.time, cutoff)
+        bias = max(smoother.bias(beyond, last.noise, wide), 0.0)
         if bias + of_noise * smoother.of_noise < risk:
             best, risk = cutoff, bias + of_noise * smoother.of_noise
     slow = _SlowParts.of(history, model, numbers, best)
@@ -172,7 +172,7 @@ class _SlowParts:
         """
         runs = [history.runs[number] for number in numbers]
         path = history.runs[0].desired.time
-        smoothers = [Smoother(run.seen.time, cutoff) for run in runs]
+        smoothers = [Smoother(run.measured.time, cutoff) for run in runs]
         count = int(np.ceil(float(np.ptp(path)) / min(own.spacing for own in smoothers)))
         time = np.linspace(path[0], path[-1], max(count, _LEAST) + 1)
         values = []

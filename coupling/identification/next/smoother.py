@@ -79,22 +79,22 @@ class Smoother:
         """Weight of a sample in its own smooth value, away from the ends."""
         return self._over_band(1)
 
-    def bias(self, values: np.ndarray, noise: float, seen: Smoother) -> float:
+    def bias(self, values: np.ndarray, noise: float, wide: Smoother) -> float:
         """Return the mean square of what it takes off the signal itself [square of the unit].
 
-        What is taken off below the cutoff of `seen` is signal and noise; with the gains Q and P of both
+        What is taken off below the cutoff of `wide` is signal and noise; with the gains Q and P of both
         white noise of variance s^2 is s^2 tr P^2 (1 - Q)^2 / n of it [Stein1981].  May be negative by
         chance.
 
         Args:
             values: Samples, in any unit, (n, c).
             noise: Standard deviation of the noise of each, in that unit.
-            seen: Smoother of a higher cutoff, above which there is noise alone.
+            wide: Smoother of a higher cutoff, above which there is noise alone.
         """
-        slow = seen.at_samples(seen(values))
+        slow = wide.at_samples(wide(values))
         taken = slow - self.at_samples(self(slow))
         frequency, fastest = self._band
-        shown = seen.gain(frequency) ** 2 * (1.0 - self.gain(frequency)) ** 2
+        shown = wide.gain(frequency) ** 2 * (1.0 - self.gain(frequency)) ** 2
         of_noise = float(np.trapezoid(shown, frequency)) / fastest
         return float(np.mean(np.sum(taken**2, axis=1)) - values.shape[1] * noise**2 * of_noise)
 

@@ -22,7 +22,7 @@ _SHORTEST, _SMALLEST = 2.0, 1e-3
 # may be off behind that, which on a small part is less: another path there is off by as much as it is
 # large.
 _FRAME_OFF, _LEFT, _LEFT_OF_PATH = 0.05, 0.01, 0.5
-# Offset of a clock from which it is told where it leaves too little of the run [s].
+# Offset of a clock that is named where it leaves too little of the run [s].
 _CLOCK_TOLD = 0.1
 # What a clock may gain over a run [s], where that explains half of what is off at least.
 _GAINED, _EXPLAINED = 0.008, 0.5
@@ -32,13 +32,13 @@ _TURNED = 0.02
 _PLANE = 0.02
 
 
-def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
-    """Return what was seen during the run, on the command's clock and in the robot's base frame.
+def aligned(measured: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
+    """Return what was measured during the run, on the command's clock and in the robot's base frame.
 
     Rows that a device wrote while it had lost its target are left out.
 
     Args:
-        seen: The measurement.
+        measured: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
 
@@ -46,51 +46,53 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
         LearnError: If it is no measured run of this command, too little of one, or not of the tool all
             along.
     """
-    _require_length_unit(seen, model)
+    _require_length_unit(measured, model)
     path = SimulatedPath(model)
-    offset = clock_offset(seen, model)
-    seen = replace(seen, time=seen.time + offset)
-    inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
-    seen = seen.at_rows(np.flatnonzero(inside))
-    covered = float(np.ptp(seen.time)) if len(seen.time) else 0.0
+    offset = clock_offset(measured, model)
+    measured = replace(measured, time=measured.time + offset)
+    inside = (measured.time >= model.time[0]) & (measured.time <= model.time[-1])
+    measured = measured.at_rows(np.flatnonzero(inside))
+    covered = float(np.ptp(measured.time)) if len(measured.time) else 0.0
     if covered < _SHORTEST:
         moved = (
             f", as its positions are most like the run's with the clock moved by {offset:.3g} s: is it"
             " another command's, or a tool that stands?"
         )
         raise LearnError(
-            f"{seen.name}: expected at least {_SHORTEST:g} s of the run, which goes from"
+            f"{measured.name}: expected at least {_SHORTEST:g} s of the run, which goes from"
             f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
             f"{moved if abs(offset) > _CLOCK_TOLD else ''}"
         )
-    seen = seen.at_rows(rows_of_target(seen.name, seen.position, path.position(seen.time)))
-    if np.ptp(seen.time) < _SHORTEST:
+    measured = measured.at_rows(
+        rows_of_target(measured.name, measured.position, path.position(measured.time))
+    )
+    if np.ptp(measured.time) < _SHORTEST:
         raise LearnError(
-            f"{seen.name}: expected at least {_SHORTEST:g} s of a tool that is seen to move, got"
-            f" {np.ptp(seen.time):.3g} s, as all other positions repeat the one before: is it a tool"
+            f"{measured.name}: expected at least {_SHORTEST:g} s of a tool that moves, got"
+            f" {np.ptp(measured.time):.3g} s, as all other positions repeat the one before: is it a tool"
             " that stands, or has the device lost its target?"
         )
-    there = path.position(seen.time)
+    there = path.position(measured.time)
     if np.ptp(there, axis=0).max() < _SMALLEST:
         raise LearnError(
-            f"{seen.name}: expected a tool that moves, got a part of the run in which it stands"
+            f"{measured.name}: expected a tool that moves, got a part of the run in which it stands"
         )
     if own_frame:
-        seen = _turned(seen, there)
-        _require_same_pace(seen, path)
+        measured = _turned(measured, there)
+        _require_same_pace(measured, path)
     else:
-        _require_same_pace(seen, path)
-        _require_base_frame(seen, there)
-    left = _spread(seen.position - there)
+        _require_same_pace(measured, path)
+        _require_base_frame(measured, there)
+    left = _spread(measured.position - there)
     most = min(_LEFT, max(_SMALLEST, _LEFT_OF_PATH * _spread(there)))
     if left > most:
         raise LearnError(
-            f"{seen.name}: expected a measurement of the run's command, which the tool follows to some"
-            f" {1e3 * most:.2g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
+            f"{measured.name}: expected a measurement of the run's command, which the tool follows to"
+            f" some {1e3 * most:.2g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
             " command's, another clock's by seconds, or in other axes (--own-frame)?"
         )
-    require_steady(seen.name, seen.time, seen.position - there)
-    return _mounted(seen, path)
+    require_steady(measured.name, measured.time, measured.position - there)
+    return _mounted(measured, path)
 
 
 def _spread(position: np.ndarray) -> float:
@@ -98,53 +100,53 @@ def _spread(position: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.sum((position - position.mean(axis=0)) ** 2, axis=1))))
 
 
-def _mounted(seen: Measurement, path: SimulatedPath) -> Measurement:
-    """Return what was seen with orientations of the tool, not of the probe that is mounted on it.
+def _mounted(measured: Measurement, path: SimulatedPath) -> Measurement:
+    """Return the measurement with orientations of the tool, not of the probe that is mounted on it.
 
     Raises:
         LearnError: If orientations do not turn as the tool does.
     """
-    if seen.rotation is None:
-        return seen
-    there = path.rotation(seen.time)
-    on_tool = there.inv() * seen.rotation
-    held = seen.rotation * on_tool.mean().inv()
+    if measured.rotation is None:
+        return measured
+    there = path.rotation(measured.time)
+    on_tool = there.inv() * measured.rotation
+    held = measured.rotation * on_tool.mean().inv()
     left = float(np.sqrt(np.mean((held * there.inv()).magnitude() ** 2)))
     if left > _TURNED:
         raise LearnError(
-            f"{seen.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad behind"
-            f" a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off (rms): leave"
-            " qx, qy, qz, qw out, or tell them in the frame of x, y, z"
+            f"{measured.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad"
+            f" behind a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off"
+            " (rms): leave qx, qy, qz, qw out, or give them in the frame of x, y, z"
         )
-    return replace(seen, rotation=held)
+    return replace(measured, rotation=held)
 
 
-def _require_length_unit(seen: Measurement, model: ToolPath) -> None:
+def _require_length_unit(measured: Measurement, model: ToolPath) -> None:
     """Refuse a path that has the size of the run's in another unit."""
     sizes = [
-        float(np.linalg.norm(np.ptp(one, axis=0))) for one in (seen.position, model.position[0])
+        float(np.linalg.norm(np.ptp(one, axis=0))) for one in (measured.position, model.position[0])
     ]
-    far = [float(np.abs(one).max()) for one in (seen.position, model.position[0])]
+    far = [float(np.abs(one).max()) for one in (measured.position, model.position[0])]
     for ratio in (sizes[0] / max(sizes[1], 1e-12), far[0] / max(far[1], 1e-12)):
         if 300.0 < ratio < 3000.0:
             raise LearnError(
-                f"{seen.name}: expected x, y, z in m, got numbers about {ratio:.0f} times those of the"
-                " run: are they in mm?"
+                f"{measured.name}: expected x, y, z in m, got numbers about {ratio:.0f} times those of"
+                " the run: are they in mm?"
             )
 
 
-def clock_offset(seen: Measurement, model: ToolPath) -> float:
+def clock_offset(measured: Measurement, model: ToolPath) -> float:
     """Return what brings the clock of a measurement nearly to the run's [s].
 
     Args:
-        seen: The measurement.
+        measured: The measurement.
         model: Path of the model's tool under the command.
     """
     path = SimulatedPath(model)
-    rows = np.unique(np.linspace(0, len(seen.time) - 1, _COMPARED).astype(int))
-    time, position = seen.time[rows], seen.position[rows]
+    rows = np.unique(np.linspace(0, len(measured.time) - 1, _COMPARED).astype(int))
+    time, position = measured.time[rows], measured.position[rows]
     near = np.arange(-_OFF, _OFF + 0.5 * _FINE, _FINE)
-    same = float(model.time[0] - seen.time[0])
+    same = float(model.time[0] - measured.time[0])
     best, least = 0.0, np.inf
     # Clocks alike, or both from the start of what they tell; a small difference is preferred.
     for offset in np.concatenate([near[np.argsort(np.abs(near))], same + near]).tolist():
@@ -166,24 +168,24 @@ def _shape_difference(position: np.ndarray, there: np.ndarray) -> float:
     return float(np.sqrt(max(squares, 0.0) / len(own)))
 
 
-def _turned(seen: Measurement, there: np.ndarray) -> Measurement:
+def _turned(measured: Measurement, there: np.ndarray) -> Measurement:
     """Return a path of any frame, moved and turned onto the model's."""
     extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
     if extents[1] < _PLANE * extents[0]:
         raise LearnError(
-            f"{seen.name}: expected a path that is no line to find the measuring frame from, got one:"
-            " measure in the robot's base frame"
+            f"{measured.name}: expected a path that is no line to find the measuring frame from, got"
+            " one: measure in the robot's base frame"
         )
-    return seen.transformed(Frame.fitted(seen.position, there))
+    return measured.transformed(Frame.fitted(measured.position, there))
 
 
-def _require_same_pace(seen: Measurement, path: SimulatedPath) -> None:
+def _require_same_pace(measured: Measurement, path: SimulatedPath) -> None:
     """Refuse a clock that runs faster or slower than the command's, or a command that did."""
-    time = seen.time - seen.time.mean()
-    rate = path.position(seen.time, 1)
+    time = measured.time - measured.time.mean()
+    rate = path.position(measured.time, 1)
     off, late, slow = (
         (own - own.mean(axis=0)).ravel()
-        for own in (seen.position - path.position(seen.time), rate, rate * time[:, None])
+        for own in (measured.position - path.position(measured.time), rate, rate * time[:, None])
     )
     columns = np.stack([late, slow], axis=1)
     left = []
@@ -193,19 +195,19 @@ def _require_same_pace(seen: Measurement, path: SimulatedPath) -> None:
     pace = float(found[1])
     if abs(pace) * np.ptp(time) > _GAINED and left[1] < _EXPLAINED * left[0]:
         raise LearnError(
-            f"{seen.name}: expected times of the command's clock, got a tool that goes through the run"
-            f" {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, which is"
-            f" {1e3 * abs(pace) * np.ptp(time):.2g} ms at its end: is the device's clock another one,"
-            " or was the speed of the robot overridden?"
+            f"{measured.name}: expected times of the command's clock, got a tool that goes through the"
+            f" run {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, which is"
+            f" {1e3 * abs(pace) * np.ptp(time):.2g} ms at its end: is the device's clock another one, or"
+            " was the speed of the robot overridden?"
         )
 
 
-def _require_base_frame(seen: Measurement, there: np.ndarray) -> None:
-    off = seen.position.mean(axis=0) - there.mean(axis=0)
+def _require_base_frame(measured: Measurement, there: np.ndarray) -> None:
+    off = measured.position.mean(axis=0) - there.mean(axis=0)
     if np.linalg.norm(off) > _FRAME_OFF:
         x, y, z = off.tolist()
         raise LearnError(
-            f"{seen.name}: expected positions of the TCP in the robot's base frame, got ones that are"
-            f" off by {x:.3g}, {y:.3g}, {z:.3g} m in the mean: give --own-frame if the measuring"
+            f"{measured.name}: expected positions of the TCP in the robot's base frame, got ones that"
+            f" are off by {x:.3g}, {y:.3g}, {z:.3g} m in the mean: give --own-frame if the measuring"
             " frame lies anywhere"
         )

@@ -172,7 +172,7 @@ class Descent:
             mean, own = self.slow[number], problem.own(now.z, number)
             # Columns are slow: taken at the means' own times they are their own means.
             time = mean.time + own[6]
-            columns = effects[number](now.z[:count], one.seen.time + own[6])
+            columns = effects[number](now.z[:count], one.measured.time + own[6])
             path = now.simulated[number]
             residual = self._residuals[number]
             frame = residual.by_frame(path, time, problem.frame_size)

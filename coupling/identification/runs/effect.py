@@ -81,7 +81,7 @@ class ParameterEffect:
     def along(self, one: MeasuredPath) -> bool:
         """Return whether it holds along a run of the same command, measured otherwise."""
         (own, its), (other, others) = (
-            (run.wanted.path.time, run.seen.motors and run.seen.motors.columns)
+            (run.wanted.path.time, run.measured.motors and run.measured.motors.columns)
             for run in (self._run, one)
         )
         return np.array_equal(own, other) and its == others
@@ -110,7 +110,7 @@ class ParameterEffect:
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self.parameters, x))
         settling = own.damping / own.stiffness  # [s]
-        motors = () if self._run.seen.motors is None else self._run.seen.motors.columns
+        motors = () if self._run.measured.motors is None else self._run.measured.motors.columns
         columns = np.zeros((len(time), 6 + len(motors), len(x)))
         for k, parameter in enumerate(self.parameters):
             if parameter.gear is None:
@@ -179,7 +179,7 @@ class SecantEffect:
         self._fmus, self._parameters, self._run = fmus, effect.parameters, one
         self._change, prior = change, prior_of(effect.parameters)
         # What is left to the equation is left as it is for the parameters of the file.
-        self._plain = effect(np.zeros(len(prior)), one.seen.time)
+        self._plain = effect(np.zeros(len(prior)), one.measured.time)
         self._last: tuple[object, np.ndarray] = None, self._plain
         moved = self._plain - self._plain.mean(axis=0)
         shifts, turns = (
@@ -189,9 +189,9 @@ class SecantEffect:
         turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
         vibrates = np.array([own.vibrates for own in effect.parameters])
         in_motors = np.zeros(len(prior), dtype=bool)
-        if one.seen.motors is not None:
+        if one.measured.motors is not None:
             by_motors = prior * np.sqrt(np.mean(moved[:, 6:] ** 2, axis=0))
-            least = _NEGLIGIBLE_PART * one.seen.motors.deviation[:, None]
+            least = _NEGLIGIBLE_PART * one.measured.motors.deviation[:, None]
             in_motors = (by_motors > least).any(axis=0)
         self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates | in_motors)
 

@@ -30,7 +30,7 @@ from coupling.identification.runs.effect import SecantEffect, in_parallel
 from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import UnexplainedPart
-from coupling.identification.runs.slow_part import CUT_OFF, SlowPart
+from coupling.identification.runs.slow_part import SlowPart
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -79,11 +79,10 @@ class Fitter:
 
     Args:
         problem: The problem.
-        cut_off: Frequency up to which residuals are looked at [Hz].
     """
 
-    def __init__(self, problem: FitProblem, cut_off: float = CUT_OFF) -> None:
-        self.problem, self._cut_off = problem, cut_off
+    def __init__(self, problem: FitProblem) -> None:
+        self.problem = problem
         self._whole = self._descent(problem)
 
     def fit(self, start: np.ndarray) -> ParameterFit:
@@ -169,7 +168,7 @@ class Fitter:
         return covariance
 
     def _descent(self, problem: FitProblem) -> Descent:
-        slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.runs]
+        slow = [SlowPart.of(one.measured.time) for one in problem.runs]
         return Descent(problem, slow)
 
     def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
@@ -217,7 +216,7 @@ def _sides(
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
     """
     problem, count = part.problem, len(part.problem.parameters)
-    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
+    times = [one.measured.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.runs)]
     x = now.z[:count]
     values = [own(x, time) for own, time in zip(secants, times, strict=True)]
     held = [lambda x, time, own=own: own for own in values]

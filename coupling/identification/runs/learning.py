@@ -110,7 +110,7 @@ class Learned:
     @property
     def noise_left(self) -> float:
         """What the slow parts would be of noise alone [m], rms."""
-        parts = [SlowPart.of(one.seen.time).of_noise for one in self.runs]
+        parts = [SlowPart.of(one.measured.time).of_noise for one in self.runs]
         return self.spread.noise * float(np.sqrt(3.0 * np.mean(parts)))
 
     @property
@@ -128,7 +128,7 @@ class Learned:
         """Why no robot should be written, in words; "" where one may be."""
         before, after = self.left
         last = float(np.ptp(self.runs[-1].wanted.path.time))
-        seconds = sum(float(np.ptp(one.seen.time)) for one in self.runs)
+        seconds = sum(float(np.ptp(one.measured.time)) for one in self.runs)
         if not any(own.identifiable for own in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
             lacks = measurement_lacks(self.gears, self.whole, seconds, unknown)
@@ -142,32 +142,35 @@ class Learned:
         if self.unexplained and adrift:
             return (
                 f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
-                f" and {adrift}: what a gear does that is unloaded in its backlash is no matter of"
-                " parameters;"
-                " place the part or the base so that it is loaded"
+                f" and {adrift}: what a gear does that is unloaded in its backlash cannot be described"
+                " by parameters; place the part or the base so that it is loaded"
             )
         return ""
 
     @property
     def warnings(self) -> list[str]:
         """What the user should look at."""
-        told = [
-            f"{own.seen.name}: its columns {own.seen.motors.names[0]} .. are not used, as drives are"
-            f" {IDEAL}, or no joint of theirs has a motor in the robot file"
+        remarks = [
+            f"{own.measured.name}: its columns {own.measured.motors.names[0]} .. are not used, as drives"
+            f" are {IDEAL}, or no joint of theirs has a motor in the robot file"
             for own, one in zip(self.sources, self.runs, strict=True)
-            if own.seen.motors is not None and one.seen.motors is None
+            if own.measured.motors is not None and one.measured.motors is None
         ]
-        told += [words for one in self.runs if one.seen.motors for words in one.seen.motors.remarks]
+        remarks += [
+            words
+            for one in self.runs
+            if one.measured.motors
+            for words in one.measured.motors.remarks
+        ]
         if not self.unexplained or self.refusal:
-            return told
+            return remarks
         return [
-            *told,
+            *remarks,
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
-            " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
-            " intervals are"
-            f" {self.widened:.2g} times as wide for it, and what is hardly identifiable stays near the"
-            " file",
+            " backlash with rounded flanks, another load, heat), or a gear is in its backlash without"
+            f" load; the intervals are {self.widened:.2g} times as wide for it, and what is hardly"
+            " identifiable stays near the file",
         ]
 
 
@@ -198,7 +201,7 @@ def learn(
             one is what is known of it before, that of the last one the start.
         options: Options of learning.
         models: Simulation models of the robots.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
 
     Raises:
         LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
@@ -250,7 +253,7 @@ def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched)
     Args:
         found: The fit.
         options: Options of learning.
-        watch: Told how far the work is.
+        watch: Function called with the progress.
     """
     problem, fit, first, last = found.problem, found.fit, found.sources[0], found.sources[-1]
     parameters = problem.parameters
@@ -277,10 +280,10 @@ def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched)
 
 def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:
     """Return a measured run with what was recorded of motors that its robot has, and of no others."""
-    motors = one.seen.motors
+    motors = one.measured.motors
     if motors is not None:
-        motors = None if source.drive == IDEAL else motors.of(source.robot, one.seen.name)
-    return replace(one, seen=replace(one.seen, motors=motors))
+        motors = None if source.drive == IDEAL else motors.of(source.robot, one.measured.name)
+    return replace(one, measured=replace(one.measured, motors=motors))
 
 
 def _weighed(
@@ -291,17 +294,17 @@ def _weighed(
     Raises:
         LearnError: If the robot's motors cannot have their angles or torques.
     """
-    motors, time = one.seen.motors, one.seen.time
+    motors, time = one.measured.motors, one.measured.time
     if motors is None:
         return one
     path = one.simulated(fmu, {})
     predicted = path.motors(time)
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)
-    _require_followed(one.seen.name, motors, predicted)
+    _require_followed(one.measured.name, motors, predicted)
     motors = weighed(motors, time, predicted, columns)
     motors = replace(motors, remarks=_torque_remarks(one, motors, predicted, robot))
-    return replace(one, seen=replace(one.seen, motors=motors))
+    return replace(one, measured=replace(one.measured, motors=motors))
 
 
 def _require_followed(name: str, motors: MeasuredMotors, predicted: np.ndarray) -> None:
@@ -322,10 +325,10 @@ def _torque_remarks(
 ) -> tuple[str, ...]:
     """Return a sentence on each joint whose torque a robot hardly explains, from predicted columns."""
     torques = [k for k, (kind, _) in enumerate(motors.columns) if kind == "motor_torque"]
-    joints, time = [motors.columns[k][1] for k in torques], one.seen.time
+    joints, time = [motors.columns[k][1] for k in torques], one.measured.time
     rate = one.command.trajectory.at(np.clip(time, *one.command.time[[0, -1]]))[1][:, joints]
     return torque_remarks(
-        one.seen.name,
+        one.measured.name,
         robot,
         joints,
         time,
@@ -340,8 +343,8 @@ def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
     squares = np.zeros(len(x))
     for effect, one in zip(problem.effects, problem.runs, strict=True):
-        mean = SlowPart.of(one.seen.time)
-        columns = mean(effect(x, one.seen.time)[:, :3])
+        mean = SlowPart.of(one.measured.time)
+        columns = mean(effect(x, one.measured.time)[:, :3])
         columns = (columns - columns.mean(axis=0)) * prior_of(problem.parameters)
         squares += np.mean(np.sum(columns**2, axis=1), axis=0) / len(problem.runs)
     return np.sqrt(squares)

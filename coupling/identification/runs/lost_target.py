@@ -21,7 +21,7 @@ _JUMP, _EXCEEDS, _JUMPS = 1e-4, 4.5, 2
 
 
 def rows_of_target(name: str, position: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return the rows in which a tool was seen, (k,).
+    """Return the rows in which a tool was detected, (k,).
 
     These are not the ones that repeat the position before them, to the last digit, while the tool moves,
     as devices do that hold their last value, nor those a centimetre beside the ones around.
@@ -45,7 +45,7 @@ def near_those_around(name: str, beyond: np.ndarray, far: float) -> np.ndarray:
     Args:
         name: Name of the measurement.
         beyond: Measured less simulated positions [m], (n, 3).
-        far: From where on one is [m].
+        far: Distance from which on one is [m].
 
     Raises:
         LearnError: If too many are.

@@ -1,4 +1,4 @@
-"""A measured run: what was commanded, what acted on it, and where its tool was seen."""
+"""A measured run: what was commanded, what acted on it, and where its tool was measured."""
 
 from __future__ import annotations
 
@@ -74,14 +74,14 @@ class MeasuredPath:
         wrench: Wrench on the tool, until the end of what was measured.
         desired: Desired path, at the same times.
         wanted: The same for the inverse, with the joint angles of the undeflected robot.
-        seen: Measurement, in the robot's base frame as far as that is known, on the command's clock.
+        measured: Measurement, in the robot's base frame as far as that is known, on the command's clock.
     """
 
     command: JointPath
     wrench: WrenchHistory
     desired: ToolPath
     wanted: DesiredMotion
-    seen: Measurement
+    measured: Measurement
     _kept: deque[tuple[object, SimulatedPath]] = field(
         init=False, repr=False, compare=False, default_factory=lambda: deque(maxlen=_KEPT)
     )
@@ -89,18 +89,20 @@ class MeasuredPath:
     @cached_property
     def held(self) -> RotationSpline | None:
         """Orientation that the path asks for at any time; None where orientations were not measured."""
-        if self.seen.rotation is None:
+        if self.measured.rotation is None:
             return None
         return RotationSpline(self.desired.time, self.desired.rotations[0])
 
     def until(self, seconds: float) -> MeasuredPath:
         """Return its first seconds."""
-        seen = self.seen.at_rows(np.flatnonzero(self.seen.time <= self.seen.time[0] + seconds))
-        last = int(np.searchsorted(self.desired.time, seen.time[-1] + _CLOCK))
+        measured = self.measured.at_rows(
+            np.flatnonzero(self.measured.time <= self.measured.time[0] + seconds)
+        )
+        last = int(np.searchsorted(self.desired.time, measured.time[-1] + _CLOCK))
         count = min(last + 1, len(self.desired.time))
         desired = self.desired.at_rows(np.arange(count))
         wrench = self.wrench.until(float(desired.time[-1]))
-        return replace(self, wrench=wrench, desired=desired, seen=seen)
+        return replace(self, wrench=wrench, desired=desired, measured=measured)
 
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         """Return where the tool is on a robot with other parameters."""
@@ -114,12 +116,12 @@ class MeasuredPath:
 
     def _simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         reference = None if self.held is None else self.desired
-        what, seen = "learned parameters", self.seen.motors
-        if seen is None:
+        what, motors = "learned parameters", self.measured.motors
+        if motors is None:
             path = fmu.simulate(self.command, self.wrench, "dynamic", changed, what)
             return SimulatedPath(path, reference)
-        path, motors = fmu.with_motors(self.command, self.wrench, seen.joints, changed, what)
-        return SimulatedPath(path, reference, seen.of_history(motors))
+        path, history = fmu.with_motors(self.command, self.wrench, motors.joints, changed, what)
+        return SimulatedPath(path, reference, motors.of_history(history))
 
 
 class SimulatedPath:
@@ -186,7 +188,7 @@ class SimulatedPath:
 
 
 def read_measurement(path: Path) -> Measurement:
-    """Read where a tool was seen (columns: docs/learn.md).
+    """Read where a tool was measured (columns: docs/learn.md).
 
     Args:
         path: CSV file; lines that begin with # are comments, other columns are ignored.

@@ -84,7 +84,7 @@ class FitProblem:
 
         7, or 10 where orientations were measured, or 11 where motors were recorded.
         """
-        if any(one.seen.motors is not None for one in self.runs):
+        if any(one.measured.motors is not None for one in self.runs):
             return _WITH_MOTORS
         return _FRAME if all(one.held is None for one in self.runs) else _WITH_PROBE
 

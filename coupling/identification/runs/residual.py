@@ -44,11 +44,11 @@ class Residual:
     @cached_property
     def noise(self) -> tuple[float, float]:
         """Standard deviations of a coordinate [m] and of an orientation [rad], 0 if not measured."""
-        seen, path = self.one.seen, SimulatedPath(self.one.desired)
-        moved = noise_of([seen.position - path.position(seen.time)])
+        measured, path = self.one.measured, SimulatedPath(self.one.desired)
+        moved = noise_of([measured.position - path.position(measured.time)])
         if self.one.held is None:
             return moved, 0.0
-        return moved, noise_of([self._turned(seen.time)])
+        return moved, noise_of([self._turned(measured.time)])
 
     @cached_property
     def lever(self) -> float:
@@ -59,8 +59,8 @@ class Residual:
     @cached_property
     def _unit(self) -> np.ndarray:
         """What a unit of each column of motors counts as [m/rad], [m/N m], (c,)."""
-        assert self.one.seen.motors is not None
-        unit: np.ndarray = max(self.noise[0], _LEAST) / self.one.seen.motors.deviation
+        assert self.one.measured.motors is not None
+        unit: np.ndarray = max(self.noise[0], _LEAST) / self.one.measured.motors.deviation
         return unit
 
     def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
@@ -71,18 +71,18 @@ class Residual:
             own: Frame, clock and, with orientations, probe [m, rad, s], (7,) or (10,); with motors'
                 clock (11,).
         """
-        seen = self.one.seen
-        time = seen.time + own[6]
+        measured = self.one.measured
+        time = measured.time + own[6]
         position = path.position(time)
-        arm = position - seen.position.mean(axis=0)
-        rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
+        arm = position - measured.position.mean(axis=0)
+        rest = measured.position - position - own[:3] - np.cross(own[3:6], arm)
         parts = [rest]
         if self.one.held is not None:
             turned = self._turned(time) - path.turn(time) - own[3:6]
             turned = turned - self.one.held(self._inside(time)).apply(own[7:10])
             parts.append(self.lever * turned)
-        if seen.motors is not None:
-            off = seen.motors.values - path.motors(time + own[10])
+        if measured.motors is not None:
+            off = measured.motors.values - path.motors(time + own[10])
             parts.append(self._unit * (off - off.mean(axis=0)))
         return np.hstack(parts)
 
@@ -91,7 +91,7 @@ class Residual:
         parts = [columns[:, :3]]
         if self.one.held is not None:
             parts.append(self.lever * columns[:, 3:6])
-        if self.one.seen.motors is not None:
+        if self.one.measured.motors is not None:
             of_motors = columns[:, 6:]
             parts.append(self._unit[:, None] * (of_motors - of_motors.mean(axis=0)))
         return np.concatenate(parts, axis=1)
@@ -104,10 +104,10 @@ class Residual:
             time: Times on the command's clock [s], (k,).
             size: Number of these unknowns, 7, 10 or 11.
         """
-        seen = self.one.seen
+        measured = self.one.measured
         of_motors = path.motors(time, 1)
         frame = np.zeros((len(time), 6 + of_motors.shape[1], size))
-        arm = path.position(time) - seen.position.mean(axis=0)
+        arm = path.position(time) - measured.position.mean(axis=0)
         for axis in range(3):
             frame[:, axis, axis] = frame[:, 3 + axis, 3 + axis] = 1.0
             frame[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], arm)
@@ -116,16 +116,16 @@ class Residual:
             held = self.one.held(self._inside(time))
             frame[:, 3:6, 6] = held.apply(self.one.held(self._inside(time), 1))
             frame[:, 3:6, 7:10] = held.as_matrix()
-        if seen.motors is not None:
+        if measured.motors is not None:
             frame[:, 6:, 6] = frame[:, 6:, 10] = of_motors
         return self.columns(frame)
 
     def _turned(self, time: np.ndarray) -> np.ndarray:
         """Return measured orientations from those that the path asks for at times [rad], (n, 3)."""
         assert self.one.held is not None
-        assert self.one.seen.rotation is not None
+        assert self.one.measured.rotation is not None
         held: Rotation = self.one.held(self._inside(time))
-        return (self.one.seen.rotation * held.inv()).as_rotvec()
+        return (self.one.measured.rotation * held.inv()).as_rotvec()
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
         known = self.one.desired.time

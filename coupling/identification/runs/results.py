@@ -44,7 +44,7 @@ def _parameter(own: LearnedParameter) -> LearnedParameterResult:
 
 def _of_motors(one: MeasuredPath) -> dict[str, float]:
     """Return the deviations by which columns of motors count [rad], [N m], by name."""
-    motors = one.seen.motors
+    motors = one.measured.motors
     if motors is None:
         return {}
     return dict(zip(motors.names, motors.deviation.tolist(), strict=True))
@@ -58,14 +58,14 @@ def _run(found: Learned, number: int) -> LearnedRunResult:
     return LearnedRunResult.of(
         one,
         run=source.folder,
-        from_s=one.seen.time[0],
-        to_s=one.seen.time[-1],
+        from_s=one.measured.time[0],
+        to_s=one.measured.time[-1],
         frame_shift_m=own[:3],
         frame_turn_rad=own[3:6],
         clock_s=own[6],
         orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
         motors=_of_motors(one),
-        time=SlowPart.of(one.seen.time).time,
+        time=SlowPart.of(one.measured.time).time,
         left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
         left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
     )
@@ -85,7 +85,7 @@ def learned_text(found: Learned, target: Path) -> str:
     if found.refusal:
         raise LearnError(f"{target}: not written: {found.refusal}")
     start = found.sources[0].file
-    measured = " and ".join(source.seen.name for source in found.sources)
+    measured = " and ".join(source.measured.name for source in found.sources)
     entries = [
         FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
         for own in found.parameters

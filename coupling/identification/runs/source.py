@@ -42,7 +42,7 @@ class MeasuredFile:
 
     Attributes:
         folder: The run folder.
-        seen: Measurement, in axes of the robot's base.
+        measured: Measurement, in axes of the robot's base.
         robot: The robot that the command was computed for.
         file: Its file.
         torque_curve: Name of its gears' torque curve.
@@ -56,7 +56,7 @@ class MeasuredFile:
     """
 
     folder: Path
-    seen: Measurement
+    measured: Measurement
     robot: Robot
     file: Path
     torque_curve: str
@@ -78,12 +78,12 @@ class MeasuredFile:
         Raises:
             LearnError: If what was measured is none of the run.
         """
-        seen = aligned(self.seen, model, own_frame)
+        measured = aligned(self.measured, model, own_frame)
         time = self.stored.desired.time
-        last = min(int(np.searchsorted(time, seen.time[-1] + _BEHIND)), len(time) - 1)
+        last = min(int(np.searchsorted(time, measured.time[-1] + _BEHIND)), len(time) - 1)
         desired, wrench = _until(self.stored.desired, self.stored.wrench, last)
         return MeasuredPath(
-            self.stored.joints, wrench, desired, self._wanted(desired, wrench), seen
+            self.stored.joints, wrench, desired, self._wanted(desired, wrench), measured
         )
 
     @property
@@ -104,7 +104,7 @@ def _until(path: ToolPath, wrench: WrenchHistory, last: int) -> tuple[ToolPath, 
     return path.at_rows(np.arange(last + 1)), wrench.until(float(path.time[last]))
 
 
-def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
+def read_source(folder: Path, measured: Measurement) -> MeasuredFile:
     """Read the run that was measured.
 
     Raises:
@@ -123,7 +123,7 @@ def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
     base_from_world = at.inverse()
     return MeasuredFile(
         folder,
-        seen.transformed(base_from_world),
+        measured.transformed(base_from_world),
         placed.description,
         find_robot(description, folder),
         placed.torque_curve,

@@ -72,7 +72,7 @@ def spread_of(
         start: Log factors at which it began [1], (P,).
         draws: Number of robots.
         seed: Seed of their parameters and noise.
-        progress: Told how many are done.
+        progress: Function called with the number of those done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
     noise = noise_of([rest[:, :3] for rest in found.residuals])
@@ -83,19 +83,19 @@ def spread_of(
         runs = []
         for one in problem.runs:
             path = one.simulated(problem.fmu, changed(problem.parameters, x))
-            position = path.position(one.seen.time)
+            position = path.position(one.measured.time)
             position = position + noise * rng.standard_normal(position.shape)
             rotation = None
             if one.held is not None:
                 turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
-                rotation = Rotation.from_rotvec(turns) * path.rotation(one.seen.time)
-            motors = one.seen.motors
+                rotation = Rotation.from_rotvec(turns) * path.rotation(one.measured.time)
+            motors = one.measured.motors
             if motors is not None:
-                values = path.motors(one.seen.time)
+                values = path.motors(one.measured.time)
                 values = values + motors.deviation * rng.standard_normal(values.shape)
                 motors = replace(motors, values=values)
-            seen = replace(one.seen, position=position, rotation=rotation, motors=motors)
-            runs.append(replace(one, seen=seen))
+            measured = replace(one.measured, position=position, rotation=rotation, motors=motors)
+            runs.append(replace(one, measured=measured))
         again = Fitter(replace(problem, runs=tuple(runs))).fit(start)
         errors.append(again.z[:count] - x)
         progress(number + 1, draws)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.errors import require_no_hysteresis
+from coupling.errors import HysteresisError
 from coupling.robot.parameters import (
     RobotParameter,
     robot_parameters,
@@ -15,7 +15,7 @@ from coupling.robot.parameters import (
     with_values,
 )
 from elastic_robot.description import Joint, Robot, Tilt
-from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
 LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
@@ -44,9 +44,13 @@ class ElasticParameters:
         Raises:
             HysteresisError: If a gear has hysteresis.
         """
-        require_no_hysteresis(
-            robot, "identify", "measure loading loops, a table with a column loop"
-        )
+        for number, joint in enumerate(robot.joints, start=1):
+            if joint.hysteresis:
+                raise HysteresisError(
+                    f"{robot.name}: joint {number} has hysteresis, which identify does not know from"
+                    " single loads: measure loading loops, a table with a column loop, or take the"
+                    " [joint.gear] hysteresis out of the robot file"
+                )
         return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
 
     @cached_property
@@ -138,7 +142,7 @@ def candidates(robot: Robot, torque_curve: str) -> list[Candidate]:
         for axis in _lateral(joint)[: 2 - len(joint.tilt)]:
             words = ", ".join(f"{component:.4g}" for component in axis)
             found.append(Candidate(f"joint[{i + 1}].tilt about [{words}]", i, axis))
-    if TORQUE_CURVES[torque_curve] is not LinearCurve:
+    if TORQUE_CURVES[torque_curve].has_backlash:
         for i, joint in enumerate(robot.joints):
             if joint.stiffness is not None and joint.backlash == 0.0 and not joint.torque_table:
                 found.append(Candidate(f"joint[{i + 1}].backlash", i, None))

@@ -36,8 +36,7 @@ class PlanRequest:
         count: Number of measurements.
         force: Size of the load [N].
         down: Whether loads are weights, along gravity; else along the base axes and between them.
-        lowest: Least height of load and measured point over the base frame's origin [m], or None.
-        load_point, measured_point: Points in the TCP's frame [m], (3,).
+        lowest: Least height of the TCP over the base frame's origin [m], or None.
         position, force_deviation: Standard deviations of deflection [m] and load [N].
         poses: Number of candidate poses.
         seed: Seed of the candidate poses.
@@ -47,8 +46,6 @@ class PlanRequest:
     force: float = 500.0
     down: bool = False
     lowest: float | None = None
-    load_point: tuple[float, ...] = (0.0, 0.0, 0.0)
-    measured_point: tuple[float, ...] = (0.0, 0.0, 0.0)
     position: float = 2e-5
     force_deviation: float = 5.0
     poses: int = 256
@@ -127,8 +124,6 @@ def planned(
         candidates.q[chosen],
         candidates.wrench[chosen],
         rigid_prediction(elasticity, candidates, elasticity.start).deflection[chosen],
-        candidates.load_point[chosen],
-        candidates.measured_point[chosen],
     )
     return MeasurementPlan(best, tuple(expected))
 
@@ -139,16 +134,11 @@ def _candidates(robot: Robot, wish: PlanRequest) -> Measurements:
     power = max(int(np.ceil(np.log2(max(wish.poses, 2)))), 1)
     shares = qmc.Sobol(len(limits), scramble=True, rng=wish.seed).random_base2(power)
     poses = limits[:, 0] + shares * (limits[:, 1] - limits[:, 0])
-    points = np.array([wish.load_point, wish.measured_point])
     if wish.lowest is not None:
         chain = build_chain(robot)
         data = chain.model.createData()
-        high = []
-        for q in poses:
-            tool = base_from_tool(chain, data, chain.theta(q))
-            height = (tool.translation + points @ tool.rotation.T)[:, 2]
-            high.append(bool(np.all(height >= wish.lowest)))
-        poses = poses[high]
+        height = [base_from_tool(chain, data, chain.theta(q)).translation[2] for q in poses]
+        poses = poses[np.array(height) >= wish.lowest]
         if len(poses) == 0:
             raise IdentifyError(
                 f"lowest point: expected poses above {wish.lowest:g} m within the joints' limits, got"
@@ -158,8 +148,7 @@ def _candidates(robot: Robot, wish: PlanRequest) -> Measurements:
     q = np.repeat(poses, len(ways), axis=0)
     wrench = np.zeros((len(q), 6))
     wrench[:, :3] = wish.force * np.tile(ways, (len(poses), 1))
-    ends = np.broadcast_to(points[:, None], (2, len(q), 3))
-    return Measurements.of(q, wrench, np.zeros((len(q), 3)), ends[0], ends[1])
+    return Measurements.of(q, wrench, np.zeros((len(q), 3)))
 
 
 def _directions(robot: Robot, down: bool) -> np.ndarray:

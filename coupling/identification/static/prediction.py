@@ -95,7 +95,7 @@ def point_columns(
     """Return the derivatives of rigid predictions by shifts of measured point and load point.
 
     They are in [m/m, rad/m], (k, r, 3) each.  The tool turns by r: the measured point moves by r x d
-    more for a shift d, and the load twists the joints by J_w^T (d x f) more.
+    more for a shift d, and the load turns the joints by J_w^T (d x f) more.
 
     Args:
         values: Values of p, in its units, (P,).

@@ -139,9 +139,11 @@ class SerialRobot:
                 push = body.mass * _carried(motion, arm)
                 spin, spin_rate = (seen_from(columns, v) for v in (motion.spin, motion.spin_rate))
                 inertia = body.inertia_matrix
-                twist = inertia @ spin_rate + cross(spin, inertia @ spin)
+                spin_moment = inertia @ spin_rate + cross(spin, inertia @ spin)
                 force = force + push
-                moment = moment + applied(columns, twist) + cross(posture.origin[k] + arm, push)
+                moment = (
+                    moment + applied(columns, spin_moment) + cross(posture.origin[k] + arm, push)
+                )
             load[k] = dot(posture.axis[k], moment - cross(posture.origin[k], force))
         for k, curve in self._balancers:
             load[k] -= curve.torque(posture.angle[k])

@@ -73,7 +73,7 @@ static void fit_spline(er_spline *s)
 }
 
 /* Zero up to B/2, a parabola to 3B/2, then the line k (|x| - B): points B/2 apart. */
-static void rounded_dead_band(er_spline *s, double stiffness, double backlash)
+static void rounded_backlash(er_spline *s, double stiffness, double backlash)
 {
     static const double torque[6] = {0.0, 0.0, 0.25, 1.0, 2.0, 3.0};
     double half = 0.5 * backlash;
@@ -93,7 +93,7 @@ static void build_spline(er_gears *gears, int k, const er_table *table)
         memcpy(s->knot, table->angle, sizeof s->knot);
         memcpy(s->value, table->torque, sizeof s->value);
     } else if (gears->backlash[k] > 0.0) {
-        rounded_dead_band(s, gears->stiffness[k], gears->backlash[k]);
+        rounded_backlash(s, gears->stiffness[k], gears->backlash[k]);
         gears->half_width[k] = 0.5 * gears->backlash[k];
     }
     if (s->points > 0)

@@ -12,7 +12,7 @@ er_gear_error er_gear_error_sum(const er_robot *robot, int joint, double angle)
         sum.value += s;
         sum.slope += c;
         sum.bend -= n * n * s;
-        sum.twist -= n * n * c;
+        sum.third -= n * n * c;
     }
     return sum;
 }
@@ -34,7 +34,7 @@ void er_transmit_along(const er_transmission *at, double *q, double *qd, double 
 {
     const er_gear_error *e = &at->error;
     *qdd += e->slope * *qdd + 2.0 * e->bend * at->rate * *qd +
-            (e->bend * at->acceleration + e->twist * at->rate * at->rate) * *q;
+            (e->bend * at->acceleration + e->third * at->rate * at->rate) * *q;
     *qd += e->slope * *qd + e->bend * at->rate * *q;
     *q += e->slope * *q;
 }

@@ -11,7 +11,7 @@
 
 /* eps and its derivatives by the angle of a drive. */
 typedef struct {
-    double value, slope, bend, twist; /* [rad], 1, [1/rad], [1/rad^2] */
+    double value, slope, bend, third; /* [rad], 1, [1/rad], [1/rad^2] */
 } er_gear_error;
 
 static inline bool er_has_gear_error(const er_robot *robot, int joint)

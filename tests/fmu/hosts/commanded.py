@@ -58,7 +58,8 @@ def driven(motion, steps, trajectory="", jerk=False, seen=lambda motion: motion)
 
 
 @functools.cache
-def along_trajectory(motion, steps, file="motion.npz"):
+def along_trajectory(motion, steps):
+    file = "motion.npz"
     time = np.arange(0.0, sum(steps) + 0.002, 1.0 / 1024)
     table = np.column_stack([time, np.array([np.concatenate(motion(t)) for t in time])])
     names = [f"{name}{i}" for name in ("q", "qd", "qdd") for i in JOINTS]

@@ -37,9 +37,9 @@ def contact(k):
     }
 
 
-def shake(instance, first, count=8):
+def shake(instance, first):
     rows = []
-    for k in range(first, first + count):
+    for k in range(first, first + 8):
         instance.set({**push(k), **contact(k)})
         instance.step(STEPS[k % len(STEPS)])
         rows.append(instance.get())

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.forecast import forecast
 from coupling.identification.next.repeatability import VALUES, Hypotheses
-from coupling.identification.next.size import deviation_size
 from coupling.identification.runs.measurement import SimulatedPath
 
 TIME = np.linspace(0.0, 20.0, 2001)  # [s]
@@ -48,7 +48,7 @@ def told(
     )
     size = deviation_size(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
-    run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
+    run = SimpleNamespace(measured=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)
     near = np.array(off)[:, None]
     found = SimpleNamespace(

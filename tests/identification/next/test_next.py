@@ -29,7 +29,7 @@ from coupling.identification.next.figures import clock_sentence, frame_sentence
 from coupling.identification.next.history import History
 from coupling.identification.next.inputs import inputs_folder
 from coupling.identification.next.options import FrameAccuracy, NextOptions
-from coupling.identification.next.possible import file_model
+from coupling.identification.next.possible_robot import file_model
 from coupling.identification.runs.measurement import read_measurement
 from coupling.identification.runs.source import read_source
 from coupling.run.models import Models

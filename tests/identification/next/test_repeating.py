@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from coupling.identification.next.deviation_size import deviation_size
 from coupling.identification.next.moves import compared_runs
 from coupling.identification.next.repeatability import VALUES, ComparedRuns, Hypotheses
 from coupling.identification.next.repeating import compared, repeating
-from coupling.identification.next.size import deviation_size
 from coupling.results.next_result import DeviationSize
 
 TIME = np.linspace(0.0, 20.0, 4001)  # [s]
@@ -40,7 +40,8 @@ class Runs:
         desired = SimpleNamespace(time=TIME, position=pose[..., :3])
         seen = SimpleNamespace(time=TIME)
         self.runs = [
-            SimpleNamespace(seen=seen, noise=self.noise, desired=desired) for _ in self.beyond_model
+            SimpleNamespace(measured=seen, noise=self.noise, desired=desired)
+            for _ in self.beyond_model
         ]
 
     def beyond(self, number: int, x: np.ndarray) -> np.ndarray:

@@ -82,7 +82,7 @@ def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robo
     truth = short.drawn(604, 1.0)
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = fitter.fit(0.0 * truth)
-    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.runs]
+    slow = [SlowPart.of(one.measured.time) for one in fitter.problem.runs]
     variance = fitter.noise(found.residuals) ** 2 / 3.0
     likely = Descent(fitter.problem, slow, variance)
     here = likely.at(found.z)
@@ -116,7 +116,7 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken_and_no_parameter_is_too_s
     assert asked[0] > 10
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
     variance = found.left_over.over * fitter.noise(found.residuals) ** 2 / 3.0
-    descent = Descent(fitter.problem, [SlowPart.of(one.seen.time)], variance)
+    descent = Descent(fitter.problem, [SlowPart.of(one.measured.time)], variance)
     at, problem = descent.at(found.z), fitter.problem
     by_equation, by_simulation = (
         np.sqrt(np.diag(np.linalg.inv(descent.equations(at, own)[0])))
@@ -159,7 +159,7 @@ def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, exampl
     assert found.left_over.over < 1.3
     fast.parameters = tuple(own for own in fast.parameters if not own.vibrates)
     problem = fast.fitter(measured).problem
-    without = Descent(problem, [SlowPart.of(measured.seen.time)])
+    without = Descent(problem, [SlowPart.of(measured.measured.time)])
     start = without.at(np.delete(found.z, np.flatnonzero(dampers)))
     best, _ = without.descended(start, problem.secants(0.01))
     assert without.over_noise(found) ** 2 < 1.05

@@ -95,9 +95,9 @@ def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots
     one = robots.measured(robots.moved(truth))
     own = Beyond(gear_errors=7e-5, hysteresis=3e-5, drift=5e-5)
     home = one.command.q[0][0]
-    extra = own.at(robots.robot, home, one.command, one.seen.time)
-    seen = replace(one.seen, position=one.seen.position + extra)
-    fit, spread = learned(robots, replace(one, seen=seen))
+    extra = own.at(robots.robot, home, one.command, one.measured.time)
+    seen = replace(one.measured, position=one.measured.position + extra)
+    fit, spread = learned(robots, replace(one, measured=seen))
     x = fit.z[: len(truth)]
     assert spread.noise == pytest.approx(NOISE, rel=0.1)
     assert fit.left_over.widened > 5.0

@@ -49,7 +49,9 @@ def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
     where = robots.moved(truth)
     shift, turn, late = np.array([2e-4, -1e-4, 3e-4]), np.array([1e-4, -2e-4, 2e-4]), 0.012
     one = robots.measured(where + shift + np.cross(turn, where - where.mean(axis=0)))
-    one = replace(one, seen=replace(one.seen, time=one.seen.time + late).at_rows(np.arange(1200)))
+    one = replace(
+        one, measured=replace(one.measured, time=one.measured.time + late).at_rows(np.arange(1200))
+    )
     found = robots.fitter(one).fit(np.zeros(len(truth)))
     x, frame = found.z[: len(truth)], found.z[len(truth) :]
     np.testing.assert_allclose(frame[3:6], turn, atol=8e-5)
@@ -87,15 +89,15 @@ def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):
     truth = robots.factors(backlash=1.2)
     whole = robots.measured(robots.moved(truth))
     part = whole.until(3.0)
-    time = part.seen.time
+    time = part.measured.time
     assert time[-1] == pytest.approx(3.0)
     np.testing.assert_array_equal(part.wrench.instants, part.desired.time)
     assert 3.1 < part.wrench.time[-1] < 4.0
     paths = [one.simulated(robots.fmu, {}).position(time) for one in (whole, part)]
     np.testing.assert_allclose(paths[1], paths[0], atol=1e-8)
-    assert whole.until(100.0).seen.time[-1] == whole.seen.time[-1]
+    assert whole.until(100.0).measured.time[-1] == whole.measured.time[-1]
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, whole)
-    of_part, of_whole = (effect(truth, own) for own in (time, whole.seen.time))
+    of_part, of_whole = (effect(truth, own) for own in (time, whole.measured.time))
     np.testing.assert_allclose(of_part, of_whole[: len(time)], rtol=0.0, atol=1e-12)
 
 
@@ -105,11 +107,15 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
     tight = Robots(replace(example, joints=joints), robots.models)
     assert {p.kind for p in tight.parameters} == {"stiffness", "damping"}
     one = tight.measured(tight.desired)
-    time, mean, zero = one.seen.time, SlowPart.of(one.seen.time), np.zeros(len(tight.parameters))
+    time, mean, zero = (
+        one.measured.time,
+        SlowPart.of(one.measured.time),
+        np.zeros(len(tight.parameters)),
+    )
     inner = (mean.time > 1.0) & (mean.time < 8.0)
     effect = ParameterEffect(tight.robot, "backlash", tight.parameters, one)
     columns = mean(effect(zero, time))[inner]
-    turned = replace(one, seen=replace(one.seen, rotation=Rotation.identity(len(time))))
+    turned = replace(one, measured=replace(one.measured, rotation=Rotation.identity(len(time))))
     here = turned.simulated(tight.fmu, {}).pose(time)
     for k, parameter in enumerate(tight.parameters):
         if parameter.kind == "damping":  # nanometres

@@ -79,13 +79,12 @@ def test_a_folder_is_no_measurement(tmp_path):
         read_measurement(tmp_path)
 
 
-def spiral(start: float = 0.0, radius: float = 0.06) -> ToolPath:
+def spiral(radius: float = 0.06) -> ToolPath:
     """Ten seconds of a tool that goes round and down, 1.6 m from the base."""
-    time = np.linspace(start, start + 10.0, 2501)
-    t = time - start
+    t = np.linspace(0.0, 10.0, 2501)
     x, y = radius * np.cos(t**1.3), radius * np.sin(t**1.3)
     position = np.stack([1.6 + x, y, 0.8 - 1e-3 * t], 1)
-    return ToolPath(time, np.hstack([position, np.tile([0, 0, 0, 1.0], (len(t), 1))]))
+    return ToolPath(t, np.hstack([position, np.tile([0, 0, 0, 1.0], (len(t), 1))]))
 
 
 def seen_of(path: ToolPath, first: int = 300, last: int = 2300) -> Measurement:

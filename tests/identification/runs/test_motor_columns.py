@@ -43,7 +43,7 @@ def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -
     told = np.column_stack([np.interp(path.time - late, path.time, own) for own in told.T]) + noise
     one = robots.measured(path.position[0], every)
     seen = MeasuredMotors(COLUMNS, told[::every], np.ones(10))
-    return replace(one, seen=replace(one.seen, motors=seen))
+    return replace(one, measured=replace(one.measured, motors=seen))
 
 
 def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
@@ -62,8 +62,8 @@ def test_what_friction_does_to_motors_is_what_simulations_do(robots):
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
     one = _weighed(one, effect, own.fmu, tight)
     secant = SecantEffect((own.fmu,), one, effect, 0.02)
-    slow = SlowPart.of(one.seen.time, 1.0)
-    told, found = (slow(by(own.none, one.seen.time)[:, 6:]) for by in (effect, secant))
+    slow = SlowPart.of(one.measured.time, 1.0)
+    told, found = (slow(by(own.none, one.measured.time)[:, 6:]) for by in (effect, secant))
     for k, parameter in enumerate(own.parameters):
         if parameter.kind != "friction":
             assert not told[:, :, k].any()
@@ -86,8 +86,8 @@ def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(rob
     kinds = np.array([own.kind for own in robots.parameters])
     friction = np.flatnonzero(kinds == "friction")
     start, errors, spreads = 0.0 * truth, [], []
-    for motors in (None, one.seen.motors):
-        fit = fitter(robots, replace(one, seen=replace(one.seen, motors=motors)))
+    for motors in (None, one.measured.motors):
+        fit = fitter(robots, replace(one, measured=replace(one.measured, motors=motors)))
         found = fit.fit(start)
         start = found.z[: len(truth)]
         errors.append(start - truth)
@@ -120,11 +120,11 @@ def test_a_pass_with_motors_tells_friction_and_leaves_hysteresis_to_the_tool(rob
 
 def test_a_row_is_linear_in_the_clocks_with_motors(robots):
     one = recorded(robots, robots.none, every=5)
-    motors = replace(one.seen.motors, deviation=NOISES)
-    one = replace(one, seen=replace(one.seen, motors=motors))
+    motors = replace(one.measured.motors, deviation=NOISES)
+    one = replace(one, measured=replace(one.measured, motors=motors))
     residual, simulated = Residual(one), one.simulated(robots.fmu, {})
-    inner = np.flatnonzero((one.seen.time > 0.5) & (one.seen.time < 4.5))
-    exact = residual.by_frame(simulated, one.seen.time, 11)
+    inner = np.flatnonzero((one.measured.time > 0.5) & (one.measured.time < 4.5))
+    exact = residual.by_frame(simulated, one.measured.time, 11)
     assert exact.shape[1:] == (13, 11)
     for k in (6, 10):
         step = np.where(np.arange(11) == k, 1e-6, 0.0)
@@ -141,14 +141,16 @@ def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
     """White noise as it is; a slow ripple of 30 N m as noise that leaves as much of itself."""
     one = recorded(robots, robots.none)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    quiet = _weighed(one, effect, robots.fmu, robots.robot).seen.motors.deviation
+    quiet = _weighed(one, effect, robots.fmu, robots.robot).measured.motors.deviation
     np.testing.assert_allclose(quiet / NOISES, 1.0, atol=0.2)
-    ripple = 30.0 * np.sin(2.0 * np.pi * 1.3 * one.seen.time)
-    values = one.seen.motors.values.copy()
+    ripple = 30.0 * np.sin(2.0 * np.pi * 1.3 * one.measured.time)
+    values = one.measured.motors.values.copy()
     values[:, 7] += ripple
-    shaken = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
-    loud = _weighed(shaken, effect, robots.fmu, robots.robot).seen.motors.deviation
-    slow = SlowPart.of(one.seen.time)
+    shaken = replace(
+        one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
+    )
+    loud = _weighed(shaken, effect, robots.fmu, robots.robot).measured.motors.deviation
+    slow = SlowPart.of(one.measured.time)
     expected = np.std(slow(ripple[:, None])) / np.sqrt(slow.of_noise)
     assert loud[7] == pytest.approx(expected, rel=0.2)
     np.testing.assert_allclose(np.delete(loud, 7), np.delete(quiet, 7), rtol=1e-9)
@@ -161,10 +163,12 @@ def test_torques_that_no_motor_has_are_refused(robots, factor, says):
     """Of another sign, in kN m, at a motor before a gear of 180; those of the model are not."""
     one = recorded(robots, robots.factors(friction=1.5), every=3)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    assert _weighed(one, effect, robots.fmu, robots.robot).seen.motors.remarks == ()
-    values = one.seen.motors.values.copy()
+    assert _weighed(one, effect, robots.fmu, robots.robot).measured.motors.remarks == ()
+    values = one.measured.motors.values.copy()
     values[:, COLUMNS.index(("motor_torque", 1))] *= factor
-    other = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
+    other = replace(
+        one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
+    )
     with pytest.raises(LearnError, match=f"joint 2: .*got {factor:.2g}.* times .*{says}"):
         _weighed(other, effect, robots.fmu, robots.robot)
 
@@ -173,16 +177,16 @@ def test_angles_that_are_not_those_of_their_motor_are_refused(robots):
     """In degrees, or of the joint beside; with another zero, as a controller has it, they are read."""
     one = recorded(robots, robots.none, every=3)
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
-    values = one.seen.motors.values
+    values = one.measured.motors.values
 
     def weighed(column: np.ndarray) -> MeasuredPath:
         other = values.copy()
         other[:, 1] = column
-        motors = replace(one.seen.motors, values=other)
-        seen = replace(one.seen, motors=motors)
-        return _weighed(replace(one, seen=seen), effect, robots.fmu, robots.robot)
+        motors = replace(one.measured.motors, values=other)
+        seen = replace(one.measured, motors=motors)
+        return _weighed(replace(one, measured=seen), effect, robots.fmu, robots.robot)
 
-    assert weighed(values[:, 1] + 1.0).seen.motors.deviation[1] < 2.0 * ANGLE_NOISE
+    assert weighed(values[:, 1] + 1.0).measured.motors.deviation[1] < 2.0 * ANGLE_NOISE
     for column in (np.degrees(values[:, 1]), values[:, 0]):
         with pytest.raises(LearnError, match=r"motor\[2\]: .* rad off \(rms\): is it in degrees"):
             weighed(column)
@@ -240,6 +244,6 @@ def test_ideal_drives_know_no_motors(robots):
     class Source:
         robot, drive = robots.robot, "ideal"
 
-    assert _with_motors(one, Source).seen.motors is None
+    assert _with_motors(one, Source).measured.motors is None
     Source.drive = "servo"
-    assert _with_motors(one, Source).seen.motors.columns == COLUMNS
+    assert _with_motors(one, Source).measured.motors.columns == COLUMNS

@@ -47,7 +47,7 @@ def test_orientations_narrow_what_positions_hardly_tell(robots):
     seen = aligned(seen_of(robots, path), robots.taken(0.0 * truth), own_frame=False)
     found, errors, deviations = 0.0 * truth, [], []
     for own in (replace(seen, rotation=None), seen):
-        fitter = robots.fitter(replace(robots.measured(path.position[0]), seen=own))
+        fitter = robots.fitter(replace(robots.measured(path.position[0]), measured=own))
         fit = fitter.fit(found)
         assert fit.converged
         found = fit.z[: len(truth)]
@@ -69,7 +69,7 @@ def test_a_row_is_linear_in_frame_clock_and_probe(robots):
     truth = np.zeros(len(robots.parameters))
     path = robots.taken(truth)
     seen = aligned(seen_of(robots, path, every=20), path, own_frame=False)
-    one = replace(robots.measured(path.position[0]), seen=seen)
+    one = replace(robots.measured(path.position[0]), measured=seen)
     residual, own = Residual(one), 1e-4 * np.arange(10.0)
     simulated = one.simulated(robots.fmu, {})
     inner = np.flatnonzero((seen.time > 1.0) & (seen.time < 8.0))
@@ -85,7 +85,7 @@ def test_a_row_is_linear_in_frame_clock_and_probe(robots):
 def test_the_noise_of_orientations_is_found_and_sets_what_a_radian_counts(robots):
     path = robots.taken(np.zeros(len(robots.parameters)))
     seen = aligned(seen_of(robots, path), path, own_frame=False)
-    residual = Residual(replace(robots.measured(path.position[0]), seen=seen))
+    residual = Residual(replace(robots.measured(path.position[0]), measured=seen))
     moved, turned = residual.noise
     assert moved == pytest.approx(NOISE, rel=0.08)
     assert turned == pytest.approx(NOISE_TURN, rel=0.08)

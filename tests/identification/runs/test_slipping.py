@@ -62,8 +62,8 @@ def test_what_the_equations_say_of_hysteresis_and_friction_is_what_simulations_d
     one = own.measured(own.moved(own.none), every=3)
     effect = ParameterEffect(tight, "backlash", own.parameters, one)
     secant = SecantEffect((own.fmu,), one, effect, 0.02)
-    slow = SlowPart.of(one.seen.time, 1.0)
-    told, found = (slow(by(own.none, one.seen.time)[:, :3]) for by in (effect, secant))
+    slow = SlowPart.of(one.measured.time, 1.0)
+    told, found = (slow(by(own.none, one.measured.time)[:, :3]) for by in (effect, secant))
     apart: dict[str, list[float]] = {"hysteresis": [], "friction": []}
     for k, parameter in enumerate(own.parameters):
         left = np.sum((told[:, :, k] - found[:, :, k]) ** 2)

@@ -15,7 +15,7 @@ from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
 from coupling.results.study_result import StudySample
 from coupling.study.conduct import simulated
-from coupling.study.rows import SampleTable
+from coupling.study.sample_table import SampleTable
 
 
 def sample(number: int) -> StudySample:
@@ -105,7 +105,7 @@ def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
     assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command goes on"]
 
 
-def test_a_full_disk_is_a_sentence_and_loses_nothing(table, tmp_path):
+def test_a_full_disk_is_a_sentence_and_loses_nothing(table):
     """A limit on the file's size, in the middle of a line, stands for it."""
     size = table.stat().st_size
     before = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -67,16 +67,16 @@ def deviations(
     if figures.kind == "couple":
         return Section("", (found, *_of_tooth_passing(figures)))
     how = (
-        f"Before compensation the robot is {HOW[figures.before]}; after it, with the process on the path"
-        " that the tool really takes."
+        f"Before compensation the robot is {HOW[figures.before]}; after it, with the process on the"
+        " tool's actual path."
     )
     return Section("", (how, found, _SHARES, *_of_tooth_passing(figures)))
 
 
 _SHARES = Note(
     "Gravity alone after compensation is where the corrected command leads the tool without the process,"
-    " which then moves it by the process's share. Shares do not add up: they point to different sides."
-    " Less a constant is what is left where the part or the path is shifted by the mean deviation."
+    " which then moves it by the process's share. Shares do not add up, as their directions differ."
+    " Less a constant: the rest once the part or the path is shifted by the mean deviation."
 )
 
 
@@ -136,7 +136,7 @@ def plant(figures: RunResult) -> list[Section]:
     text += (
         "Its wrench is that on the model, times the factor of the force."
         if found.coupling is None
-        else f"The process was evaluated on the path that the plant takes: {found.coupling.reason}."
+        else f"The process was evaluated on the plant's path: {found.coupling.reason}."
     )
     warning = [f"Warning: {found.remark}."] if found.remark else []
     model, mode = figures.shares_m.dynamic_after, "dynamic"
@@ -162,7 +162,7 @@ def passages(figures: RunResult) -> list[Section]:
     much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
     text = (
         f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
-        f" through it as the model says, a wrong backlash would show there{much}."
+        f" through it according to the model; a wrong backlash would show there{much}."
     )
     columns = ("gear", "times in its backlash", "to the other flank", "time in it [s]")
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]
@@ -221,7 +221,7 @@ def motors(figures: RunResult) -> list[Section]:
         *("motor", "torque [N m]", "limit", "used", "at t = [s]", "reversals"),
         "friction sticks [% of the time]",
     )
-    return [Section("What the command asks of the motors", (_MOTORS, Table(columns, rows)))]
+    return [Section("Demands on the motors", (_MOTORS, Table(columns, rows)))]
 
 
 def motor_limit(demand: float, limit: float | None) -> tuple[str, str]:

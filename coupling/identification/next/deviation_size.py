@@ -9,7 +9,7 @@ from coupling.path.deviation import less_constant, root_mean_square
 from coupling.results.next_result import DeviationSize
 
 # No mode that a robot of this size is moved in is faster [Hz].
-_SEEN = 15.0
+_SIGNAL = 15.0
 # Above it there is noise alone, but where there is more than so many standard deviations of it and this
 # rms [m], up to this frequency [Hz]: gears that strike.
 _CHANCE, _HARDLY, _FASTEST = 4.0, 2e-6, 60.0
@@ -17,14 +17,14 @@ _CHANCE, _HARDLY, _FASTEST = 4.0, 2e-6, 60.0
 _NOISE_OFF = 0.015
 
 
-def seen_below(time: np.ndarray) -> Smoother:
+def signal_filter(time: np.ndarray) -> Smoother:
     """Return the low-pass above which a measurement is taken to have noise alone.
 
     Args:
         time: Times of its samples [s], (n,).
     """
     rate = (len(time) - 1) / float(np.ptp(time))
-    return Smoother(time, min(_SEEN, 0.25 * rate))
+    return Smoother(time, min(_SIGNAL, 0.25 * rate))
 
 
 def deviation_size(time: np.ndarray, off: np.ndarray, noise: float) -> DeviationSize:
@@ -35,7 +35,7 @@ def deviation_size(time: np.ndarray, off: np.ndarray, noise: float) -> Deviation
         off: Deviations [m], (n, 3).
         noise: Standard deviation of a coordinate's noise [m].
     """
-    low = seen_below(time)
+    low = signal_filter(time)
     slow = low.at_samples(low(off))
     of_noise = 3.0 * noise**2 * low.of_noise
     doubt = of_noise * _share_off(low.cutoff * np.ptp(time))

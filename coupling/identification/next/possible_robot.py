@@ -109,7 +109,7 @@ def _scales(
     another time they change them by more: the covariance, a matter of small changes, does not know that.
     """
     every = range(len(history.runs))
-    samples = sum(len(history.runs[number].seen.time) for number in every)
+    samples = sum(len(history.runs[number].measured.time) for number in every)
     squares = sum(history.runs[number].noise ** 2 for number in every) / len(every)
     most = _LIKELY * left.effective * left.over * squares / samples
     found = []
@@ -127,7 +127,7 @@ def _change(history: History, x: np.ndarray, other: np.ndarray) -> float:
     squares, count = 0.0, 0
     for number, run in enumerate(history.runs):
         place, moved = (
-            history.simulated(number, own).position(run.seen.time) for own in (x, other)
+            history.simulated(number, own).position(run.measured.time) for own in (x, other)
         )
         arm = place - place.mean(axis=0)
         turned = np.cross(np.eye(3)[:, None], arm[None]).transpose(1, 2, 0).reshape(-1, 3)

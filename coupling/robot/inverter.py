@@ -78,7 +78,7 @@ class Inverter:
 
         still = np.zeros((watched.count, coordinates))
 
-        def seen(motors: UniformSpline) -> RobotResponse:
+        def response_to(motors: UniformSpline) -> RobotResponse:
             try:
                 joints = joint_path(as_commanded(motors))
             except PlanningError:
@@ -93,7 +93,7 @@ class Inverter:
             moving.model, moving.curve, found.links.theta, found.wrench, moving.elements
         )
         view = Observation(motion, limits, watched)
-        command = as_commanded(Polish(view, seen, goal, self.simulations).run(found.command))
+        command = as_commanded(Polish(view, response_to, goal, self.simulations).run(found.command))
         joints = self.moving.model.gear_joint
         changes = [
             BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
@@ -104,7 +104,7 @@ class Inverter:
     def _as_commanded(
         self, found: InverseSolution, limits: JointLimits, rest: tuple[bool, bool]
     ) -> Callable[[UniformSpline], UniformSpline]:
-        """Return the function from the motors' motion to what their drives must be told for it."""
+        """Return the function from the motors' motion to the command of their drives."""
         if self.drive == IDEAL:
             return lambda motors: motors
         return RobotServos(self.moving, found, limits, rest).command

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.identification.next.command import _worth_learning
-from coupling.identification.next.possible import PossibleRobot, _change, _scales
+from coupling.identification.next.possible_robot import PossibleRobot, _change, _scales
 from coupling.identification.runs.residual import UnexplainedPart
 
 TIME = np.linspace(0.0, 10.0, 2001)  # [s]
@@ -18,7 +18,7 @@ NOISE = 2e-5  # [m]
 class Line:
     """A run whose tool a parameter moves by a wave, and another one as a whole."""
 
-    runs = (SimpleNamespace(seen=SimpleNamespace(time=TIME), noise=NOISE),)
+    runs = (SimpleNamespace(measured=SimpleNamespace(time=TIME), noise=NOISE),)
 
     def simulated(self, number: int, x: np.ndarray) -> SimpleNamespace:
         def position(time: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
+from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
 from coupling.report.style import (
     FLOOR_UM,
@@ -20,7 +21,6 @@ from coupling.report.style import (
     shown_distance,
     style,
 )
-from coupling.report.tables import mode_names
 from coupling.results.run_result import ReversalResult
 from coupling.run.stored_run import StoredRobot
 

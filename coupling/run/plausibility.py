@@ -143,8 +143,8 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     found = [
         text for place, key, value in _values(case, wrench) if (text := remark(place, key, value))
     ]
-    told_so = case.resolved["process"].get("stiffness_N_m") == 0.0
-    if wrench is not None and wrench.peak_force == 0.0 and not told_so:
+    stated = case.resolved["process"].get("stiffness_N_m") == 0.0
+    if wrench is not None and wrench.peak_force == 0.0 and not stated:
         found.append(
             "the process pushes with 0 N everywhere: expected a force somewhere along the path: look"
             " whether the path goes into the part, and at its frame and units"
