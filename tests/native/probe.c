@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "chain.h"
-#include "zip.h"
+#include "table_file.h"
 #include "interface.h"
 #include "model.h"
 #include "lines.h"

@@ -5,9 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "step.h"
-#include "transmission.h"
-
 /* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
 

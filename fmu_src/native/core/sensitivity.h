@@ -7,7 +7,7 @@
 #define ER_SENSITIVITY_H
 
 #include "step.h"
-#include "transmission.h"
+#include "gear_parts.h"
 
 /* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
  * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,

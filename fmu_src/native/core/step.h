@@ -12,12 +12,12 @@
 #include <stddef.h>
 
 #include "chain.h"
-#include "contact_motion.h"
+#include "load.h"
 #include "kernel.h"
 #include "trajectory.h"
 #include "gear.h"
 #include "motors.h"
-#include "gauss.h"
+#include "kernel.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
  * it, so that a restored state continues with the same matrices without saving them. */
@@ -207,7 +207,7 @@ void er_motors_wind_up(const er_run *r, er_step *step);
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
 
-/* The servos in a step (servo.c).
+/* The servos in a step (motor_step.c).
  *
  * Has those that have a torque limit obey the law of where they stand, which inputs may have moved; whether one
  * obeys another than before. */
@@ -239,7 +239,7 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
  * acceleration. */
 double er_motors_defect(const er_run *r, double *defect);
 
-/* Steps (landing.c).
+/* Steps (laws.c).
  *
  * Stage accelerations to start from: the last step's polynomial, continued, or those of a part of a step that was tried. */
 void er_guess(const er_run *r, const er_state *state, double h, er_step *step);

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "../io/file.h"
-#include "exchange.h"
 
 /* All that an instance remembers: one flat block. */
 typedef struct {

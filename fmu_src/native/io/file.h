@@ -1,4 +1,9 @@
-/* Files: where they are, their content, whether their names are texts, and a hash of bytes. */
+/* Sentences that say what is wrong; files: where they are, their content, whether their names are texts, and a
+ * hash of bytes.
+ *
+ * A function that can fail returns false and leaves one sentence in the er_failure it was given: where, what was
+ * expected and what was got.
+ */
 #ifndef ER_FILE_H
 #define ER_FILE_H
 
@@ -6,7 +11,35 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "failure.h"
+#define ER_FAILURE_TEXT 1600
+
+typedef struct {
+    bool may_retry; /* another value, step or state may do */
+    char text[ER_FAILURE_TEXT];
+} er_failure;
+
+/* Writes the sentence (as printf does, cut to the buffer) and returns false. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+bool er_fail(er_failure *failure, const char *format, ...);
+
+/* Marks a failure that leaves all as it was as one that another value, step or state may avoid; false. */
+static inline bool er_let_retry(er_failure *failure)
+{
+    failure->may_retry = true;
+    return false;
+}
+
+#define ER_ESCAPED_TEXT (2 * ER_FAILURE_TEXT)
+
+/* The text with some characters doubled, cut to the buffer. */
+void er_escape(const char *text, const char *doubled, char escaped[ER_ESCAPED_TEXT]);
+
+#define ER_NUMBER_TEXT 32
+
+/* A number as Python shows it: 1.0, -1e-09, nan. */
+const char *er_shown(double value, char text[ER_NUMBER_TEXT]);
 
 /* A larger file is refused [bytes]. */
 #define ER_MOST_BYTES (UINT64_C(1) << 30)

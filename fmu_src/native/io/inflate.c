@@ -1,5 +1,5 @@
 /* Decompression of deflate's format (RFC 1951). */
-#include "zip.h"
+#include "table_file.h"
 
 #include <string.h>
 

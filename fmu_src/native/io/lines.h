@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "failure.h"
+#include "file.h"
 
 /* Reads a decimal number (no hexadecimal one, no nan, no inf) at *cursor and moves it behind.
  * Correctly rounded.  Returns false, with *cursor as it was, where there is none. */

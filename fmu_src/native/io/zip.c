@@ -1,5 +1,5 @@
 /* Where a zip archive's members are, and whether they are as the archive says. */
-#include "zip.h"
+#include "table_file.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,3 +1,9 @@
+/* What a joint has beside its gear's torque curve: stop elements, a kinematic error, a balancer. */
+#ifndef ER_GEAR_PARTS_H
+#define ER_GEAR_PARTS_H
+
+#include "robot_data.h"
+
 /* Hysteresis of gears and friction of motors: stop elements, springs that slip (Maxwell slip).
  *
  * An element's elongation s follows its coordinate, s = clip(s + dx, +-a), and its torque is F share s / a,
@@ -5,10 +11,6 @@
  * constant: it slips from |s| = a on until the coordinate's rate reverses.  elastic_robot/hysteresis.py is
  * the same in Python.
  */
-#ifndef ER_HYSTERESIS_H
-#define ER_HYSTERESIS_H
-
-#include "robot_data.h"
 
 /* The elements' state. */
 typedef struct {
@@ -68,5 +70,59 @@ double er_rest_torque(const er_robot *robot, const double *slip_torque, const er
 
 /* The elements at rest there. */
 void er_stops_rest(const er_robot *robot, const er_history *history, const double *x, er_stops *stops);
+
+/* Kinematic error of gears: the chain is not driven by a drive's angle q, but by u = q + eps(q),
+ *
+ *     u' = (1 + eps') q',    u'' = (1 + eps') q'' + eps'' q'^2.
+ *
+ * A motor that moves by itself feels (1 + eps') times its gear's torque.  The mapping is made where drives become
+ * angles of the chain; robots without an error are not asked. */
+
+/* eps and its derivatives by the angle of a drive. */
+typedef struct {
+    double value, slope, bend, twist; /* [rad], 1, [1/rad], [1/rad^2] */
+} er_gear_error;
+
+static inline bool er_has_gear_error(const er_robot *robot, int joint)
+{
+    return robot->first_error[joint] < robot->first_error[joint + 1];
+}
+
+/* The sum of a joint's sines at an angle of its drive [rad]. */
+er_gear_error er_gear_error_sum(const er_robot *robot, int joint, double angle);
+
+/* That, or zeros without an error: asked for in every pass of Newton's method. */
+static inline er_gear_error er_gear_error_at(const er_robot *robot, int joint, double angle)
+{
+    if (!er_has_gear_error(robot, joint))
+        return (er_gear_error){0.0, 0.0, 0.0, 0.0};
+    return er_gear_error_sum(robot, joint, angle);
+}
+
+/* What changes of u, u', u'' follow from: eps at a drive's q, with its q' and q''. */
+typedef struct {
+    er_gear_error error;
+    double rate, acceleration; /* [rad/s, rad/s^2] */
+} er_transmission;
+
+er_transmission er_transmission_at(const er_robot *robot, int joint, double q, double qd, double qdd);
+
+/* u, u', u'' of a drive's motion; and changes of that along changes of q, q', q''. */
+void er_transmit(const er_robot *robot, int joint, double *q, double *qd, double *qdd);
+void er_transmit_along(const er_transmission *at, double *q, double *qd, double *qdd);
+
+/* Balancers: torques on links over the angles of their joints, cubics between points, straight beyond them. */
+
+/* Torque of a balancer at an angle of its joint, and its derivatives by that. */
+typedef struct {
+    double torque, slope, bend; /* [N m, N m/rad, N m/rad^2] */
+} er_balance;
+
+er_balance er_balance_at(const er_balancer *balancer, double angle);
+
+/* Adds the torques of a robot at rest to those that its gears must carry [N m], and their slopes to the gradient of
+ * these [N m/rad], m x m by rows; q of the chain, x may be NULL. */
+void er_balance_torque(const er_robot *robot, const double *q, const double *x, double *torque);
+void er_balance_gradient(const er_robot *robot, const double *q, const double *x, double *gradient);
 
 #endif
