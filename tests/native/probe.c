@@ -7,7 +7,7 @@
 #include "table_file.h"
 #include "interface.h"
 #include "model.h"
-#include "lines.h"
+#include "file.h"
 
 static er_failure failure;
 

@@ -42,7 +42,8 @@ static void find_normal(const er_contact *contact, double normal[3])
         normal[c] = contact->normal[c] / length;
 }
 
-void er_contact_offset(const er_contact *contact, double offset[3])
+/* From the TCP to the lowest point of the sphere [m]. */
+static void find_offset(const er_contact *contact, double offset[3])
 {
     find_normal(contact, offset);
     for (int c = 0; c < 3; c++)
@@ -174,7 +175,7 @@ void er_contact_move(const er_robot *robot, const er_load *load, double elapsed,
     er_placement place;
     er_place(robot, theta, &place);
     er_anchor_gap(&load->anchor, elapsed, place.tool_position, motion->gap);
-    er_contact_offset(&load->contact, motion->offset);
+    find_offset(&load->contact, motion->offset);
     find_levers(&place, robot, rate, motion);
     motion->touch = er_contact_touch(&load->contact, motion->gap);
     for (int c = 0; c < 3; c++) {

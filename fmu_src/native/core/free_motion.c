@@ -140,8 +140,6 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
 }
 
-/* The motors' equation solved for their accelerations. */
-
 /* Elongation of a motor's friction over its slip angle. */
 static double part_of(const er_model *model, int d)
 {

@@ -1,4 +1,4 @@
-#include "gear_parts.h"
+#include "gear.h"
 
 #include <math.h>
 #include <stddef.h>

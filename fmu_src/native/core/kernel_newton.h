@@ -161,9 +161,7 @@ static double ER_NAME(filter)(int n, const er_factor *inverse, const double *def
     return sqrt(square[0] + square[ER_PAIRS]);
 }
 
-/* Compilers make vectors of the motors' loops over lanes. */
-
-/* Adds sum_j columns_j values_j. */
+/* Adds sum_j columns_j values_j.  Compilers make vectors of the loops over lanes, here and in the motors'. */
 ER_INLINE void add_mixed(const er_lanes *columns, const double *values, double *lanes)
 {
     for (int j = 0; j < ER_LANES; j++)

@@ -7,7 +7,6 @@
 #define ER_LOAD_H
 
 #include "chain.h"
-#include "linear.h"
 
 typedef struct {
     double position[3];             /* a at the beginning [m] */
@@ -70,9 +69,6 @@ static inline bool er_contact_holds(const er_contact *contact)
 
 /* Refuses a normal without a direction. */
 bool er_contact_require(const er_contact *contact, er_failure *failure);
-
-/* From the TCP to the lowest point of the sphere [m]. */
-void er_contact_offset(const er_contact *contact, double offset[3]);
 
 /* How a sphere stands that is at rest relative to the plane; `gap` leads from the TCP to the anchor [m]. */
 er_touch er_contact_touch(const er_contact *contact, const double gap[3]);

@@ -5,7 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-void er_motors_begin(const er_run *r, const er_state *state)
+/* Where x and x' of a state are counted from the commands, as the chain moves: w->motors.x and .v. */
+static void begin_motors(const er_run *r, const er_state *state)
 {
     const er_robot *robot = r->system->robot;
     er_motor_work *work = &r->work->motors;
@@ -32,46 +33,11 @@ void er_motors_begin(const er_run *r, const er_state *state)
     }
 }
 
-void er_motors_end(const er_run *r, const er_state *state, er_step *step)
-{
-    const er_workspace *w = r->work;
-    er_motor_work *work = &r->work->motors;
-    double h = step->length;
-    r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
-                                  (const er_lanes *)step->motor_acceleration, work);
-    if (r->system->robot->errors > 0)
-        memcpy(work->stage_error, work->error, sizeof work->stage_error);
-    memcpy(step->motors.p, work->p, sizeof step->motors.p);
-    memcpy(step->motors.pv, work->pv, sizeof step->motors.pv);
-    r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
-    for (int d = 0; d < r->motors; d++) {
-        const er_motor *motor = &r->system->robot->motor[d];
-        double wanted;
-        step->motors.pa[d] = 0.0;
-        for (int j = 0; j < ER_STAGES; j++)
-            step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
-        step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
-        step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
-        step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
-        work->end_error[d] =
-            er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
-        step->motors.integral[d] = work->start_integral[d];
-        wanted = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
-                                 step->motors.rate[d] - step->motors.pv[d]);
-        if (r->system->drive == ER_SERVO)
-            er_servo_end(r, state, step, d, wanted);
-        work->stage_p[d][0] = step->motors.p[d];
-        work->stage_pv[d][0] = step->motors.pv[d];
-        work->wanted[d][0] = wanted;
-        work->integral[d][0] = step->motors.integral[d];
-    }
-}
-
 er_start er_chain_start(const er_run *r, const er_state *state)
 {
     if (r->motors == 0)
         return (er_start){state->x, state->v};
-    er_motors_begin(r, state);
+    begin_motors(r, state);
     return (er_start){r->work->motors.x, r->work->motors.v};
 }
 
@@ -294,7 +260,7 @@ bool er_servos_settle(const er_run *r, er_state *state)
         if (!is_limited(r, d))
             continue;
         if (!begun)
-            er_motors_begin(r, state);
+            begin_motors(r, state);
         begun = true;
         now = find_moment(r, state, d);
         if (!holds(r, d, law, &now))
@@ -309,12 +275,13 @@ void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossin
 {
     int d = crossing->coordinate - r->m;
     moment now;
-    er_motors_begin(r, state);
+    begin_motors(r, state);
     now = find_moment(r, state, d);
     obey(r, state, d, crossing->at == ER_AT_LIMIT ? find_law(r, d, &now) : crossing->law, &now);
 }
 
-void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d, double wanted)
+/* z at the end of a step, where w is known, and the course of a servo that has a torque limit. */
+static void end_servo(const er_run *r, const er_state *state, er_step *step, int d, double wanted)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const er_nodes *nodes = &r->work->stages;
@@ -342,4 +309,39 @@ void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d, 
     course->wanted[ER_DEGREE] = wanted;
     course->turning[ER_DEGREE] = find_turning(motor, end->pv[d], end->pa[d], end->acceleration[d] - end->pa[d]);
     course->asked[ER_DEGREE] = er_servo_asked(motor, wanted, end->integral[d]);
+}
+
+void er_motors_end(const er_run *r, const er_state *state, er_step *step)
+{
+    const er_workspace *w = r->work;
+    er_motor_work *work = &r->work->motors;
+    double h = step->length;
+    r->means->kernel.motor_stages(r->system->robot, r->motors, h, &w->stages,
+                                  (const er_lanes *)step->motor_acceleration, work);
+    if (r->system->robot->errors > 0)
+        memcpy(work->stage_error, work->error, sizeof work->stage_error);
+    memcpy(step->motors.p, work->p, sizeof step->motors.p);
+    memcpy(step->motors.pv, work->pv, sizeof step->motors.pv);
+    r->means->kernel.finish(r->motors, h, (const er_lanes *)step->motor_acceleration, step->motors.p, step->motors.pv);
+    for (int d = 0; d < r->motors; d++) {
+        const er_motor *motor = &r->system->robot->motor[d];
+        double wanted;
+        step->motors.pa[d] = 0.0;
+        for (int j = 0; j < ER_STAGES; j++)
+            step->motors.pa[d] += er_gauss_end_acceleration[j] * step->motor_acceleration[d][j];
+        step->motors.angle[d] = w->end.q[motor->joint][0] + step->motors.p[d];
+        step->motors.rate[d] = w->end.qd[motor->joint][0] + step->motors.pv[d];
+        step->motors.acceleration[d] = w->end.qdd[motor->joint][0] + step->motors.pa[d];
+        work->end_error[d] =
+            er_gear_error_at(r->system->robot, motor->joint, step->motors.angle[d]).value;
+        step->motors.integral[d] = work->start_integral[d];
+        wanted = er_servo_wanted(motor, step->motors.p[d], step->motors.pv[d],
+                                 step->motors.rate[d] - step->motors.pv[d]);
+        if (r->system->drive == ER_SERVO)
+            end_servo(r, state, step, d, wanted);
+        work->stage_p[d][0] = step->motors.p[d];
+        work->stage_pv[d][0] = step->motors.pv[d];
+        work->wanted[d][0] = wanted;
+        work->integral[d][0] = step->motors.integral[d];
+    }
 }

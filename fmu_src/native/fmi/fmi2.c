@@ -269,8 +269,6 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
     return known(c, false, value);
 }
 
-/* Model exchange. */
-
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     return er_status(er_component_enter_event(c, ER_CALL_EVENT_MODE));

@@ -81,7 +81,6 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 }
 
 /* What this FMU does not have: each is refused with a sentence. */
-
 #if defined __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* nothing here looks at what is asked */
 #endif

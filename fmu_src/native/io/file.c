@@ -217,3 +217,29 @@ bool er_is_utf8(const char *text)
     }
     return true;
 }
+
+/* Sixteen bytes at a time: table k tells what a byte does k bytes further on. */
+uint32_t er_checksum(const unsigned char *bytes, size_t size)
+{
+    enum { SPAN = 16 };
+    uint32_t table[SPAN][256], value = UINT32_C(0xffffffff);
+    for (uint32_t k = 0; k < 256; k++) {
+        table[0][k] = k;
+        for (int bit = 0; bit < 8; bit++)
+            table[0][k] = table[0][k] >> 1 ^ (table[0][k] & 1 ? UINT32_C(0xedb88320) : 0);
+    }
+    for (int s = 1; s < SPAN; s++)
+        for (int k = 0; k < 256; k++)
+            table[s][k] = table[s - 1][k] >> 8 ^ table[0][table[s - 1][k] & 255];
+    for (; size >= SPAN; size -= SPAN, bytes += SPAN) {
+        uint32_t next = 0;
+        for (int k = 0; k < 4; k++)
+            next ^= table[SPAN - 1 - k][bytes[k] ^ (value >> 8 * k & 255)];
+        for (int k = 4; k < SPAN; k++)
+            next ^= table[SPAN - 1 - k][bytes[k]];
+        value = next;
+    }
+    for (; size > 0; size--)
+        value = value >> 8 ^ table[0][(value ^ *bytes++) & 255];
+    return ~value;
+}

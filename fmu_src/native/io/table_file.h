@@ -55,10 +55,6 @@ const unsigned char *er_zip_member(const unsigned char *archive, size_t size, co
                                    size_t *content_size, unsigned char **unpacked,
                                    er_failure *failure);
 
-/* Decompresses deflate's format (RFC 1951): fills `out`, whose size must be that of the decompressed data;
- * false if the data are broken or do not end where `in` does. */
-bool er_inflate(const unsigned char *in, size_t in_size, unsigned char *out, size_t out_size);
-
 /* An unsigned number of some bytes, the least significant first. */
 static inline uint64_t er_little(const unsigned char *at, int bytes)
 {
