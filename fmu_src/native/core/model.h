@@ -51,6 +51,7 @@ typedef struct {
     er_state state;   /* the last, of which few robots have all */
 } er_memory;
 
+/* Copies what a robot makes use of; a path has nothing behind its end. */
 void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from);
 
 /* A posture of the elastic or the rigid robot, kept for the next that asks. */

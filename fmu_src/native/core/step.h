@@ -38,11 +38,11 @@ typedef struct {
     double step;                         /* length proposed for the next step [s] */
     double predictor_step;               /* length of the last step [s]; 0: there was none */
     double rate;                         /* at which Newton's method converged lately; 1: not known */
-    er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
     int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
-    er_stops stops;                      /* of hysteresis and friction; these last, as few robots have any */
+    er_lanes predictor[ER_MAX_ANGLES];   /* stage accelerations of the last step [rad/s^2]; few robots have all, */
+    er_stops stops;                      /* or any hysteresis or friction: copies end there (er_state_size) */
     er_motors motors;
 } er_state;
 
