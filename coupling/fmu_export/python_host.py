@@ -23,7 +23,7 @@ from coupling.fmu_export.compiler import (
 from coupling.fmu_export.native_standards import STANDARDS
 
 HOST_SOURCES = FMU_SOURCES / "python_host"
-_INNER = "_pythonfmu"  # as library.h has it
+_INNER = "_pythonfmu"  # as component.h has it
 _SYSTEMS = {".so": "library_linux.c", ".dll": "library_windows.c"}
 _LICENSE = "documentation/licenses/fmi-headers.txt"
 
@@ -71,8 +71,7 @@ def host_library(platform: Platform) -> Path:
     """
     system = _SYSTEMS[platform.suffix]
     sources = [f for f in sorted(HOST_SOURCES.glob("*.c")) if f.name not in _SYSTEMS.values()]
-    shared = (SOURCES / "io" / name for name in ("file.c", "failure.c"))
-    sources += [HOST_SOURCES / system, *shared]
+    sources += [HOST_SOURCES / system, SOURCES / "io" / "file.c"]
     return compile_library(platform, sources, libraries=("dl", "pthread"))
 
 

@@ -1,10 +1,50 @@
-/* An instance: PythonFMU's, and what its host is told. */
+/* An instance, PythonFMU's, and what its host is told; and that library, with Python, in this process. */
 #ifndef ER_COMPONENT_H
 #define ER_COMPONENT_H
 
 #include <stdbool.h>
 
-#include "inner.h"
+#include "../native/io/file.h"
+#include "../native/fmi/fmi2Functions.h"
+
+/* PythonFMU's functions of FMI 2.0 for co-simulation. */
+#define ER_EACH_FUNCTION(DO)                                                                        \
+    DO(fmi2SetDebugLogging)                                                                         \
+    DO(fmi2Instantiate)                                                                             \
+    DO(fmi2FreeInstance)                                                                            \
+    DO(fmi2SetupExperiment)                                                                         \
+    DO(fmi2EnterInitializationMode)                                                                 \
+    DO(fmi2ExitInitializationMode)                                                                  \
+    DO(fmi2Terminate)                                                                               \
+    DO(fmi2Reset)                                                                                   \
+    DO(fmi2GetReal)                                                                                 \
+    DO(fmi2GetInteger)                                                                              \
+    DO(fmi2GetBoolean)                                                                              \
+    DO(fmi2GetString)                                                                               \
+    DO(fmi2SetReal)                                                                                 \
+    DO(fmi2SetInteger)                                                                              \
+    DO(fmi2SetBoolean)                                                                              \
+    DO(fmi2SetString)                                                                               \
+    DO(fmi2GetFMUstate)                                                                             \
+    DO(fmi2SetFMUstate)                                                                             \
+    DO(fmi2FreeFMUstate)                                                                            \
+    DO(fmi2SerializedFMUstateSize)                                                                  \
+    DO(fmi2SerializeFMUstate)                                                                       \
+    DO(fmi2DeSerializeFMUstate)                                                                     \
+    DO(fmi2GetDirectionalDerivative)                                                                \
+    DO(fmi2GetRealOutputDerivatives)                                                                \
+    DO(fmi2DoStep)                                                                                  \
+    DO(fmi2CancelStep)                                                                              \
+    DO(fmi2GetStatus)                                                                               \
+    DO(fmi2GetRealStatus)                                                                           \
+    DO(fmi2GetIntegerStatus)                                                                        \
+    DO(fmi2GetBooleanStatus)                                                                        \
+    DO(fmi2GetStringStatus)
+
+#define ER_DECLARE(name) name##TYPE *name;
+typedef struct {
+    ER_EACH_FUNCTION(ER_DECLARE)
+} er_inner;
 
 typedef struct {
     const er_inner *functions;
@@ -19,11 +59,6 @@ typedef struct {
     er_failure cause; /* of the last exception, as PythonFMU words it */
     char name[];
 } er_component;
-
-/* An instance without PythonFMU's; NULL if memory is short. */
-er_component *er_component_create(fmi2String name, const fmi2CallbackFunctions *functions);
-
-void er_component_free(er_component *c);
 
 /* Gives the host's log a sentence, where it is on. */
 void er_component_tell(const er_component *c, fmi2Status status, const char *text);
@@ -54,5 +89,28 @@ fmi2Status er_component_end(er_component *c, fmi2Status status);
     er_component *c = instance;                                                                     \
     return er_component_begin(c) ? er_component_end(c, c->functions->function(c->inner))            \
                                  : er_component_none(c)
+
+/* Python and PythonFMU's library (library_linux.c, library_windows.c): found, loaded, never unloaded.
+ *
+ * The variable that names the Python program, and what stands between name and suffix of PythonFMU's
+ * library, which lies beside this one. */
+#define ER_PYTHON_VARIABLE "ELASTIC_ROBOT_PYTHON"
+#define ER_INNER_SUFFIX "_pythonfmu"
+
+/* Makes Python's functions known in this process.  `program` is set to the Python program that they were
+ * found by, or to NULL if they were there before. */
+bool er_require_python(const char **program, er_failure *failure);
+
+/* A function of Python, NULL if there is none of this name. */
+void *er_python_function(const char *name);
+
+/* Loads PythonFMU's library; NULL if it does not load.  Needs Python to be there. */
+void *er_load_inner(er_failure *failure);
+
+/* A function of a library, NULL if there is none of this name. */
+void *er_function(void *library, const char *name);
+
+/* Does the work at the first call; later calls, also from other threads, wait until it is done. */
+void er_once(void (*work)(void));
 
 #endif

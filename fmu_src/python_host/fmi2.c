@@ -1,19 +1,14 @@
 /* The functions of FMI 2.0 for co-simulation, passed on to PythonFMU's library.
  *
  * Different from there: an exception in Python is fmi2Error, as the instance can go on; what PythonFMU would
- * not survive is refused with a sentence.  Saved states: fmi2_states.c.
+ * not survive is refused with a sentence.
  */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "component.h"
 #include "../native/fmi/log_categories.h"
 #include "../native/io/file.h"
-
-/* Among the resources: the name of the slave's module, and the FMU's GUID. */
-#define SLAVE_FILE "slavemodule.txt"
-#define GUID_FILE "guid.txt"
 
 /* elastic_robot/fmi/inputs.py has the same: beyond it are the derivatives of inputs, and at it, to be read, the
  * end of the last step. */
@@ -28,93 +23,6 @@ const char *fmi2GetTypesPlatform(void)
 const char *fmi2GetVersion(void)
 {
     return fmi2Version;
-}
-
-/* Whether a file among the resources has this text, or any text if it is NULL. */
-static bool has(const char *location, const char *name, const char *text)
-{
-    char line[100] = "", *path = er_path_from_uri(location, name);
-    FILE *file = path != NULL ? fopen(path, "r") : NULL;
-    bool read = file != NULL && fgets(line, sizeof line, file) != NULL;
-    if (file != NULL)
-        fclose(file);
-    free(path);
-    line[strcspn(line, "\r\n")] = '\0';
-    return read && (text == NULL || strcmp(line, text) == 0);
-}
-
-static bool is_asked_rightly(const char *name, fmi2Type type, const char *guid,
-                             const char *location, er_failure *failure)
-{
-    if (!er_is_utf8(name))
-        return er_fail(failure, "instance name: expected UTF-8, got other bytes");
-    if (type != fmi2CoSimulation)
-        return er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
-    if (!has(location, SLAVE_FILE, NULL))
-        return er_fail(failure, "resources: expected the file: URI of a folder with " SLAVE_FILE
-                       ", got '%.700s'", location != NULL ? location : "");
-    if (strstr(location, "%2520") != NULL) /* PythonFMU decodes once more */
-        return er_fail(failure, "resources: expected a folder without %%20 in its name, got '%.700s'",
-                       location);
-    if (guid == NULL || !has(location, GUID_FILE, guid))
-        return er_fail(failure, "GUID: expected that of modelDescription.xml, got '%.100s'",
-                       guid != NULL ? guid : "");
-    return true;
-}
-
-/* Says why there is no instance: to stderr, as the log may be off, and to the log. */
-static fmi2Component give_up(er_component *c, fmi2Status status)
-{
-    fprintf(stderr, "%s: %s\n", c->name, c->cause.text);
-    fflush(stderr);
-    er_component_tell(c, status, c->cause.text);
-    er_component_free(c);
-    return NULL;
-}
-
-fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
-                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
-                              fmi2Boolean logging)
-{
-    er_component *c = er_component_create(name, functions);
-    char *folder = NULL;
-    if (c == NULL)
-        return NULL;
-    c->log = ER_LOG_ALL; /* the reason of a failure is told in any case */
-    c->functions = er_inner_functions(&c->cause);
-    if (c->functions == NULL)
-        return give_up(c, fmi2Fatal);
-    if (is_asked_rightly(c->name, type, guid, location, &c->cause))
-        folder = er_path_from_uri(location, ""); /* PythonFMU takes a path as well */
-    if (folder != NULL && !er_is_utf8(folder)) {
-        free(folder);
-        folder = NULL;
-        er_fail(&c->cause, "resources: expected a folder whose name is UTF-8, got other bytes");
-    }
-    if (folder == NULL)
-        return give_up(c, fmi2Error);
-    folder[strlen(folder) - 1] = '\0';
-    /* With its log on, so that the reason of a failure is known, now and later. */
-    c->inner = c->functions->fmi2Instantiate(c->name, type, guid, folder, &c->relayed, visible,
-                                             fmi2True);
-    free(folder);
-    if (c->inner == NULL) {
-        er_component_tell(c, fmi2Error, c->cause.text); /* the slave has written it to stderr */
-        er_component_free(c);
-        return NULL;
-    }
-    c->log = logging != fmi2False ? ER_LOG_ALL : 0;
-    return c;
-}
-
-void fmi2FreeInstance(fmi2Component instance)
-{
-    er_component *c = instance;
-    if (c == NULL)
-        return;
-    if (!c->lost) /* else PythonFMU would free again what it freed then */
-        c->functions->fmi2FreeInstance(c->inner);
-    er_component_free(c);
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean logging, size_t count,
@@ -317,4 +225,119 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance,
                                         const fmi2Integer order[], fmi2Real values[])
 {
     ER_PASS_ON(instance, fmi2GetRealOutputDerivatives, references, count, order, values);
+}
+
+/* Saved states.  PythonFMU's are addresses of Python objects, which it takes as they come; and it leaves a
+ * freed one's address in place. */
+
+static bool lacks(const er_component *c, fmi2FMUstate state)
+{
+    if (state == NULL)
+        er_component_refuse(c, "state: expected one that this FMU has saved, got none");
+    return state == NULL;
+}
+
+/* Frees the state that was in the host's place and puts the new one there. */
+static fmi2Status replace(er_component *c, fmi2Status status, fmi2FMUstate made, fmi2FMUstate *place)
+{
+    if (status == fmi2OK) {
+        if (*place != NULL)
+            c->functions->fmi2FreeFMUstate(c->inner, place);
+        *place = made;
+    }
+    return er_component_end(c, status);
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2FMUstate made = NULL;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (!er_component_given(c, 1, state, state))
+        return fmi2Error;
+    status = c->functions->fmi2GetFMUstate(c->inner, &made);
+    return replace(c, status, made, state);
+}
+
+/* Whether the slave takes a state, which it checks when it is set; it is then as before. */
+static fmi2Status try_state(er_component *c, fmi2FMUstate made)
+{
+    fmi2FMUstate present = NULL;
+    fmi2Status status = c->functions->fmi2GetFMUstate(c->inner, &present);
+    if (status != fmi2OK)
+        return status;
+    status = c->functions->fmi2SetFMUstate(c->inner, made);
+    if (status == fmi2OK)
+        status = c->functions->fmi2SetFMUstate(c->inner, present);
+    c->functions->fmi2FreeFMUstate(c->inner, &present);
+    return status;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2FMUstate made = NULL;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (!er_component_given(c, 1, state, state) || !er_component_given(c, size, bytes, bytes))
+        return fmi2Error;
+    status = c->functions->fmi2DeSerializeFMUstate(c->inner, bytes, size, &made);
+    if (status == fmi2OK) {
+        status = try_state(c, made);
+        if (status != fmi2OK)
+            c->functions->fmi2FreeFMUstate(c->inner, &made);
+    }
+    return replace(c, status, made, state);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (state == NULL || *state == NULL)
+        return fmi2OK;
+    status = c->functions->fmi2FreeFMUstate(c->inner, state);
+    *state = NULL;
+    return er_component_end(c, status);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state)
+{
+    er_component *c = instance;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (lacks(c, state))
+        return fmi2Error;
+    return er_component_end(c, c->functions->fmi2SetFMUstate(c->inner, state));
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state, size_t *size)
+{
+    er_component *c = instance;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (lacks(c, state) || !er_component_given(c, 1, size, size))
+        return fmi2Error;
+    return er_component_end(c, c->functions->fmi2SerializedFMUstateSize(c->inner, state, size));
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte bytes[],
+                                 size_t size)
+{
+    er_component *c = instance;
+    size_t needed = 0;
+    fmi2Status status = fmi2SerializedFMUstateSize(instance, state, &needed);
+    if (status != fmi2OK)
+        return status;
+    if (!er_component_given(c, size, bytes, bytes))
+        return fmi2Error;
+    if (size < needed)
+        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
+    return er_component_end(c, c->functions->fmi2SerializeFMUstate(c->inner, state, bytes, needed));
 }

@@ -1,5 +1,5 @@
 #define _GNU_SOURCE /* dladdr, RTLD_DEFAULT, realpath */
-#include "library.h"
+#include "component.h"
 
 #include <dlfcn.h>
 #include <limits.h>

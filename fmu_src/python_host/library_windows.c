@@ -1,5 +1,5 @@
 #define UNICODE
-#include "library.h"
+#include "component.h"
 
 #include <stdio.h>
 #include <wchar.h>

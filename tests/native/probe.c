@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "chain.h"
-#include "zip.h"
+#include "table_file.h"
 #include "interface.h"
 #include "model.h"
-#include "lines.h"
+#include "file.h"
 
 static er_failure failure;
 

@@ -3,15 +3,11 @@
  * backlash, which has no place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
  */
-#include "statics.h"
+#include "model.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-#include "balancer.h"
-#include "contact_motion.h"
-#include "linear.h"
 
 /* Passes of Newton's method before there is no equilibrium. */
 #define MOST_PASSES 200
@@ -45,13 +41,14 @@ typedef struct {
     const double *gravity, *q;
     const er_load *load;
     int m;
-    double negligible;                              /* residual [N m] */
+    double negligible; /* residual [N m]: rounding of a stiff spring's torque may be more than a gear feels */
     bool neutral[ER_MAX_ANGLES];                    /* hardly held: in the middle of its backlash */
     double x[ER_MAX_ANGLES];                        /* [rad] */
     double torque[ER_MAX_ANGLES];                   /* that must be carried [N m] */
     double residual[ER_MAX_ANGLES];                 /* that minus the curve's and the elements' [N m] */
     double gradient[ER_MAX_ANGLES * ER_MAX_ANGLES]; /* of the torque [N m/rad] */
-    er_placement placement;
+    er_placement placement;                         /* where all this is */
+    double wrench[6];                               /* there, of spring and contact too [N, N m] */
 } descent;
 
 static int region_of(const descent *s, int k)
@@ -68,60 +65,29 @@ static double largest_of(int count, const double *values)
     return largest;
 }
 
-/* Torque of the elements of hysteresis [N m] and its slope [N m/rad]. */
-typedef struct {
-    double torque, slope;
-} of_hysteresis;
-
-static of_hysteresis of_elements(const descent *s, int k, double x)
-{
-    of_hysteresis own = {0.0, 0.0};
-    if (s->robot->elements > 0)
-        own.torque = er_rest_torque(s->robot, s->gears->slip_torque, s->history, k, x, &own.slope);
-    return own;
-}
-
 /* Torque and residual at x. */
 static void place_at(descent *s, const double *x)
 {
-    double theta[MOST], wrench[6];
+    double theta[MOST], slope;
     er_angles(s->robot, s->q, x, theta);
     er_place_bodies(s->robot, theta, &s->placement);
-    er_load_wrench(s->load, s->placement.tool_position, wrench);
-    er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
+    er_load_wrench(s->load, s->placement.tool_position, s->wrench);
+    er_static_torque(s->robot, &s->placement, s->gravity, s->wrench, s->torque);
     er_balance_torque(s->robot, s->q, x, s->torque);
     for (int k = 0; k < s->m; k++)
         s->residual[k] = s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]) -
-                         of_elements(s, k, x[k]).torque;
+                         er_rest_torque(s->robot, s->gears->slip_torque, s->history, k, x[k], &slope);
 }
 
 /* Gradient of the torque there. */
 static void find_gradient(descent *s)
 {
-    double wrench[6], stiffness[ER_SYMMETRIC], support[MOST * MOST] = {0.0};
-    er_load_wrench(s->load, s->placement.tool_position, wrench);
-    er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
+    double support[MOST * MOST] = {0.0};
+    er_static_torque_gradient(s->robot, &s->placement, s->gravity, s->wrench, s->gradient);
     er_balance_gradient(s->robot, s->q, s->x, s->gradient);
-    er_load_support(s->load, s->placement.tool_position, stiffness);
-    er_add_support(s->robot, &s->placement, stiffness, support);
+    er_load_support_chain(s->load, s->robot, &s->placement, support);
     for (int i = 0; i < s->m * s->m; i++)
         s->gradient[i] -= support[i];
-}
-
-/* Whether the energy that a matrix is the curvature of rises in all directions: Cholesky's method. */
-static bool is_positive(int m, const double *matrix)
-{
-    double root[MOST * MOST];
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = 0.5 * (matrix[i * m + j] + matrix[j * m + i]);
-            for (int k = 0; k < j; k++)
-                sum -= root[i * m + k] * root[j * m + k];
-            if (i == j && !(sum > 0.0))
-                return false;
-            root[i * m + j] = i == j ? sqrt(sum) : sum / root[j * m + j];
-        }
-    return true;
 }
 
 /* Newton's matrix with a shift.  Inside its backlash a gear is held by the load alone.  A slope that sends it
@@ -131,8 +97,10 @@ static void find_matrix(const descent *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
-        double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]) + of_elements(s, k, s->x[k]).slope;
+        double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]), stuck;
         double flank = er_gear_flank_slope(s->gears, k, 0.0); /* a rounded one is flat at its foot */
+        er_rest_torque(s->robot, s->gears->slip_torque, s->history, k, s->x[k], &stuck);
+        slope += stuck;
         if (region_of(s, k) == 0) {
             slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_half_width(s->gears, k));
             slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
@@ -151,7 +119,7 @@ static bool find_step(descent *s, double *step)
     int power = LEAST_SHIFT;
     find_gradient(s);
     find_matrix(s, 0.0, matrix);
-    while (!is_positive(m, matrix)) {
+    while (!er_is_positive(m, matrix)) { /* the energy rises in all directions */
         if (power > MOST_SHIFT)
             return false;
         find_matrix(s, ldexp(1.0, power++), matrix);
@@ -250,30 +218,22 @@ static double find_part(descent *s, const double *step)
     return part;
 }
 
-/* What counts as nothing: rounding of a stiff spring's torque may be more than a gear feels. */
-static void find_negligible(descent *s)
-{
-    const er_anchor *anchor = &s->load->anchor;
-    double reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
-    s->negligible = s->robot->settings.neutral_torque +
-                    ROUNDING * (largest_of(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
-                        reach * reach;
-}
-
 /* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
  * and weight nor the spring can hold anywhere stays in the middle of its backlash. */
 static bool begin(descent *s)
 {
-    double stiffness[MOST * MOST] = {0.0}, given[MOST], support[ER_SYMMETRIC];
-    double least = s->robot->settings.neutral_torque;
+    double stiffness[MOST * MOST] = {0.0}, given[MOST];
+    const er_anchor *anchor = &s->load->anchor;
+    double least = s->robot->settings.neutral_torque, reach;
     int m = s->m, pivot[MOST];
     memset(s->x, 0, sizeof s->x);
     place_at(s, s->x);
-    find_negligible(s);
+    reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
+    s->negligible = least + ROUNDING * (largest_of(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
+                                reach * reach;
     er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
     er_balance_torque(s->robot, s->q, s->x, given);
-    er_load_support(s->load, s->placement.tool_position, support);
-    er_add_support(s->robot, &s->placement, support, stiffness);
+    er_load_support_chain(s->load, s->robot, &s->placement, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
         s->neutral[k] = er_gear_switches(s->gears, k) && !(s->gears->slip_torque[k] > 0.0) && fabs(given[k]) < least &&

@@ -3,8 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linear.h"
-
 void er_angles(const er_robot *robot, const double *q, const double *x, double *theta)
 {
     memset(theta, 0, (size_t)robot->angles * sizeof *theta);

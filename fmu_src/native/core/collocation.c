@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "balancer.h"
-
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */
 #define RATE_SAFETY 10.0

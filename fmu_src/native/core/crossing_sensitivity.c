@@ -4,9 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linear.h"
-#include "transmission.h"
-
 /* Angles of the chain at the end of a step. */
 static void find_chain_end(const er_run *r, const er_step *step, double *theta)
 {
@@ -16,6 +13,24 @@ static void find_chain_end(const er_run *r, const er_step *step, double *theta)
     for (int d = 0; d < r->motors; d++)
         y[robot->motor[d].coordinate] += step->motors.p[d] + r->work->motors.end_error[d];
     er_angles(robot, r->work->reference.angle, y, theta); /* the drives at the step's end */
+}
+
+/* Turns torques on the elastic coordinates at the end of a step into their accelerations; false if the mass matrix is
+ * singular, which is the columns' reason then. */
+static bool accelerate(er_sensitivity *s, const er_run *r, const er_step *step, double *torque)
+{
+    const er_robot *robot = r->system->robot;
+    double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    int pivot[ER_MAX_ANGLES];
+    find_chain_end(r, step, theta);
+    er_place_bodies(robot, theta, &r->work->placement);
+    er_mass_matrix(robot, &r->work->placement, mass);
+    if (!er_lu_factor(r->m, mass, pivot)) {
+        s->reason = "the mass matrix is singular";
+        return false;
+    }
+    er_lu_solve(r->m, mass, pivot, torque);
+    return true;
 }
 
 /* Angle of a drive at the end of a step [rad]. */
@@ -37,23 +52,15 @@ static double drive_at_end(const er_run *r, const er_step *step, int joint)
 static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
 {
     const er_robot *robot = r->system->robot;
-    er_workspace *w = r->work;
-    const er_contact_motion *motion = w->contact;
-    int m = r->m, pivot[ER_MAX_ANGLES];
-    double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES], response[ER_MAX_ANGLES];
-    double approach = er_end_approach(r, step);
+    const er_contact_motion *motion = r->work->contact;
+    int m = r->m;
+    double response[ER_MAX_ANGLES], approach = er_end_approach(r, step);
     if (!(approach > 0.0))
         return;
-    find_chain_end(r, step, theta);
-    er_place_bodies(robot, theta, &w->placement);
-    er_mass_matrix(robot, &w->placement, mass);
-    if (!er_lu_factor(m, mass, pivot)) {
-        s->reason = "the mass matrix is singular";
-        return;
-    }
     for (int k = 0; k < m; k++)
         response[k] = er_dot(motion->lever[robot->elastic_angle[k]], motion->wrench) / approach;
-    er_lu_solve(m, mass, pivot, response);
+    if (!accelerate(s, r, step, response))
+        return;
     for (int column = s->first; column < s->first + s->count; column++) {
         er_share share = er_share_of(s, robot, column, state->time + step->length - s->start);
         double still[ER_MAX_ANGLES] = {0.0}, drives[ER_MAX_JOINTS] = {0.0}, change[ER_MAX_ANGLES];
@@ -115,10 +122,8 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
 {
     const er_system *system = r->system;
     int m = r->m, k = crossing->coordinate, motor = r->motors > 0 ? system->robot->motor_of[k] : -1;
-    int pivot[ER_MAX_ANGLES];
     bool slips = crossing->at == ER_AT_SLIP, of_motor = slips && k >= m;
     double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
-    double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double response[ER_MAX_ANGLES] = {0.0};
     if (s->reason != NULL || crossing->at == ER_AT_REVERSAL || crossing->at >= ER_AT_LIMIT)
         return;
@@ -144,15 +149,9 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         return;
     torque = jump * per_beyond * crossing->outward;
     if (!of_motor) {
-        find_chain_end(r, step, theta);
-        er_place_bodies(system->robot, theta, &r->work->placement);
-        er_mass_matrix(system->robot, &r->work->placement, mass);
-        if (!er_lu_factor(m, mass, pivot)) {
-            s->reason = "the mass matrix is singular";
-            return;
-        }
         response[k] = torque;
-        er_lu_solve(m, mass, pivot, response);
+        if (!accelerate(s, r, step, response))
+            return;
     }
     if (motor >= 0)
         winds += er_gear_error_at(system->robot, system->robot->motor[motor].joint, step->motors.angle[motor]).slope;

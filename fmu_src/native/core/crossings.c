@@ -5,8 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "transmission.h"
-
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
 

@@ -1,11 +1,9 @@
 /* What the drives do: the chain's angles and rates with them, their torques, and beside each its derivative along a
  * change. */
-#include "tangent.h"
+#include "model.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "transmission.h"
 
 int er_model_motors(const er_model *model)
 {

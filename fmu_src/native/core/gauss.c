@@ -1,4 +1,4 @@
-#include "gauss.h"
+#include "kernel.h"
 
 ER_ALIGNED const double er_gauss_node[ER_STAGES] = {
     0.069431844202973712388, 0.3300094782075718676,

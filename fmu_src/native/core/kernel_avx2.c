@@ -7,10 +7,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "gauss.h"
-#include "kernel.h"
 #include "motors.h"
-#include "transmission.h"
 
 #if defined(__GNUC__) && defined(__x86_64__)
 
@@ -113,7 +110,6 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_body.h"
 #include "kernel_newton.h"
 #include "kernel_tangent.h"
-#include "kernel_motor.h"
 
 #if defined(__clang__)
 #pragma clang attribute pop

@@ -3,10 +3,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "gauss.h"
-#include "kernel.h"
 #include "motors.h"
-#include "transmission.h"
 
 typedef double er_real;
 #define ER_WIDTH 1
@@ -97,7 +94,6 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_body.h"
 #include "kernel_newton.h"
 #include "kernel_tangent.h"
-#include "kernel_motor.h"
 
 er_kernel er_plain_kernel(void)
 {

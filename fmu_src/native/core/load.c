@@ -3,8 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linear.h"
-
 /* Rounding may leave an eigenvalue this much below zero, relative to the largest. */
 #define INDEFINITE 1e-9
 /* Sweeps of Jacobi's method; three are enough for rounding. */
@@ -87,8 +85,6 @@ void er_anchor_along(const er_anchor *anchor, const double gap[3], const er_anch
         force[c] += of_stiffness[c];
 }
 
-static const int row[ER_SYMMETRIC] = {0, 0, 0, 1, 1, 2}, column[ER_SYMMETRIC] = {0, 1, 2, 1, 2, 2};
-
 void er_load_move(er_load *load, double elapsed)
 {
     for (int k = 0; k < 6; k++)
@@ -145,7 +141,20 @@ void er_load_support(const er_load *load, const double tcp[3], double stiffness[
     memcpy(stiffness, load->anchor.stiffness, sizeof load->anchor.stiffness);
     if (touches(load, tcp, gap, &touch))
         for (int k = 0; k < ER_SYMMETRIC; k++)
-            stiffness[k] += load->contact.stiffness * touch.normal[row[k]] * touch.normal[column[k]];
+            stiffness[k] += load->contact.stiffness * touch.normal[er_row[k]] * touch.normal[er_column[k]];
+}
+
+void er_load_support_chain(const er_load *load, const er_robot *robot, const er_placement *placement, double *matrix)
+{
+    int m = robot->elastics;
+    double stiffness[ER_SYMMETRIC];
+    er_load_support(load, placement->tool_position, stiffness);
+    for (int i = 0; i < m; i++) {
+        double pull[3];
+        er_anchor_times(stiffness, placement->lever[robot->elastic_angle[i]], pull);
+        for (int j = 0; j < m; j++)
+            matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
+    }
 }
 
 void er_load_force_along(const er_load *load, const double tcp[3], const er_load *change,
@@ -177,7 +186,7 @@ void er_load_support_along(const er_load *load, const double tcp[3], const er_lo
         return;
     er_contact_touch_along(&load->contact, &touch, gap, &change->contact, nowhere, &along);
     for (int k = 0; k < ER_SYMMETRIC; k++) {
-        int i = row[k], j = column[k];
+        int i = er_row[k], j = er_column[k];
         stiffness[k] += change->contact.stiffness * touch.normal[i] * touch.normal[j] +
                         load->contact.stiffness * (along.normal[i] * touch.normal[j] +
                                                    touch.normal[i] * along.normal[j]);

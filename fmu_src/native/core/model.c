@@ -5,9 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "step.h"
-#include "transmission.h"
-
 /* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
 
@@ -31,7 +28,9 @@ er_model *er_model_create(const er_robot *robot)
 
 void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from)
 {
-    memcpy(to, from, offsetof(er_memory, state) + er_state_size(robot));
+    const size_t path = offsetof(er_memory, options.trajectory), behind = offsetof(er_memory, parameters);
+    memcpy(to, from, path + strlen(from->options.trajectory) + 1);
+    memcpy((char *)to + behind, (const char *)from + behind, offsetof(er_memory, state) - behind + er_state_size(robot));
 }
 
 void er_model_free(er_model *model)

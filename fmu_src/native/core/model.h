@@ -1,14 +1,16 @@
-/* The elastic robot as one object: reset, step, outputs.  elastic_robot/robot.py is the same in Python.
+/* The elastic robot as one object: reset, step, outputs, and how these follow a change of what they are computed from.
+ * elastic_robot/robot.py is the same in Python.
  *
  * What it remembers is one flat block, er_memory; the rest of the object follows from that block and
- * from files, so that copying the block saves and restores a simulation.  outputs.c has its outputs.
+ * from files, so that copying the block saves and restores a simulation.
  */
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
 
+#include <stddef.h>
+#include <string.h>
+
 #include "sensitivity.h"
-#include "statics.h"
-#include "step.h"
 
 #define ER_MAX_PATH 1024
 
@@ -49,6 +51,7 @@ typedef struct {
     er_state state;   /* the last, of which few robots have all */
 } er_memory;
 
+/* Copies what a robot makes use of; a path has nothing behind its end. */
 void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from);
 
 /* A posture of the elastic or the rigid robot, kept for the next that asks. */
@@ -132,58 +135,6 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
                      const er_command *command, const er_load *load, er_failure *failure);
 
-/* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw; qw >= 0 where the model's time begins,
- * continuous from there on. */
-void er_model_tcp(er_model *model, double pose[7]);
-void er_model_rigid(er_model *model, double pose[7]);
-
-/* Begins with qw >= 0 in the present posture. */
-void er_model_orient(er_model *model);
-
-/* The present posture with levers and axes, and its pose as above. */
-const er_posture *er_model_posture(er_model *model, bool rigid);
-
-/* Velocity [m/s] and angular velocity [rad/s] of the TCP; in quasi-static mode those of the rigid robot. */
-void er_model_velocity(const er_model *model, double velocity[6]);
-
-/* Motors that move by themselves: none of them under ideal drives, and in quasi-static mode. */
-int er_model_motors(const er_model *model);
-
-/* What the gears make of the drives' angles, without wind-up [rad]. */
-void er_model_driven(const er_model *model, double *angles);
-
-/* Angles and rates of the chain, those of the motors in it; of the rigid robot those of the commands.  And the
- * accelerations of the drives alone. */
-void er_model_angles(const er_model *model, bool rigid, double *theta);
-void er_model_rates(const er_model *model, bool rigid, double *rate);
-void er_model_chain_accelerations(const er_model *model, double *acceleration);
-
-/* Angles and rates of all drives at the gears' output [rad, rad/s], of the motors that move by themselves theirs; and
- * the torque of the motor of the gear of entry k of x there [N m]. */
-void er_model_motor_angle(const er_model *model, double *angles);
-void er_model_motor_rate(const er_model *model, double *rates);
-double er_model_motor_torque(const er_model *model, int k);
-
-/* What a motor's servo wants beside its rate, w [rad/s]; its acceleration [rad/s^2], and z' [N m/s]; the accelerations
- * of all drives, of the motors that move by themselves theirs. */
-double er_model_wanted(const er_model *model, int d);
-double er_model_motor_acceleration(const er_model *model, int d);
-double er_model_integral_growth(const er_model *model, int d);
-void er_model_accelerations(const er_model *model, double *drives);
-
-/* Torque of the gear of entry k of x on its link [N m], and what its drive feels of it. */
-double er_model_gear_torque(const er_model *model, int k);
-double er_model_felt_torque(const er_model *model, int k);
-
-/* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
-void er_model_deviation(const er_model *model, double deviation[6]);
-
-/* How the contact is touched at the present state, and its wrench at the TCP; none without a contact. */
-void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6]);
-
-/* Static compliance of the TCP at the present state: xx, xy, xz, yy, yz, zz [m/N]. */
-bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure);
-
 /* What moves its drives (model_drives.c).
  *
  * Has the trajectory of this path in the model, with the samples of `fingerprint` unless that is 0. */
@@ -195,5 +146,143 @@ er_drives er_model_drives(er_model *model, double start, double end, const er_co
 /* Drives at a time, and the load as it is a while after its beginning; false if they do not cover it. */
 bool er_model_find_held(const er_model *model, const er_drives *drives, double time, const er_load *load,
                         double elapsed, er_held *held, er_failure *failure);
+
+/* Rest (statics.c, anchored_statics.c).
+ *
+ * Elastic coordinates at rest, S(x) + H = J^T w + J_p^T (K (a - p) + k max(0, d) n) - g, by the rules of
+ * docs/model.md: only the torque H of elements of hysteresis has a memory. */
+bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_history *history,
+                    const double gravity[3], const double *q, const er_load *load, double *x,
+                    er_failure *failure);
+
+/* Rest by the way downhill in energy, which a contact spring, a contact and elements of hysteresis ask for; false
+ * if there is none. */
+bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const er_history *history,
+                             const double gravity[3], const double *q, const er_load *load, double *x);
+
+/* How a placement moves along a change of its angles; base axes. */
+typedef struct {
+    double tool_position[3];         /* of the TCP */
+    double turn[3];                  /* small rotation of the tool [rad] */
+    double axis[ER_MAX_ANGLES][3];   /* of z_i */
+    double lever[ER_MAX_ANGLES][3];  /* of z_i x (TCP - o_i) */
+    double weight[ER_MAX_ANGLES][3]; /* of z_i x first moment about o_i of the bodies beyond */
+} er_placement_tangent;
+
+/* A change of drives, wrench, state and parameters; entries as in er_held, er_state and er_parameters. */
+typedef struct er_change {
+    er_held held;
+    double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
+    er_parameters parameters;
+    double elongation[ER_MAX_ELEMENTS]; /* these last, as few robots have any */
+    er_motor_change motors;
+} er_change;
+
+/* Nothing changes, of what a robot has. */
+static inline void er_change_nothing(const er_robot *robot, er_change *change)
+{
+    memset(change, 0, er_all_elements(robot) > 0 ? sizeof *change : offsetof(er_change, elongation));
+}
+
+/* Placements of the elastic or the rigid robot and how they move. */
+typedef struct {
+    er_placement at;
+    er_placement_tangent along;
+} er_moved;
+
+/* At the present state along a change; with bodies where `bodies` asks for them. */
+void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *moved);
+
+/* Change of x that keeps the model's state an equilibrium along a change of drives, wrench and parameters;
+ * each coordinate stays on its branch.  False if there is none. */
+bool er_equilibrium_along(const er_model *model, const er_change *acting, double *x);
+
+/* Change of the motors' initial state. */
+void er_start_motors_along(const er_model *model, const er_change *change, er_motor_change *motors);
+
+/* Outputs (outputs.c, drive_outputs.c, free_motion.c), and behind each its derivative along a change.
+ *
+ * Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw; qw >= 0 where the model's time begins,
+ * continuous from there on. */
+void er_model_tcp(er_model *model, double pose[7]);
+void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
+void er_model_rigid(er_model *model, double pose[7]);
+void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
+
+/* Begins with qw >= 0 in the present posture. */
+void er_model_orient(er_model *model);
+
+/* Velocity [m/s] and angular velocity [rad/s] of the TCP; in quasi-static mode those of the rigid robot. */
+void er_model_velocity(const er_model *model, double velocity[6]);
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[6]);
+
+/* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
+void er_model_deviation(const er_model *model, double deviation[6]);
+void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
+
+/* How the contact is touched at the present state, and its wrench at the TCP; none without a contact.  Changes of its
+ * force [N] and of the way to its plane [m]. */
+void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6]);
+void er_contact_of_model_along(const er_model *model, const er_change *change, double force[3], double *gap);
+
+/* Static compliance of the TCP at the present state, on its spring and contact: xx, xy, xz, yy, yz, zz [m/N].
+ *
+ * A gear inside its backlash counts with the stiffness of its flank, elements of hysteresis while they stick. */
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure);
+bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
+
+/* Torque of the gear of entry k of x on its link [N m], and what its drive feels of it. */
+double er_model_gear_torque(const er_model *model, int k);
+double er_gear_torque_along(const er_model *model, const er_change *change, int k);
+double er_model_felt_torque(const er_model *model, int k);
+double er_felt_torque_along(const er_model *model, const er_change *change, int k);
+
+/* Motors that move by themselves: none of them under ideal drives, and in quasi-static mode. */
+int er_model_motors(const er_model *model);
+
+/* What the gears make of the drives' angles, without wind-up [rad]. */
+void er_model_driven(const er_model *model, double *angles);
+
+/* Angles and rates of the chain, those of the motors in it; of the rigid robot those of the commands.  And the
+ * accelerations of the drives alone. */
+void er_model_angles(const er_model *model, bool rigid, double *theta);
+void er_angles_along(const er_model *model, const er_change *change, bool rigid, double *theta);
+void er_model_rates(const er_model *model, bool rigid, double *rate);
+void er_rates_along(const er_model *model, const er_change *change, bool rigid, double *rate);
+void er_model_chain_accelerations(const er_model *model, double *acceleration);
+void er_chain_accelerations_along(const er_model *model, const er_change *change, double *acceleration);
+
+/* Angles and rates of all drives at the gears' output [rad, rad/s], of the motors that move by themselves theirs; and
+ * the torque of the motor of the gear of entry k of x there [N m]. */
+void er_model_motor_angle(const er_model *model, double *angles);
+void er_motor_angle_along(const er_model *model, const er_change *change, double *angles);
+void er_model_motor_rate(const er_model *model, double *rates);
+void er_motor_rate_along(const er_model *model, const er_change *change, double *rates);
+double er_model_motor_torque(const er_model *model, int k);
+double er_motor_torque_along(const er_model *model, const er_change *change, int k);
+
+/* What a motor's servo wants beside its rate, w [rad/s]; its acceleration [rad/s^2], and z' [N m/s]; the accelerations
+ * of all drives, of the motors that move by themselves theirs. */
+double er_model_wanted(const er_model *model, int d);
+double er_wanted_along(const er_model *model, const er_change *change, int d);
+double er_model_motor_acceleration(const er_model *model, int d);
+double er_motor_acceleration_along(const er_model *model, const er_change *change, int d);
+double er_model_integral_growth(const er_model *model, int d);
+double er_integral_growth_along(const er_model *model, const er_change *change, int d);
+void er_model_accelerations(const er_model *model, double *drives);
+void er_accelerations_along(const er_model *model, const er_change *change, double *drives);
+
+/* The equation of motion solved for the accelerations of the elastic coordinates (free_motion.c):
+ *
+ *     x'' = -M^-1 (M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x'),
+ *
+ * theta'' that of the drives, and how x'' follows all that it depends on.  elastic_robot/residual.py is the
+ * same in Python.
+ *
+ * Solves for the present state, drives and load, into model->free; false if the mass matrix is singular. */
+bool er_free_motion_find(er_model *model);
+
+/* Derivative of x'' along a change of drives, load and state [rad/s^2]; x'' has been solved for. */
+void er_free_motion_along(er_model *model, const er_change *change, double *acceleration);
 
 #endif

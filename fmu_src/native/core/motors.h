@@ -17,7 +17,7 @@
 
 #include <math.h>
 
-#include "hysteresis.h"
+#include "gear.h"
 #include "kernel.h"
 
 /* How drives follow their commands. */

@@ -4,8 +4,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "linear.h"
-
 /* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005
 /* Matrices serve while a contact's stiffness and damping differ by this part of their largest entries. */

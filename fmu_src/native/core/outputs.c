@@ -1,10 +1,8 @@
 /* The model's outputs, and beside each its derivative along a change. */
-#include "tangent.h"
+#include "model.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "linear.h"
 
 /* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
 #define SMALL_ANGLE 0.1
@@ -63,7 +61,7 @@ void er_model_orient(er_model *model)
     }
 }
 
-const er_posture *er_model_posture(er_model *model, bool rigid)
+static const er_posture *posture_of(er_model *model, bool rigid)
 {
     er_posture *posture = &model->posture[rigid];
     double theta[ER_MAX_ANGLES];
@@ -84,7 +82,7 @@ const er_posture *er_model_posture(er_model *model, bool rigid)
 static void pose_along(er_model *model, const er_change *change, bool rigid, double pose[7])
 {
     const er_robot *robot = &model->robot;
-    const er_posture *posture = er_model_posture(model, rigid);
+    const er_posture *posture = posture_of(model, rigid);
     const double *at = posture->pose;
     double theta[ER_MAX_ANGLES], turn[3] = {0.0, 0.0, 0.0}, crossed[3];
     er_angles_along(model, change, rigid, theta);
@@ -262,13 +260,4 @@ void er_contact_of_model_along(const er_model *model, const er_change *change, d
         return;
     er_contact_wrench_along(robot, load, &motion, theta, rate, &along, wrench);
     memcpy(force, wrench, 3 * sizeof *force);
-}
-
-bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
-{
-    const er_memory *memory = &model->memory;
-    double driven[ER_MAX_JOINTS];
-    er_model_driven(model, driven);
-    return er_compliance(&model->robot, &model->gears, &memory->state.stops, memory->parameters.gravity,
-                         driven, memory->state.x, &memory->held.load, compliance, failure);
 }

@@ -3,9 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "balancer.h"
-#include "linear.h"
-
 /* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11
 /* Or, where hardly anything follows the input, to this part of what follows a torque of 1 N m, or of

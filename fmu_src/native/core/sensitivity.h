@@ -1,13 +1,13 @@
 /* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step
  * to step of the integration, whose lengths are held.
  *
- * What they follow is a column each, cause by cause (causes.c).
+ * What they follow is a column each, cause by cause (columns.c).
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
 
 #include "step.h"
-#include "transmission.h"
+#include "gear.h"
 
 /* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
  * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
@@ -111,7 +111,7 @@ void er_sensitivity_limit(er_sensitivity *sensitivity, const er_run *r, const er
 /* An element of hysteresis slips from now on: its elongation does not depend on anything. */
 void er_sensitivity_slip(er_sensitivity *sensitivity, int element);
 
-/* motor_sensitivity.c: where a column starts in a step from a state. */
+/* Motors (columns.c): where a column starts in a step from a state. */
 void er_motor_column_begin(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, int column,
                            er_motor_column *own);
 

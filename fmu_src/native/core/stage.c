@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#include "transmission.h"
-
 enum { MOST = ER_MAX_ANGLES };
 
 /* What is there already is kept: drives often stand still. */

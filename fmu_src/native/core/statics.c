@@ -1,12 +1,8 @@
-#include "statics.h"
+#include "model.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "balancer.h"
-#include "contact_motion.h"
-#include "linear.h"
 
 /* A step longer than this [rad] is no deflection any more. */
 #define LONGEST_STEP 3.14159265358979
@@ -271,44 +267,4 @@ bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_histo
                  anchor);
     return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
                    " N m%s%s; the joints are too soft for this load", posture, wrench, spring, contact);
-}
-
-bool er_compliance(const er_robot *robot, const er_gears *gears, const er_stops *stops,
-                   const double gravity[3], const double *q, const double *x, const er_load *load,
-                   double compliance[6], er_failure *failure)
-{
-    static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
-    int m = robot->elastics, pivot[MOST];
-    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6], support[ER_SYMMETRIC];
-    double stuck[MOST] = {0.0};
-    er_placement placement;
-    memset(compliance, 0, 6 * sizeof *compliance);
-    if (m == 0)
-        return true;
-    er_angles(robot, q, x, theta);
-    er_place_bodies(robot, theta, &placement);
-    er_load_wrench(load, placement.tool_position, wrench);
-    er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
-    er_balance_gradient(robot, q, x, stiffness);
-    for (int i = 0; i < m * m; i++)
-        stiffness[i] = -stiffness[i];
-    er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
-    for (int k = 0; k < m; k++)
-        stiffness[k * m + k] += er_gear_flank_slope(gears, k, x[k]) + stuck[k];
-    if (er_load_yields(load)) {
-        er_load_support(load, placement.tool_position, support);
-        er_add_support(robot, &placement, support, stiffness);
-    }
-    if (!er_lu_factor(m, stiffness, pivot))
-        return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
-    for (int axis = 0; axis < 3; axis++) {
-        for (int k = 0; k < m; k++)
-            moved[axis][k] = placement.lever[robot->elastic_angle[k]][axis];
-        er_lu_solve(m, stiffness, pivot, moved[axis]);
-    }
-    for (int c = 0; c < 6; c++)
-        for (int k = 0; k < m; k++)
-            compliance[c] +=
-                placement.lever[robot->elastic_angle[k]][row[c]] * moved[column[c]][k];
-    return true;
 }

@@ -12,12 +12,11 @@
 #include <stddef.h>
 
 #include "chain.h"
-#include "contact_motion.h"
+#include "load.h"
 #include "kernel.h"
 #include "trajectory.h"
 #include "gear.h"
 #include "motors.h"
-#include "gauss.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
  * it, so that a restored state continues with the same matrices without saving them. */
@@ -39,11 +38,11 @@ typedef struct {
     double step;                         /* length proposed for the next step [s] */
     double predictor_step;               /* length of the last step [s]; 0: there was none */
     double rate;                         /* at which Newton's method converged lately; 1: not known */
-    er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
     int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
-    er_stops stops;                      /* of hysteresis and friction; these last, as few robots have any */
+    er_lanes predictor[ER_MAX_ANGLES];   /* stage accelerations of the last step [rad/s^2]; few robots have all, */
+    er_stops stops;                      /* or any hysteresis or friction: copies end there (er_state_size) */
     er_motors motors;
 } er_state;
 
@@ -188,10 +187,7 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
 
 /* The motors in a step (motor_step.c), where there are any that move by themselves.
  *
- * Where x and x' of the state are counted from the commands, as the chain moves: w->motors.x and .v. */
-void er_motors_begin(const er_run *r, const er_state *state);
-
-/* What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
+ * What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
 typedef struct {
     const double *x, *v;
 } er_start;
@@ -207,17 +203,12 @@ void er_motors_wind_up(const er_run *r, er_step *step);
 /* p, p', w and z at the end of a step, from its accelerations. */
 void er_motors_end(const er_run *r, const er_state *state, er_step *step);
 
-/* The servos in a step (servo.c).
- *
- * Has those that have a torque limit obey the law of where they stand, which inputs may have moved; whether one
+/* Servos: has those that have a torque limit obey the law of where they stand, which inputs may have moved; whether one
  * obeys another than before. */
 bool er_servos_settle(const er_run *r, er_state *state);
 
 /* Has the servo of a crossing obey what is beyond it, in the state there. */
 void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
-
-/* z at the end of a step, where w is known, and the course of a servo that has a torque limit. */
-void er_servo_end(const er_run *r, const er_state *state, er_step *step, int d, double wanted);
 
 /* z' under a law [N m/s]. */
 double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, double turning);
@@ -239,7 +230,7 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix);
  * acceleration. */
 double er_motors_defect(const er_run *r, double *defect);
 
-/* Steps (landing.c).
+/* Steps (laws.c).
  *
  * Stage accelerations to start from: the last step's polynomial, continued, or those of a part of a step that was tried. */
 void er_guess(const er_run *r, const er_state *state, double h, er_step *step);

@@ -26,7 +26,8 @@ void er_state_start(er_state *state, const er_robot *robot, const er_gears *gear
 
 size_t er_state_size(const er_robot *robot)
 {
-    return er_all_elements(robot) > 0 ? sizeof(er_state) : offsetof(er_state, stops);
+    return er_all_elements(robot) > 0 ? sizeof(er_state)
+                                      : offsetof(er_state, predictor) + (size_t)robot->elastics * sizeof(er_lanes);
 }
 
 void er_state_copy(const er_robot *robot, er_state *to, const er_state *from)

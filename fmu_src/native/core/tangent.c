@@ -1,21 +1,8 @@
-#include "tangent.h"
+/* How placements and the equilibrium follow a change; the compliance there, and how it does. */
+#include "model.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "balancer.h"
-#include "statics.h"
-#include "contact_motion.h"
-#include "linear.h"
-
-/* out += a x b */
-static void add_cross(const double a[3], const double b[3], double out[3])
-{
-    double product[3];
-    er_cross(a, b, product);
-    for (int c = 0; c < 3; c++)
-        out[c] += product[c];
-}
 
 /* First moment about o_i of the bodies beyond rotation i [kg m]. */
 static void moment_about_joint(const er_placement *p, int i, double moment[3])
@@ -25,12 +12,14 @@ static void moment_about_joint(const er_placement *p, int i, double moment[3])
         moment[c] = body->moment[c] + body->mass * p->arm[i][c];
 }
 
-/* An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies'
+/* How a placement moves along a change of theta; `weight` only where it has bodies and `bodies` asks for it.
+ *
+ * An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies'
  * moment is:
  *
  *     d arm_i = sum_(j<=i) z_j dtheta_j x arm_i + sum_(j>i) z_j dtheta_j x arm_j. */
-void er_placement_along(const er_robot *robot, const er_placement *p, const double *theta,
-                        bool bodies, er_placement_tangent *t)
+static void placement_along(const er_robot *robot, const er_placement *p, const double *theta,
+                            bool bodies, er_placement_tangent *t)
 {
     int n = robot->angles;
     double turned[ER_MAX_ANGLES][3], turn[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, swing[3] = {0, 0, 0};
@@ -43,18 +32,18 @@ void er_placement_along(const er_robot *robot, const er_placement *p, const doub
     for (int i = n - 1; i >= 0; i--) {
         double arm[3], moment[3], about[3];
         memcpy(arm, shift, sizeof arm);
-        add_cross(turned[i], p->arm[i], arm);
+        er_add_cross(turned[i], p->arm[i], arm);
         er_cross(p->axis[i], arm, t->lever[i]);
-        add_cross(t->axis[i], p->arm[i], t->lever[i]);
+        er_add_cross(t->axis[i], p->arm[i], t->lever[i]);
         for (int c = 0; c < 3; c++)
             shift[c] += p->lever[i][c] * theta[i];
         if (!bodies)
             continue;
         moment_about_joint(p, i, about);
         memcpy(moment, swing, sizeof moment);
-        add_cross(turned[i], about, moment);
+        er_add_cross(turned[i], about, moment);
         er_cross(p->axis[i], moment, t->weight[i]);
-        add_cross(t->axis[i], about, t->weight[i]);
+        er_add_cross(t->axis[i], about, t->weight[i]);
         er_cross(p->axis[i], about, moment);
         for (int c = 0; c < 3; c++)
             swing[c] += moment[c] * theta[i];
@@ -62,9 +51,10 @@ void er_placement_along(const er_robot *robot, const er_placement *p, const doub
     memcpy(t->tool_position, shift, sizeof shift);
 }
 
-void er_static_torque_along(const er_robot *robot, const er_placement *p,
-                            const er_placement_tangent *along, const double gravity[3],
-                            const double wrench[6], const double wrench_change[6], double *torque)
+/* Derivative of er_static_torque along that and a change of the wrench [N m]. */
+static void static_torque_along(const er_robot *robot, const er_placement *p,
+                                const er_placement_tangent *along, const double gravity[3],
+                                const double wrench[6], const double wrench_change[6], double *torque)
 {
     for (int k = 0; k < robot->elastics; k++) {
         int i = robot->elastic_angle[k];
@@ -76,10 +66,10 @@ void er_static_torque_along(const er_robot *robot, const er_placement *p,
 
 /* Entry i, j with j at or before i is z_j . (lever_i x F + weight_i x g), as is entry j, i; with j
  * before i entry i, j has z_j . (z_i x M) as well: er_static_torque_gradient by the product rule. */
-void er_static_torque_gradient_along(const er_robot *robot, const er_placement *p,
-                                     const er_placement_tangent *along, const double gravity[3],
-                                     const double wrench[6], const double wrench_change[6],
-                                     double *gradient)
+static void static_torque_gradient_along(const er_robot *robot, const er_placement *p,
+                                         const er_placement_tangent *along, const double gravity[3],
+                                         const double wrench[6], const double wrench_change[6],
+                                         double *gradient)
 {
     int m = robot->elastics;
     for (int k = 0; k < m; k++) {
@@ -88,14 +78,14 @@ void er_static_torque_gradient_along(const er_robot *robot, const er_placement *
         double turned[3] = {0, 0, 0}, turned_change[3] = {0, 0, 0};
         moment_about_joint(p, i, moment);
         er_cross(p->axis[i], moment, weight);
-        add_cross(p->lever[i], wrench, load);
-        add_cross(weight, gravity, load);
-        add_cross(along->lever[i], wrench, change);
-        add_cross(p->lever[i], wrench_change, change);
-        add_cross(along->weight[i], gravity, change);
-        add_cross(p->axis[i], wrench + 3, turned);
-        add_cross(along->axis[i], wrench + 3, turned_change);
-        add_cross(p->axis[i], wrench_change + 3, turned_change);
+        er_add_cross(p->lever[i], wrench, load);
+        er_add_cross(weight, gravity, load);
+        er_add_cross(along->lever[i], wrench, change);
+        er_add_cross(p->lever[i], wrench_change, change);
+        er_add_cross(along->weight[i], gravity, change);
+        er_add_cross(p->axis[i], wrench + 3, turned);
+        er_add_cross(along->axis[i], wrench + 3, turned_change);
+        er_add_cross(p->axis[i], wrench_change + 3, turned_change);
         for (int l = 0; l <= k; l++) {
             int j = robot->elastic_angle[l];
             double both = er_dot(along->axis[j], load) + er_dot(p->axis[j], change);
@@ -119,7 +109,7 @@ void er_move_along(const er_model *model, const er_change *change, bool rigid, b
     else
         er_place(robot, theta, &out->at);
     er_angles_along(model, change, rigid, theta);
-    er_placement_along(robot, &out->at, theta, bodies, &out->along);
+    placement_along(robot, &out->at, theta, bodies, &out->along);
 }
 
 /* Wrench on the tool at rest, of spring and contact too, and how it changes along with load and TCP. */
@@ -164,7 +154,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     const er_stops *stops = &memory->state.stops;
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters, {0.0}, {{0.0}, {0.0}, {0.0}}};
     double stuck[MOST] = {0.0};
-    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
+    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0};
     double of_gravity[MOST], wrench[6], wrench_change[6], driven[ER_MAX_JOINTS];
     int m = robot->elastics, pivot[MOST];
     er_moved p;
@@ -172,15 +162,14 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
         change.motors.angle[d] = acting->held.q[robot->motor[d].joint];
     er_move_along(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
-    er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
+    static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
                            x);
     er_static_torque(robot, &p.at, change.parameters.gravity, no_wrench, of_gravity);
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
     balance_along(model, &change, false, x);
     er_model_driven(model, driven);
     er_balance_gradient(robot, driven, memory->state.x, stiffness);
-    er_load_support(&memory->held.load, p.at.tool_position, yielding);
-    er_add_support(robot, &p.at, yielding, support);
+    er_load_support_chain(&memory->held.load, robot, &p.at, support);
     er_stops_stiffness(robot, gears->slip_torque, stops, stuck);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
@@ -200,6 +189,45 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
     er_lu_solve(m, stiffness, pivot, x);
+    return true;
+}
+
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
+{
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    const er_load *load = &memory->held.load;
+    const double *x = memory->state.x;
+    int m = robot->elastics, pivot[MOST];
+    double driven[ER_MAX_JOINTS], theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6];
+    double stuck[MOST] = {0.0};
+    er_placement placement;
+    memset(compliance, 0, 6 * sizeof *compliance);
+    if (m == 0)
+        return true;
+    er_model_driven(model, driven);
+    er_angles(robot, driven, x, theta);
+    er_place_bodies(robot, theta, &placement);
+    er_load_wrench(load, placement.tool_position, wrench);
+    er_static_torque_gradient(robot, &placement, memory->parameters.gravity, wrench, stiffness);
+    er_balance_gradient(robot, driven, x, stiffness);
+    for (int i = 0; i < m * m; i++)
+        stiffness[i] = -stiffness[i];
+    er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
+    for (int k = 0; k < m; k++)
+        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x[k]) + stuck[k];
+    if (er_load_yields(load))
+        er_load_support_chain(load, robot, &placement, stiffness);
+    if (!er_lu_factor(m, stiffness, pivot))
+        return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
+    for (int axis = 0; axis < 3; axis++) {
+        for (int k = 0; k < m; k++)
+            moved[axis][k] = placement.lever[robot->elastic_angle[k]][axis];
+        er_lu_solve(m, stiffness, pivot, moved[axis]);
+    }
+    for (int c = 0; c < 6; c++)
+        for (int k = 0; k < m; k++)
+            compliance[c] += placement.lever[robot->elastic_angle[k]][er_row[c]] * moved[er_column[c]][k];
     return true;
 }
 
@@ -231,14 +259,13 @@ static void take_off_support(const er_model *model, const er_change *change, con
 /* C = L^T K^-1 L with the levers L: dC = dL^T Y + L^T K^-1 (dL - dK Y), Y = K^-1 L. */
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6])
 {
-    static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
     const double *gravity = memory->parameters.gravity;
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
-    double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC], stuck[MOST] = {0.0};
+    double moved[3][MOST], moved_change[3][MOST], stuck[MOST] = {0.0};
     double of_hysteresis[MOST] = {0.0}, driven[ER_MAX_JOINTS];
     static const double no_wrench[6] = {0.0};
     er_moved p;
@@ -248,7 +275,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     er_move_along(model, change, false, true, &p);
     wrench_along(model, change, &p, wrench, wrench_change);
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
-    er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
+    static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
     er_static_torque_gradient(robot, &p.at, change->parameters.gravity, no_wrench, of_gravity);
     er_model_driven(model, driven);
     er_balance_gradient(robot, driven, memory->state.x, stiffness);
@@ -258,8 +285,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
         stiffness[i] = -stiffness[i];
         softening[i] += of_gravity[i];
     }
-    er_load_support(&memory->held.load, p.at.tool_position, support);
-    er_add_support(robot, &p.at, support, stiffness);
+    er_load_support_chain(&memory->held.load, robot, &p.at, stiffness);
     er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
     er_stops_stiffness(robot, change->parameters.hysteresis, &memory->state.stops, of_hysteresis);
     for (int k = 0; k < m; k++) {
@@ -288,8 +314,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     for (int c = 0; c < 6; c++)
         for (int k = 0; k < m; k++) {
             int i = robot->elastic_angle[k];
-            compliance[c] += p.along.lever[i][row[c]] * moved[column[c]][k] +
-                             p.at.lever[i][row[c]] * moved_change[column[c]][k];
+            compliance[c] += p.along.lever[i][er_row[c]] * moved[er_column[c]][k] +
+                             p.at.lever[i][er_row[c]] * moved_change[er_column[c]][k];
         }
     return true;
 }

@@ -56,14 +56,6 @@ static inline void er_command_at(const double c[ER_COMMAND_POWERS], double s, do
     *qdd = 2.0 * c[2] + (6.0 * c[3] + 12.0 * c[4] * s) * s;
 }
 
-/* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */
-typedef struct {
-    size_t samples;
-    int joints;
-    bool rates;
-    double *data; /* time, q1.., then qd1.., qdd1.. if there are rates; from malloc */
-} er_samples;
-
 /* Samples with rates and accelerations; between two of them is the quintic that takes all six. */
 typedef struct {
     int joints;
@@ -80,10 +72,6 @@ static inline size_t er_trajectory_width(const er_trajectory *t)
 {
     return 1 + 3 * (size_t)t->joints;
 }
-
-/* Builds the motion; takes the samples' data, and frees them if that fails. */
-bool er_trajectory_build(er_trajectory *trajectory, er_samples *samples, const er_settings *settings,
-                         er_failure *failure);
 
 /* Reads CSV with a header line, or NPZ with arrays `columns` and `data`. */
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,

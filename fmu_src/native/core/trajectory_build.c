@@ -8,12 +8,20 @@
 
 #include "../io/table_file.h"
 
-static int column_count(const er_samples *s)
+/* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */
+typedef struct {
+    size_t samples;
+    int joints;
+    bool rates;
+    double *data; /* time, q1.., then qd1.., qdd1.. if there are rates; from malloc */
+} table_samples;
+
+static int column_count(const table_samples *s)
 {
     return 1 + s->joints * (s->rates ? 3 : 1);
 }
 
-static const double *sample_row(const er_samples *s, size_t k)
+static const double *sample_row(const table_samples *s, size_t k)
 {
     return s->data + k * (size_t)column_count(s);
 }
@@ -38,7 +46,7 @@ static double largest(const double *values, size_t count)
     return sum[0] + sum[1] + sum[2] + sum[3] == 0.0 ? all : INFINITY;
 }
 
-static bool require_samples(const er_samples *s, const er_settings *settings, er_failure *failure)
+static bool require_samples(const table_samples *s, const er_settings *settings, er_failure *failure)
 {
     static const char *const names[] = {"q", "qd", "qdd"};
     bool sane;
@@ -92,7 +100,7 @@ static void fit_cubic(const er_trajectory *t, int i, double *rate, double *ratio
 }
 
 /* Completes samples of times and angles alone. */
-static bool complete(er_trajectory *t, const er_samples *s)
+static bool complete(er_trajectory *t, const table_samples *s)
 {
     double *work = malloc(2 * s->samples * sizeof *work);
     t->row = malloc(s->samples * er_trajectory_width(t) * sizeof *t->row);
@@ -142,7 +150,7 @@ static void find_jumps(er_trajectory *t)
 }
 
 /* FNV-1a over the samples, a number at a time, in threads that do not wait for each other; never 0. */
-static uint64_t fingerprint_of(const er_samples *s)
+static uint64_t fingerprint_of(const table_samples *s)
 {
     enum { THREADS = 4 };
     size_t count = s->samples * (size_t)column_count(s), k = 0;
@@ -167,7 +175,7 @@ static uint64_t fingerprint_of(const er_samples *s)
     return all | 1;
 }
 
-static bool build(er_trajectory *t, er_samples *s, const er_settings *settings, er_failure *failure)
+static bool build(er_trajectory *t, table_samples *s, const er_settings *settings, er_failure *failure)
 {
     if (!require_samples(s, settings, failure))
         return false;
@@ -189,8 +197,8 @@ static bool build(er_trajectory *t, er_samples *s, const er_settings *settings, 
     return true;
 }
 
-bool er_trajectory_build(er_trajectory *t, er_samples *s, const er_settings *settings,
-                         er_failure *failure)
+/* Builds the motion; takes the samples' data, and frees them if that fails. */
+static bool take_samples(er_trajectory *t, table_samples *s, const er_settings *settings, er_failure *failure)
 {
     bool good;
     memset(t, 0, sizeof *t);
@@ -248,7 +256,7 @@ static bool find_block(const er_data_table *table, const char *prefix, int joint
 }
 
 /* Puts the wanted columns side by side, over the table's own numbers, which are the samples' then. */
-static bool choose(er_data_table *table, int joints, er_samples *samples, er_failure *failure)
+static bool choose(er_data_table *table, int joints, table_samples *samples, er_failure *failure)
 {
     int column[1 + 3 * ER_MAX_JOINTS], width;
     bool q, qd, qdd, there;
@@ -274,7 +282,7 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
         for (int c = 0; c < width; c++)
             table->data[k * (size_t)width + (size_t)c] = row[column[c]];
     }
-    *samples = (er_samples){table->rows, joints, qd, table->data};
+    *samples = (table_samples){table->rows, joints, qd, table->data};
     table->data = NULL;
     return true;
 }
@@ -283,9 +291,9 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
 static bool take_table(er_trajectory *trajectory, er_data_table *table, int joints,
                        const er_settings *settings, er_failure *failure)
 {
-    er_samples samples;
+    table_samples samples;
     bool good = choose(table, joints, &samples, failure) &&
-                er_trajectory_build(trajectory, &samples, settings, failure);
+                take_samples(trajectory, &samples, settings, failure);
     er_table_free(table);
     return good;
 }

@@ -1,8 +1,7 @@
 /* The FMU's blocks of reals, a row each: what they are, where they are set, what they are computed by. */
 #include <string.h>
 
-#include "../core/tangent.h"
-#include "exchange.h"
+#include "instance.h"
 
 /* What is computed from the model alone, and its derivatives. */
 #define OF_MODEL(name)                                                                              \

@@ -4,15 +4,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "exchange.h"
 #include "log_categories.h"
+
+static void log_text(const er_component *c, unsigned category, const char *text)
+{
+    int status = category == ER_LOG_EVENTS    ? ER_OK
+                 : category == ER_LOG_WARNING ? ER_WARNING
+                 : category == ER_LOG_DISCARD ? ER_DISCARD
+                                              : ER_ERROR;
+    c->log.tell(c, status, er_log_name(category), text);
+}
+
+/* Tells the master's log, where it is on for that; false where it is not. */
+static bool tell_log(const er_component *c, unsigned category, const char *text)
+{
+    if ((c->log.categories & category) == 0 || c->log.function == NULL)
+        return false;
+    log_text(c, category, text);
+    return true;
+}
 
 /* Without the master's log, stderr. */
 static void tell(const er_component *c, unsigned category, const char *text)
 {
-    if ((c->log.categories & category) != 0 && c->log.function != NULL) {
-        c->log.tell(c, category, text);
-    } else {
+    if (!tell_log(c, category, text)) {
         fprintf(stderr, "%s: %s\n", c->name, text);
         fflush(stderr);
     }
@@ -36,7 +51,7 @@ er_component *er_component_create(const char *name, er_log log, er_instance *rob
     tell(c, ER_LOG_ERROR, failure->text);
     /* The master's log is told in any case: fmi2Instantiate and fmi3Instantiate.. ask for it. */
     if (log.function != NULL && (log.categories & ER_LOG_ERROR) == 0)
-        log.tell(c, ER_LOG_ERROR, failure->text);
+        log_text(c, ER_LOG_ERROR, failure->text);
     er_component_free(c);
     return NULL;
 }
@@ -58,28 +73,12 @@ bool er_component_refuse(er_component *c, const char *text)
     return false;
 }
 
-static void tell_log(er_component *c, unsigned category, const char *text)
-{
-    if ((c->log.categories & category) != 0 && c->log.function != NULL)
-        c->log.tell(c, category, text);
-}
-
-void er_component_inform(er_component *c, const char *text)
-{
-    tell_log(c, ER_LOG_EVENTS, text);
-}
-
-void er_component_warn(er_component *c, const char *text)
-{
-    tell_log(c, ER_LOG_WARNING, text);
-}
-
 /* What an instance took, although something is wrong with it. */
 static void pass_warning_on(er_component *c)
 {
     c->warns = c->robot->warned;
     if (c->warns)
-        er_component_warn(c, c->robot->failure.text);
+        tell_log(c, ER_LOG_WARNING, c->robot->failure.text);
 }
 
 void er_component_discard(er_component *c, const char *text)
@@ -168,7 +167,7 @@ bool er_component_exit(er_component *c)
             " the TCP",
             er_shown(robot->progress.time, number), chosen(robot, ER_MODE), chosen(robot, ER_INITIAL_STATE),
             chosen(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
-    er_component_inform(c, text.text);
+    tell_log(c, ER_LOG_EVENTS, text.text);
     return true;
 }
 
@@ -187,7 +186,7 @@ bool er_component_terminate(er_component *c)
     if (!enter_phase(c, ER_CALL_TERMINATE, ER_TERMINATED))
         return false;
     er_fail(&text, "ends at %s s", er_shown(c->robot->progress.time, number));
-    er_component_inform(c, text.text);
+    tell_log(c, ER_LOG_EVENTS, text.text);
     return true;
 }
 
@@ -206,6 +205,32 @@ bool er_component_set_reals(er_component *c, const unsigned *references, size_t 
         !er_component_tried(c, er_instance_set_reals(c->robot, references, count, values)))
         return false;
     pass_warning_on(c);
+    return true;
+}
+
+bool er_component_may_step(er_component *c, er_call call)
+{
+    if (c != NULL && c->robot->exchange.on)
+        return er_component_refuse(c, "derivatives of inputs and statuses belong to steps; this instance was"
+                                      " made for model exchange");
+    return er_component_may(c, call);
+}
+
+bool er_component_set_derivatives(er_component *c, const unsigned *references, size_t count, const int *orders,
+                                  const double *values)
+{
+    const char *ignored = NULL;
+    er_failure message;
+    if (!er_component_may_step(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
+        !er_component_given(c, count, orders, orders) ||
+        !er_component_told(c, er_instance_set_derivatives(c->robot, references, count, orders, values, &ignored)))
+        return false;
+    c->warns = ignored != NULL;
+    if (c->warns) {
+        er_fail(&message, "derivative of %s: expected that of force, moment, qdd_cmd or the anchor's position,"
+                " got one without effect", ignored);
+        tell_log(c, ER_LOG_WARNING, message.text);
+    }
     return true;
 }
 

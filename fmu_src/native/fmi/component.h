@@ -15,8 +15,8 @@ typedef struct er_component er_component;
 
 /* The master's log. */
 typedef struct {
-    /* Calls the function below, with the status that belongs to the category. */
-    void (*tell)(const er_component *c, unsigned category, const char *text);
+    /* Calls the function below. */
+    void (*tell)(const er_component *c, int status, const char *category, const char *text);
     void (*function)(void); /* of the version's own type; NULL: the master has none */
     void *environment;
     unsigned categories; /* that are on */
@@ -60,13 +60,7 @@ void er_component_free(er_component *c);
 /* Tells the master a sentence and returns false. */
 bool er_component_refuse(er_component *c, const char *text);
 
-/* Tells the master, where it wants to hear of it, what happens. */
-void er_component_inform(er_component *c, const char *text);
-
-/* The same of what has no effect, or an effect that is hardly meant. */
-void er_component_warn(er_component *c, const char *text);
-
-/* The same of what is not there to be told. */
+/* Tells the master, where it wants to hear of it, what is not there to be told. */
 void er_component_discard(er_component *c, const char *text);
 
 /* Passes the success of a call on, or tells the instance's failure. */
@@ -77,6 +71,9 @@ bool er_component_tried(er_component *c, bool good);
 
 /* Whether there is an instance that may be called so now. */
 bool er_component_may(er_component *c, er_call call);
+
+/* The same of a call that belongs to steps: an instance of model exchange makes none. */
+bool er_component_may_step(er_component *c, er_call call);
 
 /* Refuses missing arrays where there is something to put into them. */
 bool er_component_given(er_component *c, size_t count, const void *first, const void *second);
@@ -94,6 +91,8 @@ bool er_component_terminate(er_component *c);
 bool er_component_reset(er_component *c);
 bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
                             const double *values);
+bool er_component_set_derivatives(er_component *c, const unsigned *references, size_t count, const int *orders,
+                                  const double *values);
 bool er_component_get_strings(er_component *c, er_call call, const unsigned *references,
                               size_t count, const char **values);
 bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,

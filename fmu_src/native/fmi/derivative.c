@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "exchange.h"
+#include "instance.h"
 
 /* The first of the causes whose columns are computed together with those of one. */
 static er_cause first_beside(er_cause cause)

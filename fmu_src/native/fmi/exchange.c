@@ -1,4 +1,4 @@
-#include "exchange.h"
+#include "instance.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "exchange.h"
-
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
 

@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 but for model exchange. */
+/* The functions of FMI 2.0. */
 #include "fmi2Functions.h"
 
 #include <math.h>
@@ -19,16 +19,11 @@ const char *fmi2GetVersion(void)
 }
 
 /* Masters format messages like printf, and # begins the reference of a variable. */
-static void tell(const er_component *c, unsigned category, const char *text)
+static void tell(const er_component *c, int status, const char *category, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "%#", escaped);
-    ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name,
-                                          category == ER_LOG_EVENTS    ? fmi2OK
-                                          : category == ER_LOG_WARNING ? fmi2Warning
-                                          : category == ER_LOG_DISCARD ? fmi2Discard
-                                                                       : fmi2Error,
-                                          er_log_name(category), escaped);
+    ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name, (fmi2Status)status, category, escaped);
 }
 
 static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, er_failure *failure)
@@ -192,33 +187,13 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                                                  sensitivity)));
 }
 
-/* Whether an instance is one of co-simulation, whose functions these are. */
-static bool for_steps(er_component *c)
-{
-    return c == NULL || !c->robot->exchange.on ||
-           er_component_refuse(c, "derivatives of inputs and statuses belong to steps; this instance was"
-                               " made for model exchange");
-}
-
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
                                        const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[])
 {
     er_component *c = instance;
-    const char *ignored = NULL;
-    er_failure message;
-    if (!for_steps(c) || !er_component_may(c, ER_CALL_SET) ||
-        !er_component_given(c, count, references, values) ||
-        !er_component_given(c, count, order, order) ||
-        !er_component_told(c, er_instance_set_derivatives(c->robot, references, count, order, values,
-                                                          &ignored)))
-        return fmi2Error;
-    if (ignored == NULL)
-        return fmi2OK;
-    er_fail(&message, "derivative of %s: expected that of force, moment, qdd_cmd or the anchor's position,"
-            " got one without effect", ignored);
-    er_component_warn(c, message.text);
-    return fmi2Warning;
+    bool good = er_component_set_derivatives(c, references, count, order, values);
+    return good && c->warns ? fmi2Warning : er_status(good);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],
@@ -247,8 +222,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* Whether a status is one that is there; the others are those of steps that are still under way. */
 static fmi2Status known(er_component *c, bool there, const void *value)
 {
-    if (!for_steps(c) || !er_component_may(c, ER_CALL_RESULT) ||
-        !er_component_given(c, 1, value, value))
+    if (!er_component_may_step(c, ER_CALL_RESULT) || !er_component_given(c, 1, value, value))
         return fmi2Error;
     if (there)
         return fmi2OK;
@@ -293,4 +267,71 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
 {
     (void)kind;
     return known(c, false, value);
+}
+
+fmi2Status fmi2EnterEventMode(fmi2Component c)
+{
+    return er_status(er_component_enter_event(c, ER_CALL_EVENT_MODE));
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    er_event_update update;
+    if (!er_component_given(c, 1, info, info) || !er_component_update(c, &update))
+        return fmi2Error;
+    info->newDiscreteStatesNeeded = fmi2False;
+    info->terminateSimulation = fmi2False;
+    info->nominalsOfContinuousStatesChanged = fmi2False;
+    info->valuesOfContinuousStatesChanged = update.has_changed ? fmi2True : fmi2False;
+    info->nextEventTimeDefined = update.has_next ? fmi2True : fmi2False;
+    info->nextEventTime = update.has_next ? update.next_time : 0.0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    return er_status(er_component_enter_continuous(c));
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state,
+                                       fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
+{
+    bool has_event;
+    (void)no_set_state;
+    if (!er_component_given(c, 1, enter_event_mode, terminate) ||
+        !er_component_completed(c, &has_event))
+        return fmi2Error;
+    *enter_event_mode = has_event ? fmi2True : fmi2False;
+    *terminate = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
+{
+    return er_status(er_component_set_time(c, time));
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t count)
+{
+    return er_status_tried(c, er_component_set_states(c, states, count));
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
+{
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
+{
+    return er_status_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t count)
+{
+    return er_status_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t count)
+{
+    return er_status(er_component_get_nominals(c, nominals, count));
 }

@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0 but for model exchange.
+/* The functions of FMI 3.0, but for what is in fmi3_rest.c.
  *
  * Value references are those of FMI 2.0; an array has that of its first element, and the independent
  * variable, time, the first one behind all others.
@@ -18,16 +18,11 @@ const char *fmi3GetVersion(void)
 }
 
 /* # begins the reference of a variable. */
-static void tell(const er_component *c, unsigned category, const char *text)
+static void tell(const er_component *c, int status, const char *category, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "#", escaped);
-    ((fmi3LogMessageCallback)c->log.function)(c->log.environment,
-                                              category == ER_LOG_EVENTS    ? fmi3OK
-                                              : category == ER_LOG_WARNING ? fmi3Warning
-                                              : category == ER_LOG_DISCARD ? fmi3Discard
-                                                                           : fmi3Error,
-                                              er_log_name(category), escaped);
+    ((fmi3LogMessageCallback)c->log.function)(c->log.environment, (fmi3Status)status, category, escaped);
 }
 
 static er_log log_of(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)

@@ -1,4 +1,4 @@
-#include "lifecycle.h"
+#include "instance.h"
 
 #include <stddef.h>
 

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "../io/file.h"
-#include "exchange.h"
 
 /* All that an instance remembers: one flat block. */
 typedef struct {
@@ -22,7 +21,7 @@ typedef struct {
 #define SERIALISED_SIZE (sizeof(saved_state) + sizeof(uint64_t))
 
 /* Changes with the layout of saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f74000a)
+#define STATE_MARK UINT64_C(0x45526f626f74000b)
 
 static void copy_step_start(const er_robot *robot, er_step_start *to, const er_step_start *from)
 {

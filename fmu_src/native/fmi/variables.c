@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "../io/file.h"
-#include "exchange.h"
+#include "instance.h"
 
 /* The entry of inputs or parameters at a place in them. */
 static double *input_at(er_instance *instance, size_t place, int entry)

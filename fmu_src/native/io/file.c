@@ -1,6 +1,8 @@
 #include "file.h"
 
 #include <errno.h>
+#include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,6 +51,35 @@ static FILE *open_file(const char *path)
     return fopen(path, "rb");
 }
 #endif
+
+bool er_fail(er_failure *failure, const char *format, ...)
+{
+    va_list arguments;
+    failure->may_retry = false;
+    va_start(arguments, format);
+    vsnprintf(failure->text, sizeof failure->text, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+const char *er_shown(double value, char text[ER_NUMBER_TEXT])
+{
+    snprintf(text, ER_NUMBER_TEXT, "%.12g", isnan(value) ? fabs(value) : value);
+    if (isfinite(value) && strpbrk(text, ".,e") == NULL)
+        strcat(text, ".0");
+    return text;
+}
+
+void er_escape(const char *text, const char *doubled, char escaped[ER_ESCAPED_TEXT])
+{
+    size_t length = 0;
+    for (; *text != '\0' && length + 3 < ER_ESCAPED_TEXT; text++) {
+        if (strchr(doubled, *text) != NULL)
+            escaped[length++] = *text;
+        escaped[length++] = *text;
+    }
+    escaped[length] = '\0';
+}
 
 bool er_exists(const char *path)
 {
@@ -185,4 +216,30 @@ bool er_is_utf8(const char *text)
                 return false;
     }
     return true;
+}
+
+/* Sixteen bytes at a time: table k tells what a byte does k bytes further on. */
+uint32_t er_checksum(const unsigned char *bytes, size_t size)
+{
+    enum { SPAN = 16 };
+    uint32_t table[SPAN][256], value = UINT32_C(0xffffffff);
+    for (uint32_t k = 0; k < 256; k++) {
+        table[0][k] = k;
+        for (int bit = 0; bit < 8; bit++)
+            table[0][k] = table[0][k] >> 1 ^ (table[0][k] & 1 ? UINT32_C(0xedb88320) : 0);
+    }
+    for (int s = 1; s < SPAN; s++)
+        for (int k = 0; k < 256; k++)
+            table[s][k] = table[s - 1][k] >> 8 ^ table[0][table[s - 1][k] & 255];
+    for (; size >= SPAN; size -= SPAN, bytes += SPAN) {
+        uint32_t next = 0;
+        for (int k = 0; k < 4; k++)
+            next ^= table[SPAN - 1 - k][bytes[k] ^ (value >> 8 * k & 255)];
+        for (int k = 4; k < SPAN; k++)
+            next ^= table[SPAN - 1 - k][bytes[k]];
+        value = next;
+    }
+    for (; size > 0; size--)
+        value = value >> 8 ^ table[0][(value ^ *bytes++) & 255];
+    return ~value;
 }

@@ -1,4 +1,4 @@
-#include "lines.h"
+#include "file.h"
 
 #include <math.h>
 #include <stdint.h>

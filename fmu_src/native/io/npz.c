@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "zip.h"
-
 typedef struct {
     char kind;     /* of an entry: 'f', 'i', 'u', 'U' .. */
     unsigned size; /* the number behind it: bytes, or letters of a 'U' */

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lines.h"
 #include "file.h"
 
 /* Longest number that is read: all that can tell two doubles apart. */

@@ -3,8 +3,9 @@
 #define ER_TABLE_FILE_H
 
 #include <stddef.h>
+#include <stdint.h>
 
-#include "failure.h"
+#include "file.h"
 
 #define ER_MAX_TABLE_COLUMNS 256
 #define ER_MAX_NAME 32
@@ -43,6 +44,24 @@ static inline bool er_is_blank(char c)
 static inline char er_printable(char c)
 {
     return c >= ' ' && c <= '~' ? c : '?';
+}
+
+/* Members of a zip archive in memory, stored or deflated (PKWARE, APPNOTE.TXT).
+ *
+ * The content of one, with its checksum verified; NULL with the reason if it is not there or broken.
+ * It lies in the archive, or in `unpacked`, which is to be freed in any case.  Nothing is allocated that
+ * the archive's own size does not bear out. */
+const unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
+                                   size_t *content_size, unsigned char **unpacked,
+                                   er_failure *failure);
+
+/* An unsigned number of some bytes, the least significant first. */
+static inline uint64_t er_little(const unsigned char *at, int bytes)
+{
+    uint64_t value = 0;
+    while (bytes-- > 0)
+        value = value << 8 | at[bytes];
+    return value;
 }
 
 #endif
