@@ -1,9 +1,9 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections; and the motors
  * at its nodes.
  *
- * Included behind kernel_vector.h, by a file that includes motors.h; how pairs of complex numbers are multiplied is told by the includer:
- * pair, read_pair, set_real, as_factor, take_reciprocal, multiply, take_off, and the sums of products:
- * product, as_product, product_of, add_product, write_product.
+ * Included behind kernel_vector.h, by a file that includes motors.h; how pairs of complex numbers are multiplied is
+ * told by the includer: pair, read_pair, set_real, as_factor, take_reciprocal, multiply, take_off, and the sums of
+ * products: product, as_product, product_of, add_product, write_product.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */

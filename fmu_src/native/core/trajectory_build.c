@@ -154,22 +154,22 @@ static uint64_t fingerprint_of(const table_samples *s)
 {
     enum { THREADS = 4 };
     size_t count = s->samples * (size_t)column_count(s), k = 0;
-    uint64_t hash[THREADS], bits, all = UINT64_C(14695981039346656037) ^ count;
+    uint64_t hash[THREADS], bits, all = ER_HASH_START ^ count;
     for (int i = 0; i < THREADS; i++)
-        hash[i] = UINT64_C(14695981039346656037) + (uint64_t)i;
+        hash[i] = ER_HASH_START + (uint64_t)i;
     for (; k + THREADS <= count; k += THREADS)
         for (int i = 0; i < THREADS; i++) {
             memcpy(&bits, s->data + k + i, sizeof bits);
-            hash[i] = (hash[i] ^ bits) * UINT64_C(1099511628211);
+            hash[i] = (hash[i] ^ bits) * ER_HASH_FACTOR;
             hash[i] ^= hash[i] >> 32; /* the product alone would leave high bits without a trace in low ones */
         }
     for (; k < count; k++) {
         memcpy(&bits, s->data + k, sizeof bits);
-        all = (all ^ bits) * UINT64_C(1099511628211);
+        all = (all ^ bits) * ER_HASH_FACTOR;
         all ^= all >> 32;
     }
     for (int i = 0; i < THREADS; i++) {
-        all = (all ^ hash[i]) * UINT64_C(1099511628211);
+        all = (all ^ hash[i]) * ER_HASH_FACTOR;
         all ^= all >> 32;
     }
     return all | 1;

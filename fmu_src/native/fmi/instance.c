@@ -35,7 +35,7 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         good = er_fail(failure, "GUID: expected that of this FMU's modelDescription.xml, %.80s, got"
                        " %.80s", robot->guid, guid);
     if (good) {
-        instance->fingerprint = er_hash(robot, sizeof *robot, ER_HASH_START);
+        instance->fingerprint = er_hash(robot, sizeof *robot);
         instance->model = er_model_create(robot);
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }

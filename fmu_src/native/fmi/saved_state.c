@@ -78,7 +78,7 @@ static bool restore(er_instance *instance, const saved_state *saved)
 
 static void serialise(const saved_state *saved, void *bytes)
 {
-    uint64_t checksum = er_hash(saved, sizeof *saved, ER_HASH_START);
+    uint64_t checksum = er_hash(saved, sizeof *saved);
     memcpy(bytes, saved, sizeof *saved);
     memcpy((unsigned char *)bytes + sizeof *saved, &checksum, sizeof checksum);
 }
@@ -92,7 +92,7 @@ static bool deserialise(er_instance *instance, const void *bytes, size_t size, s
                        (unsigned long)SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
-    if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
+    if (checksum != er_hash(saved, sizeof *saved))
         return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
                        (unsigned long)size);
     return require_own(instance, saved);

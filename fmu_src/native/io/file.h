@@ -62,14 +62,15 @@ bool er_is_utf8(const char *text);
 
 /* FNV-1a, 64 bits: tells data apart that differ by accident. */
 #define ER_HASH_START UINT64_C(14695981039346656037)
+#define ER_HASH_FACTOR UINT64_C(1099511628211)
 
-/* Hash of some bytes behind those that `start` is the hash of. */
-static inline uint64_t er_hash(const void *data, size_t size, uint64_t start)
+static inline uint64_t er_hash(const void *data, size_t size)
 {
     const unsigned char *bytes = data;
+    uint64_t hash = ER_HASH_START;
     for (size_t k = 0; k < size; k++)
-        start = (start ^ bytes[k]) * UINT64_C(1099511628211);
-    return start;
+        hash = (hash ^ bytes[k]) * ER_HASH_FACTOR;
+    return hash;
 }
 
 /* CRC-32 of some bytes, as zip archives have it. */
