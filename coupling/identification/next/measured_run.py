@@ -85,8 +85,8 @@ class MeasuredRun:
         Raises:
             LearnError: If what was measured does not fit the run.
         """
-        seen = aligned(source.seen, model.path, own_frame=np.isinf(known.turn))
         coarse = clock_offset(source.seen, model.path)
+        seen = aligned(source.seen, model.path, np.isinf(known.turn), coarse)
         beyond = seen.position - model.position(seen.time)
         far = max(_FAR * noise_of([beyond]), _FAR_OFF)
         kept = near_those_around(seen.name, beyond, far)

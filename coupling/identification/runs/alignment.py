@@ -32,7 +32,9 @@ _TURNED = 0.02
 _PLANE = 0.02
 
 
-def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
+def aligned(
+    seen: Measurement, model: ToolPath, own_frame: bool, offset: float | None = None
+) -> Measurement:
     """Return what was seen during the run, on the command's clock and in the robot's base frame.
 
     Rows that a device wrote while it had lost its target are left out.
@@ -41,6 +43,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
         seen: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
+        offset: What brings the measurement's clock to the run's [s]; None: that of `clock_offset`.
 
     Raises:
         LearnError: If it is no measured run of this command, too little of one, or not of the tool all
@@ -48,7 +51,7 @@ def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     """
     _require_length_unit(seen, model)
     path = SimulatedPath(model)
-    offset = clock_offset(seen, model)
+    offset = clock_offset(seen, model) if offset is None else offset
     seen = replace(seen, time=seen.time + offset)
     inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
     seen = seen.at_rows(np.flatnonzero(inside))
