@@ -160,8 +160,8 @@ def gear_path(
         elements: Elements of its hysteresis.
     """
     elongation = np.clip(start, -elements.slip_angle, elements.slip_angle)
-    turned, way = start, 0.0
-    law = spring.with_elements(elements, start, elongation) if elements.count else spring
+    turned, way, slips = start, 0.0, bool(elements.count)
+    law = spring.with_elements(elements, start, elongation) if slips else spring
     pieces = _Pieces(law, damping, spacing)
     e, pulls = start, torque.tolist()
     now = _piece_of(pieces, e, pulls)
@@ -170,7 +170,7 @@ def gear_path(
     for k in range(1, len(pulls)):
         before, piece = e, now
         e, now = _step(pieces, e, now, pulls[k - 1], pulls[k])
-        if elements.count and (e - before) * way < 0.0:
+        if slips and (e - before) * way < 0.0:
             # What it was until it turned, and once more from there.
             a = elements.slip_angle
             elongation = np.clip(elongation + before - turned, -a, a)
