@@ -204,9 +204,12 @@ class LoopModel:
         turned = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
         self.effective = ~slips | turned[elasticity.elastic]
-        self._values, self._prediction = known or (None, None)
-        self._runs: list[_Run] = []
-        self._deflection = np.empty(0) if known is None else known[1].deflection
+        self._values: np.ndarray | None = None
+        self._prediction: Prediction | None = None
+        self._runs, self._deflection = list[_Run](), np.empty(0)
+        if known is not None:
+            self._values, self._prediction = known
+            self._deflection = known[1].deflection
 
     def deflection(self, values: np.ndarray) -> np.ndarray:
         """Return the deflections at values of p, in its units, (P,): [m, rad], (k, r).
