@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -62,13 +63,13 @@ class MeasuredRun:
         path = SimulatedPath(self.desired)
         return self.source.seen.position - path.rotation(time).apply(self.tip)
 
-    @property
+    @cached_property
     def deviation(self) -> np.ndarray:
         """Measured less desired positions [m], (n, 3)."""
         off: np.ndarray = self.seen.position - SimulatedPath(self.desired).position(self.seen.time)
         return off
 
-    @property
+    @cached_property
     def size(self) -> DeviationSize:
         """Size of that."""
         return deviation_size(self.seen.time, self.deviation, self.noise)
