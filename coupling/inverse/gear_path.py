@@ -18,6 +18,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.signal import lfilter
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from elastic_robot.torque_curves import TorqueCurve
@@ -28,6 +29,9 @@ _CHORDS = 64
 _NARROW = 1e-12
 # Changes of piece within a sample, beyond which the gear is taken to rest where it is.
 _MOST_CHANGES = 500
+# Pieces that are few enough for a gear to stay in each, samples in one after which the next ones are
+# looked at together, and how many of these at first.
+_FEW, _STAYS, _AT_ONCE = 3, 8, 64
 
 
 @dataclass(frozen=True)
@@ -160,17 +164,30 @@ def gear_path(
         elements: Elements of its hysteresis.
     """
     elongation = np.clip(start, -elements.slip_angle, elements.slip_angle)
-    turned, way = start, 0.0
-    law = spring.with_elements(elements, start, elongation) if elements.count else spring
+    turned, way, slips = start, 0.0, bool(elements.count)
+    law = spring.with_elements(elements, start, elongation) if slips else spring
     pieces = _Pieces(law, damping, spacing)
     e, pulls = start, torque.tolist()
     now = _piece_of(pieces, e, pulls)
-    angles = [e]
-    rates = [(pulls[0] - pieces.offsets[now] - pieces.slopes[now] * e) / damping]
-    for k in range(1, len(pulls)):
+    angles, rates = np.empty((2, len(pulls)))
+    angles[0] = e
+    rates[0] = (pulls[0] - pieces.offsets[now] - pieces.slopes[now] * e) / damping
+    k, stays, most = 1, 0, _AT_ONCE
+    seldom = not slips and len(pieces.slopes) <= _FEW
+    while k < len(pulls):
+        if stays >= _STAYS:
+            ahead = _within(pieces, e, now, torque[k - 1 : k + most])
+            until = k + len(ahead)
+            angles[k:until] = ahead
+            rates[k:until] = torque[k:until] - pieces.offsets[now] - pieces.slopes[now] * ahead
+            rates[k:until] /= damping
+            stays, most = (stays, 2 * most) if len(ahead) == most else (0, _AT_ONCE)
+            k, e = until, float(angles[until - 1])
+            continue
         before, piece = e, now
         e, now = _step(pieces, e, now, pulls[k - 1], pulls[k])
-        if elements.count and (e - before) * way < 0.0:
+        stays = stays + 1 if seldom and now == piece else 0
+        if slips and (e - before) * way < 0.0:
             # What it was until it turned, and once more from there.
             a = elements.slip_angle
             elongation = np.clip(elongation + before - turned, -a, a)
@@ -179,9 +196,27 @@ def gear_path(
             piece = _piece_of(pieces, turned, pulls[k - 1 :])
             e, now = _step(pieces, turned, piece, pulls[k - 1], pulls[k])
         way = e - before or way
-        angles.append(e)
-        rates.append((pulls[k] - pieces.offsets[now] - pieces.slopes[now] * e) / damping)
-    return np.array(angles), np.array(rates)
+        angles[k] = e
+        rates[k] = (pulls[k] - pieces.offsets[now] - pieces.slopes[now] * e) / damping
+        k += 1
+    return angles, rates
+
+
+def _within(pieces: _Pieces, angle: float, piece: int, torque: np.ndarray) -> np.ndarray:
+    """Return the angles from the next sample on, as long as the gear stays in its piece, (n,).
+
+    Args:
+        angle: Angle now [rad].
+        torque: T now and at the next samples [N m], (k,).
+    """
+    (first, second), d = pieces.weights[piece], pieces.damping
+    pushed = (torque[:-1] - pieces.offsets[piece]) * (first / d)
+    pushed += np.diff(torque) * (second / (pieces.spacing * d))
+    keeps = 1.0 - pieces.slopes[piece] * first / d
+    angles, _ = lfilter([1.0], [1.0, -keeps], pushed, zi=[keeps * angle])
+    leaves = (angles < pieces.corners[piece - 1]) | (angles > pieces.corners[piece])
+    stays: np.ndarray = angles[: np.argmax(leaves)] if leaves.any() else angles
+    return stays
 
 
 def _piece_of(pieces: _Pieces, angle: float, pulls: list[float]) -> int:

@@ -75,16 +75,19 @@ class AlongMotion:
             [stencil(part, command.degree, o) / command.spacing**o for o in range(3)], axis=1
         )
         size, joints = chain.elastic_count, chain.joint_count
+        flat = forcing.reshape(len(times), size, 3 * joints)
+        pushes = (step * half[:, :, size:] @ flat).reshape(len(times), 2 * size, 3, joints)
         state = np.zeros((2 * size, len(free), joints))
         pushed = np.zeros((len(outputs), size, len(free), joints))
+        acted = 0  # coefficients that have moved the robot so far
         for k in range(len(times)):
-            state = np.tensordot(transition[k], state, axes=1)
+            moved = state[:, :acted].reshape(2 * size, -1)
+            state[:, :acted] = (transition[k] @ moved).reshape(2 * size, acted, joints)
             used = range(max(first[k], free.start), min(first[k] + command.degree + 1, free.stop))
             if len(used):
                 taken = slice(used.start - first[k], used.stop - first[k])
-                push = np.einsum("aoj,oc->acj", forcing[k], weights[k][:, taken])
-                push = np.tensordot(half[k][:, size:], push, axes=1) * step
-                state[:, used.start - free.start : used.stop - free.start] += push
+                acted = used.stop - free.start
+                state[:, used.start - free.start : acted] += weights[k][:, taken].T @ pushes[k]
             if (k + 1) % every == 0:
                 pushed[(k + 1) // every] = state[:size]
         return self._of_tool(command, free, outputs, pushed)

@@ -50,8 +50,9 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 def _skew(vector: np.ndarray) -> np.ndarray:
     """Return the matrices of v x, (..., 3, 3)."""
     matrix = np.zeros((*vector.shape, 3))
-    matrix[..., [2, 0, 1], [1, 2, 0]] = vector
-    matrix[..., [1, 2, 0], [2, 0, 1]] = -vector
+    for k, (row, column) in enumerate(((2, 1), (0, 2), (1, 0))):
+        matrix[..., row, column] = vector[..., k]
+        matrix[..., column, row] = -vector[..., k]
     return matrix
 
 

@@ -57,6 +57,7 @@ class SpringStatics:
         self._rigid = dynamics.chain.theta(q)
         self._backlash = np.isfinite(curve.half_width)
         self._width = np.where(self._backlash, curve.half_width, 0.0)
+        self._flanks = curve.flank_slope(np.zeros(len(self._width)))
         reach = np.abs(acting.anchor).max() + np.abs(self._tcp(np.zeros(len(self._backlash)))).max()
         stiffness = np.abs(acting.stiffness).max() + acting.contact.stiffness
         noise = _ROUNDING * float(stiffness * reach**2)
@@ -98,9 +99,8 @@ class SpringStatics:
         given = self._dynamics.static_torque(rigid, ToolLoad(acting.wrench)) - slipped
         neutral = self._backlash & (np.abs(given) < SETTINGS.neutral_torque)
         neutral &= support.diagonal() * self._width < SETTINGS.neutral_torque
-        flanks = np.diag(self._curve.flank_slope(np.zeros(len(given))))
         torque = self._dynamics.static_torque(rigid, acting) - slipped
-        x = np.linalg.solve(flanks + support, torque)
+        x = np.linalg.solve(np.diag(self._flanks) + support, torque)
         return np.where(neutral, 0.0, x + self._width * np.sign(x)), neutral
 
     def _descend(self, x: np.ndarray, neutral: np.ndarray) -> np.ndarray | None:
@@ -139,9 +139,9 @@ class SpringStatics:
         slope = slope + inside * np.abs(free) / np.where(inside, 2.0 * self._width, 1.0)
         gradient = self._dynamics.static_torque_gradient(self._theta(x), self._acting)
         driven = inside * np.maximum(gradient.diagonal(), 0.0)
-        flanks = self._curve.flank_slope(np.zeros(len(x)))  # a rounded one is flat at its foot
         for shift in _SHIFTS:
-            added = shift * flanks + (shift > 0.0) * driven
+            # The flanks, as a rounded one is flat at its foot.
+            added = shift * self._flanks + (shift > 0.0) * driven
             matrix = np.diag(slope + added) - gradient
             matrix[neutral] = np.eye(len(x))[neutral]
             matrix[:, neutral] = np.eye(len(x))[:, neutral]

@@ -89,7 +89,7 @@ def settled(
 
     def residual(part: np.ndarray) -> np.ndarray:
         try:
-            rest = model.predict(valued(part)).deflection - measured.deflection
+            rest = model.deflection(valued(part)) - measured.deflection
         except IdentifyError:  # a trial step that is too soft
             return np.full(measured.deflection.size + len(part), np.inf)
         whitened = np.einsum("kij,kj->ki", white, rest).ravel()
@@ -101,7 +101,7 @@ def settled(
         return np.vstack([columns, np.diag(holding)])
 
     begin = np.clip(start[free] / size[free], low * (1.0 + 1e-9), high)
-    model.predict(valued(begin))  # raises where the search cannot begin
+    model.deflection(valued(begin))  # raises where the search cannot begin
     result = least_squares(
         residual,
         begin,

@@ -214,12 +214,13 @@ def _left_out(fit: StaticFit, measured: Measurements, options: IdentifyOptions) 
     for rows in loop_rows(measured):
         others = np.setdiff1d(np.arange(measured.count), rows)
         rest = measured.at_rows(others)
-        model = LoopModel(elasticity, rest, options.torque_curve)
+        known = fit.values, fit.prediction.at_rows(others)
+        model = LoopModel(elasticity, rest, options.torque_curve, known)
         values = np.where(model.effective, fit.values, _before(elasticity))
         values, _ = settled(model, rest, white[others], values, hold)
         own = measured.at_rows(rows)
-        prediction = LoopModel(elasticity, own, options.torque_curve).predict(values)
-        errors[rows] = own.deflection - prediction.deflection
+        model = LoopModel(elasticity, own, options.torque_curve)
+        errors[rows] = own.deflection - model.deflection(values)
     return errors
 
 

@@ -21,7 +21,13 @@ from coupling.files.gear_table import sheet_elements
 from coupling.files.robot_edit import place_of
 from coupling.identification.static.elastic import ElasticParameters
 from coupling.identification.static.measurements import Measurements
-from coupling.identification.static.prediction import Prediction, between, moved, with_tcp_at
+from coupling.identification.static.prediction import (
+    Prediction,
+    between,
+    displacement,
+    moved,
+    with_tcp_at,
+)
 from coupling.robot.parameters import SLIP_ANGLE, RobotParameter, robot_parameters, with_joints
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
@@ -31,7 +37,7 @@ from elastic_robot.hysteresis import HeldHysteresis, Hysteresis, Past
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.parameter_names import ByParameter
 from elastic_robot.parameters import Parameters
-from elastic_robot.static_sensitivity import static_sensitivities
+from elastic_robot.residual import OperatingPoint, residual_derivatives
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -137,19 +143,39 @@ def reversed_ranges(robot: Robot, measured: Measurements) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Rest:
-    """A rest of a loop, and derivatives by p.
+    """A rest of a loop: elastic coordinates and elongations of elements [rad], (m,), (e,)."""
+
+    x: np.ndarray
+    elongation: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Derivatives of a rest.
 
     Attributes:
-        x, elongation: Elastic coordinates and elongations of elements [rad], (m,), (e,).
-        by_x, by_elongation: Their derivatives, (m, P), (e, P).
-        by_wrench: Derivative of x by the load, (m, 6).
+        x, elongation: Those of elastic coordinates and elongations by p, (m, P), (e, P).
+        wrench: That of elastic coordinates by the load, (m, 6).
     """
 
     x: np.ndarray
     elongation: np.ndarray
-    by_x: np.ndarray
-    by_elongation: np.ndarray
-    by_wrench: np.ndarray
+    wrench: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A robot on its way through a loop.
+
+    Attributes:
+        rows: Rows of the loop in the measurements, (k,).
+        loop: The robot in the loop's posture.
+        rests: Its rests: under its own weight, then under each load, k + 1.
+    """
+
+    rows: np.ndarray
+    loop: _Loop
+    rests: list[_Rest]
 
 
 class LoopModel:
@@ -158,6 +184,7 @@ class LoopModel:
     Args:
         measured: The measurements, with loops.
         torque_curve: A name of `TORQUE_CURVES`.
+        known: Values of p, in its units, (P,), and what they predict, where that is known.
 
     Attributes:
         elasticity: The parameters.
@@ -166,31 +193,47 @@ class LoopModel:
     """
 
     def __init__(
-        self, elasticity: LoopParameters, measured: Measurements, torque_curve: str
+        self,
+        elasticity: LoopParameters,
+        measured: Measurements,
+        torque_curve: str,
+        known: tuple[np.ndarray, Prediction] | None = None,
     ) -> None:
         self.elasticity, self._measured, self._curve = elasticity, measured, torque_curve
         self._loops = loop_rows(measured)
         turned = reversed_ranges(elasticity.robot, measured) > 0.0
         slips = elasticity.chosen("hysteresis") | elasticity.chosen("slip_angle")
         self.effective = ~slips | turned[elasticity.elastic]
-        self._last: tuple[np.ndarray, Prediction] | None = None
+        self._values: np.ndarray | None = None
+        self._prediction: Prediction | None = None
+        self._runs, self._deflection = list[_Run](), np.empty(0)
+        if known is not None:
+            self._values, self._prediction = known
+            self._deflection = known[1].deflection
 
-    def predict(self, values: np.ndarray) -> Prediction:
-        """Return the prediction at values of p, in its units, (P,); the last one is kept.
+    def deflection(self, values: np.ndarray) -> np.ndarray:
+        """Return the deflections at values of p, in its units, (P,): [m, rad], (k, r).
+
+        The last ones are kept.
 
         Raises:
             IdentifyError: If the robot finds no rest, with the row.
         """
-        if self._last is None or not np.allclose(values, self._last[0], rtol=_ROUNDING, atol=0.0):
-            self._last = values.copy(), self._predicted(values)
-        return self._last[1]
+        if self._values is None or not np.allclose(values, self._values, rtol=_ROUNDING, atol=0.0):
+            runs = self._followed(values)
+            self._deflection = self._moved(runs)
+            self._runs, self._prediction, self._values = runs, None, values.copy()
+        return self._deflection
 
-    def _predicted(self, values: np.ndarray) -> Prediction:
-        robot, measured = self.elasticity.described(values), self._measured
-        count, width = measured.count, measured.rows
-        deflection = np.empty((count, width))
-        by_parameter = np.zeros((count, width, len(values)))
-        by_wrench = np.empty((count, width, 6))
+    def predict(self, values: np.ndarray) -> Prediction:
+        """Return them with their derivatives; arguments and errors as of `deflection`."""
+        deflection = self.deflection(values)
+        if self._prediction is None:
+            self._prediction = Prediction(deflection, *self._derivatives())
+        return self._prediction
+
+    def _followed(self, values: np.ndarray) -> list[_Run]:
+        robot, measured, runs = self.elasticity.described(values), self._measured, list[_Run]()
         for rows in self._loops:
             loop = _Loop(
                 with_tcp_at(robot, measured.load_point[rows[0]]),
@@ -198,20 +241,46 @@ class LoopModel:
                 self._curve,
                 measured.q[rows[0]],
             )
-            before = rest = self._rest(loop, np.zeros(6), None, int(rows[0]))
+            rests = [self._rest(loop, np.zeros(6), None, int(rows[0]))]
             for k in rows:
-                rest = self._rest(loop, measured.wrench[k], rest, int(k))
-                arm = measured.measured_point[k] - measured.load_point[k]
-                ends = [*loop.point(before, arm)[:2], *loop.point(rest, arm)]
-                moves = between(*ends)
-                deflection[k], by_parameter[k], by_wrench[k] = (part[:width] for part in moves)
-        return Prediction(deflection, by_parameter * self.effective, by_wrench)
+                rests.append(self._rest(loop, measured.wrench[k], rests[-1], int(k)))
+            runs.append(_Run(rows, loop, rests))
+        return runs
 
     def _rest(self, loop: _Loop, wrench: np.ndarray, before: _Rest | None, row: int) -> _Rest:
         try:
             return loop.rest(wrench, before)
         except ElasticRobotError as cause:
             raise IdentifyError(f"{self._measured.names[row]}: {cause}") from cause
+
+    def _arm(self, row: int) -> np.ndarray:
+        """Return from the point of the load to the measured one, tool axes [m], (3,)."""
+        arm: np.ndarray = self._measured.measured_point[row] - self._measured.load_point[row]
+        return arm
+
+    def _moved(self, runs: list[_Run]) -> np.ndarray:
+        deflection = np.empty((self._measured.count, self._measured.rows))
+        for run in runs:
+            for k, rest in zip(run.rows, run.rests[1:], strict=True):
+                places = (run.loop.place(own, self._arm(k)) for own in (run.rests[0], rest))
+                deflection[k] = displacement(*places)[: deflection.shape[1]]
+        return deflection
+
+    def _derivatives(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return those of the last deflections by p and by the loads, (k, r, P), (k, r, 6)."""
+        measured = self._measured
+        by_parameter = np.zeros((measured.count, measured.rows, len(self.elasticity.names)))
+        by_wrench = np.empty((measured.count, measured.rows, 6))
+        for run in self._runs:
+            unloaded, loop = run.rests[0], run.loop
+            before = slopes = loop.slopes(np.zeros(6), unloaded, None)
+            for k, rest in zip(run.rows, run.rests[1:], strict=True):
+                slopes = loop.slopes(measured.wrench[k], rest, slopes)
+                arm = self._arm(k)
+                ends = [*loop.point(unloaded, before, arm)[:2], *loop.point(rest, slopes, arm)]
+                _, *moves = between(*ends)
+                by_parameter[k], by_wrench[k] = (part[: measured.rows] for part in moves)
+        return by_parameter * self.effective, by_wrench
 
 
 class _Loop:
@@ -235,31 +304,47 @@ class _Loop:
 
     def rest(self, wrench: np.ndarray, before: _Rest | None) -> _Rest:
         """Return the rest under a load, from the one before, or from no load."""
-        own, elements = self._own, self._chain.elements
-        past, count = Past.start(self._hysteresis), len(own.names)
-        by_x, by_s = np.zeros((len(past.x), count)), np.zeros((elements.count, count))
+        past = Past.start(self._hysteresis)
         if before is not None:
             past = Past(self._hysteresis, before.x, before.elongation)
-            by_x, by_s = before.by_x, before.by_elongation
-        acting = ToolLoad(wrench)
-        x = equilibrium(self._dynamics, self._law, self._q, acting, past)
-        s = past.elongation_at(x)
-        held = self._hysteresis.held(s, np.zeros_like(x))
-        found = static_sensitivities(self._dynamics, self._law, self._q, x, acting, held).x
+        x = equilibrium(self._dynamics, self._law, self._q, ToolLoad(wrench), past)
+        return _Rest(x, past.elongation_at(x))
+
+    def slopes(self, wrench: np.ndarray, rest: _Rest, before: _Slopes | None) -> _Slopes:
+        """Return the derivatives of a rest under a load, with those of the one before."""
+        own, elements, x, s = self._own, self._chain.elements, rest.x, rest.elongation
+        if before is None:
+            shapes = ((len(x), len(own.names)), (elements.count, len(own.names)), (len(x), 6))
+            before = _Slopes(*map(np.zeros, shapes))
+        still, acting = np.zeros_like(x), ToolLoad(wrench)
+        held = self._hysteresis.held(s, still)
+        point = OperatingPoint(
+            np.stack([self._q, 0.0 * self._q, 0.0 * self._q]),
+            np.stack([x, still, still]),
+            acting,
+            self._law.region(x),
+            held,
+        )
+        by = residual_derivatives(self._dynamics, self._law, still, point)
         sticks = np.abs(s) < elements.slip_angle
         # An element that slips is as long as its slip angle, which may be a parameter itself.
         longer = np.equal.outer(elements.coordinate, own.elastic) & own.chosen("slip_angle")
         relative = longer * s[:, None] / self._largest
-        carried = np.where(sticks[:, None], by_s - by_x[elements.coordinate], relative)
-        stiff = self._hysteresis.stiffness[:, None] * (carried - relative)
-        torque = np.zeros_like(by_x)
-        np.add.at(torque, elements.coordinate, stiff)
-        by_x = self._fixed(found.parameters) - np.linalg.solve(self._slope(x, acting, held), torque)
-        by_s = carried + sticks[:, None] * by_x[elements.coordinate]
-        return _Rest(x, s, by_x, by_s, found.wrench)
+        follows = before.elongation - before.x[elements.coordinate]
+        carried = np.where(sticks[:, None], follows, relative)
+        torque = self._fixed(by.parameters)
+        np.add.at(
+            torque,
+            elements.coordinate,
+            self._hysteresis.stiffness[:, None] * (carried - relative),
+        )
+        forces = np.hstack([torque, by.wrench])
+        found = -np.linalg.solve(self._slope(x, acting, held), forces)
+        by_x, by_wrench = found[:, : len(own.names)], found[:, len(own.names) :]
+        return _Slopes(by_x, carried + sticks[:, None] * by_x[elements.coordinate], by_wrench)
 
     def _fixed(self, parameters: ByParameter) -> np.ndarray:
-        """Return the derivatives of x by p where elements come from a given past, (m, P)."""
+        """Return the torques by p where elements come from a given past, (m, P)."""
         own, columns = self._own, np.zeros((len(self._stiffness), len(self._own.names)))
         for j, (name, elastic) in enumerate(zip(own.names, own.elastic, strict=True)):
             if own.own[j].kind != "slip_angle":
@@ -275,13 +360,18 @@ class _Loop:
         slope[np.diag_indices_from(slope)] += self._law.flank_slope(x) + held.slope
         return slope
 
-    def point(self, rest: _Rest, arm: np.ndarray) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
-        """Return the placement of a point `arm` off the TCP, and its derivatives by p and load."""
+    def place(self, rest: _Rest, arm: np.ndarray) -> pin.SE3:
+        """Return the placement of a point `arm` off the TCP."""
         theta = self._chain.theta(self._q, rest.x)
-        place = base_from_tool(self._chain, self._dynamics.data, theta)
-        rotation, translation = place.rotation.copy(), place.translation.copy()
-        offset = rotation @ arm
+        tool = base_from_tool(self._chain, self._dynamics.data, theta)
+        return pin.SE3(tool.rotation, tool.translation + tool.rotation @ arm)
+
+    def point(
+        self, rest: _Rest, slopes: _Slopes, arm: np.ndarray
+    ) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
+        """Return the placement of a point `arm` off the TCP, and its derivatives by p and load."""
+        place = self.place(rest, arm)
+        theta = self._chain.theta(self._q, rest.x)
         jacobian = tcp_jacobian(self._chain, self._dynamics.data, theta)[:, self._chain.elastic]
-        at_point = moved(jacobian, offset)
-        placement = pin.SE3(rotation, translation + offset)
-        return placement, at_point @ rest.by_x, at_point @ rest.by_wrench
+        at_point = moved(jacobian, place.rotation @ arm)
+        return place, at_point @ slopes.x, at_point @ slopes.wrench

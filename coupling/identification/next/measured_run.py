@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -62,7 +63,7 @@ class MeasuredRun:
         path = SimulatedPath(self.desired)
         return self.source.measured.position - path.rotation(time).apply(self.tip)
 
-    @property
+    @cached_property
     def deviation(self) -> np.ndarray:
         """Measured less desired positions [m], (n, 3)."""
         off: np.ndarray = self.measured.position - SimulatedPath(self.desired).position(
@@ -70,7 +71,7 @@ class MeasuredRun:
         )
         return off
 
-    @property
+    @cached_property
     def size(self) -> DeviationSize:
         """Size of that."""
         return deviation_size(self.measured.time, self.deviation, self.noise)
@@ -87,8 +88,8 @@ class MeasuredRun:
         Raises:
             LearnError: If what was measured does not fit the run.
         """
-        measured = aligned(source.measured, model.path, own_frame=np.isinf(known.turn))
         coarse = clock_offset(source.measured, model.path)
+        measured = aligned(source.measured, model.path, np.isinf(known.turn), coarse)
         beyond = measured.position - model.position(measured.time)
         far = max(_FAR * noise_of([beyond]), _FAR_OFF)
         kept = near_those_around(measured.name, beyond, far)

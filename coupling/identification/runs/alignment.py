@@ -32,7 +32,9 @@ _TURNED = 0.02
 _PLANE = 0.02
 
 
-def aligned(measured: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
+def aligned(
+    measured: Measurement, model: ToolPath, own_frame: bool, offset: float | None = None
+) -> Measurement:
     """Return what was measured during the run, on the command's clock and in the robot's base frame.
 
     Rows that a device wrote while it had lost its target are left out.
@@ -41,6 +43,7 @@ def aligned(measured: Measurement, model: ToolPath, own_frame: bool) -> Measurem
         measured: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
+        offset: What brings the measurement's clock to the run's [s]; None: that of `clock_offset`.
 
     Raises:
         LearnError: If it is no measured run of this command, too little of one, or not of the tool all
@@ -48,7 +51,7 @@ def aligned(measured: Measurement, model: ToolPath, own_frame: bool) -> Measurem
     """
     _require_length_unit(measured, model)
     path = SimulatedPath(model)
-    offset = clock_offset(measured, model)
+    offset = clock_offset(measured, model) if offset is None else offset
     measured = replace(measured, time=measured.time + offset)
     inside = (measured.time >= model.time[0]) & (measured.time <= model.time[-1])
     measured = measured.at_rows(np.flatnonzero(inside))

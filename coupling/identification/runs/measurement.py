@@ -171,7 +171,11 @@ class SimulatedPath:
 
     def rotation(self, time: np.ndarray) -> Rotation:
         """Return rotations base_from_tool at times [s], (n,)."""
-        return RotationSpline(self.path.time, self.path.rotations[0])(self._inside(time))
+        return self._rotation(self._inside(time))
+
+    @cached_property
+    def _rotation(self) -> RotationSpline:
+        return RotationSpline(self.path.time, self.path.rotations[0])
 
     @cached_property
     def _motors(self) -> CubicSpline:

@@ -44,6 +44,10 @@ class Prediction:
     by_parameter: np.ndarray
     by_wrench: np.ndarray
 
+    def at_rows(self, rows: np.ndarray) -> Prediction:
+        """Return that of some measurements by their indices, (n,)."""
+        return Prediction(self.deflection[rows], self.by_parameter[rows], self.by_wrench[rows])
+
 
 def rigid_prediction(
     elasticity: ElasticParameters, measured: Measurements, values: np.ndarray
@@ -134,6 +138,12 @@ def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
     return np.vstack([jacobian[:3] - pin.skew(arm) @ jacobian[3:], jacobian[3:]])
 
 
+def displacement(before: pin.SE3, after: pin.SE3) -> np.ndarray:
+    """Return the deflection from one placement to another, base axes [m, rad], (6,)."""
+    turn = pin.log3(after.rotation @ before.rotation.T)
+    return np.append(after.translation - before.translation, turn)
+
+
 def between(
     before: pin.SE3,
     by_before: np.ndarray,
@@ -149,13 +159,12 @@ def between(
         by_wrench: Derivative of the second one by its load [m/N, rad/(N m), ..], (6, 6).
     """
     turn = after.rotation @ before.rotation.T
-    shift = after.translation - before.translation
     # d log(E) = J_l^-1 (w1 - E w0), E = R1 R0^T; J_l^-1 is Pinocchio's Jlog3 of the inverse turn.
     by_turn = pin.Jlog3(turn.T)
     changed, by_load = by_after - by_before, by_wrench.copy()
     changed[3:] = by_turn @ (by_after[3:] - turn @ by_before[3:])
     by_load[3:] = by_turn @ by_wrench[3:]
-    return np.append(shift, pin.log3(turn)), changed, by_load
+    return displacement(before, after), changed, by_load
 
 
 def _flank(torque: np.ndarray) -> np.ndarray:

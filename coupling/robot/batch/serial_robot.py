@@ -92,18 +92,18 @@ class SerialRobot:
         size = q.shape[1]
         columns: Columns = [np.repeat(np.eye(3)[:, [k]], size, axis=1) for k in range(3)]
         at = np.zeros((3, size))
-        axes, origins, bodies = [], [], []
-        for axis, origin, angle in zip(self._axes, self._origins, q, strict=True):
+        axes, origins, lever = np.empty((3, len(q), 3, size))
+        bodies = []
+        for k, (axis, origin, angle) in enumerate(zip(self._axes, self._origins, q, strict=True)):
             at = at + combined(columns, origin)
-            axes.append(combined(columns, axis))
-            origins.append(at)
+            axes[k], origins[k] = combined(columns, axis), at
             columns = turned(columns, axis, angle)
             bodies.append(columns)
         tool = [combined(columns, column) for column in self._tool.T.tolist()]
         tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
-        axis_of, origin_of = np.stack(axes), np.stack(origins)
-        lever = np.stack([cross(z, tip - o) for z, o in zip(axes, origins, strict=True)])
-        return BatchPosture(q, axis_of, origin_of, bodies, tip, tool, lever)
+        for k, axis in enumerate(axes):
+            lever[k] = cross(axis, tip - origins[k])
+        return BatchPosture(q, axes, origins, bodies, tip, tool, lever)
 
     def bias(self, posture: BatchPosture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the accelerations of the TCP and of the tool's angle without joint accelerations.

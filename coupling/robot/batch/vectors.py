@@ -41,14 +41,18 @@ def turned(columns: Columns, axis: Sequence[float], angle: np.ndarray) -> Column
         angle: Angles [rad], (n,).
     """
     sin, cos = np.sin(angle), np.cos(angle)
+    for k, part in enumerate(axis):
+        if abs(part) == 1.0:
+            first, second = columns[k - 2], columns[k - 1]
+            sin = part * sin
+            found = [columns[k]] * 3
+            found[k - 2], found[k - 1] = cos * first + sin * second, cos * second - sin * first
+            return found
     along = combined(columns, axis)
     x, y, z = axis
     across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
     found = []
     for column, part, other in zip(columns, (x, y, z), across, strict=True):
-        if abs(part) == 1.0:
-            found.append(column)
-            continue
         new = cos * column + sin * combined(columns, other)
         if part != 0.0:
             new += ((1.0 - cos) * part) * along
