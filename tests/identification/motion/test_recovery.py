@@ -89,15 +89,32 @@ def test_what_lag_and_offset_alone_predict_better_is_said(recordings):
     assert "motor less link 2 are left" in words
 
 
-def test_torques_of_another_joint_are_told_and_written_nowhere(recordings):
+@pytest.mark.parametrize(
+    ("torque", "says"),
+    [
+        (lambda own: own[:, ::-1], "joints 1 and 2, each in its column, got in each what the other"),
+        (lambda own: np.roll(own, 50, axis=0), "clock of the motors' angles, got them 200 ms late"),
+        (lambda own: np.roll(own, -50, axis=0), "clock of the motors' angles, got them 200 ms early"),
+    ],
+    ids=["swapped", "late", "early"],
+)
+def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
     first = recordings[0]
-    swapped = replace(first, name="swapped.csv", torque=first.torque[:, ::-1])
-    found = identify_motion(arm(), [swapped], [], BANDWIDTH, leave_out=False)
-    assert found.refusal.startswith("of the torque of motor 1 183 % are left: ")
+    bad = replace(first, name="bad.csv", torque=torque(first.torque))
+    for fits, held_out in (([bad], []), ([first], [bad])):
+        with pytest.raises(IdentifyError, match=f"bad.csv: expected torques .*{says}"):
+            identify_motion(arm(), fits, held_out, BANDWIDTH, leave_out=False)
+
+
+def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
+    first = recordings[0]
+    other = replace(first, name="other.csv", torque=first.torque[::-1])
+    found = identify_motion(arm(), [other], [], BANDWIDTH, leave_out=False)
+    assert found.refusal.startswith("of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.remarks) == 2
-    held_out = identify_motion(arm(), [first], [swapped], BANDWIDTH, leave_out=False)
+    held_out = identify_motion(arm(), [first], [other], BANDWIDTH, leave_out=False)
     assert held_out.refusal == ""
-    assert any(words.startswith("swapped.csv, predicted: ") for words in held_out.remarks)
+    assert any(words.startswith("other.csv, predicted: ") for words in held_out.remarks)
 
 
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):
