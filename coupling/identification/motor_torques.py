@@ -31,7 +31,7 @@ _MASSES, _UNITS = 3.0, 30.0
 # Nothing that one controller records is later than this [s]; lags that are looked for, and their step [s].
 LATEST, _LAGS, _LAG_STEP = 0.05, 0.5, 0.01
 # A lag leaves so much less of the torques in the mean [1], and of two of them at least; another joint
-# leaves so much less of two of them, and at most this part of each.
+# leaves so much less of two of them.  Both leave at most this part.
 _LATE, _OTHER, _EXPLAINED = 0.9, 0.67, 0.7
 # Rows that these are looked for in.
 _ROWS = 4000
@@ -118,10 +118,13 @@ def _require_own(
         by = np.column_stack([predicted[:, motor], speed[:, motor], rate[:, motor]])
         if late:
             by = np.column_stack([np.interp(time[inside] - late, time, own) for own in by.T])
-        by, wanted = by - by.mean(axis=0), measured[inside, column] - measured[inside, column].mean()
+        by, wanted = (
+            by - by.mean(axis=0),
+            measured[inside, column] - measured[inside, column].mean(),
+        )
         by = by / np.maximum(np.sqrt(np.mean(by**2, axis=0)), 1e-300)
         rest = wanted - by @ np.linalg.lstsq(by, wanted, rcond=1e-9)[0]
-        return float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300)))
+        return max(float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300))), 1e-9)
 
     now = np.array([left(k, k) for k in every])
     for i, k in itertools.combinations(every, 2):
@@ -134,10 +137,11 @@ def _require_own(
     lags = np.arange(-_LAGS, _LAGS + 0.5 * _LAG_STEP, _LAG_STEP)
     lags = lags[np.abs(lags) < 0.25 * np.ptp(time)]
     of_lags = np.array([[left(k, k, late) for k in every] for late in lags])
-    best = int(np.argmin(np.log(np.maximum(of_lags, 1e-9)).sum(axis=1)))
-    less = np.maximum(of_lags[best], 1e-9) / np.maximum(now, 1e-9)
+    best = int(np.argmin(np.log(of_lags).sum(axis=1)))
+    less = of_lags[best] / now
     if (
-        abs(lags[best]) > LATEST
+        LATEST < abs(lags[best]) < abs(lags[[0, -1]]).min()
+        and np.exp(np.log(of_lags[best]).mean()) < _EXPLAINED
         and np.exp(np.log(less).mean()) < _LATE
         and np.count_nonzero(less < _LATE) > 1
     ):

@@ -92,9 +92,15 @@ def test_what_lag_and_offset_alone_predict_better_is_said(recordings):
 @pytest.mark.parametrize(
     ("torque", "says"),
     [
-        (lambda own: own[:, ::-1], "joints 1 and 2, each in its column, got in each what the other"),
+        (
+            lambda own: own[:, ::-1],
+            "joints 1 and 2, each in its column, got in each what the other",
+        ),
         (lambda own: np.roll(own, 50, axis=0), "clock of the motors' angles, got them 200 ms late"),
-        (lambda own: np.roll(own, -50, axis=0), "clock of the motors' angles, got them 200 ms early"),
+        (
+            lambda own: np.roll(own, -50, axis=0),
+            "clock of the motors' angles, got them 200 ms early",
+        ),
     ],
     ids=["swapped", "late", "early"],
 )
@@ -115,6 +121,22 @@ def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     held_out = identify_motion(arm(), [first], [other], BANDWIDTH, leave_out=False)
     assert held_out.refusal == ""
     assert any(words.startswith("other.csv, predicted: ") for words in held_out.remarks)
+
+
+@pytest.mark.parametrize(("frequency", "refused"), [(0.9, True), (40.0, False)])
+def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
+    recordings, frequency, refused
+):
+    first = recordings[0]
+    wave = (
+        1.2
+        * np.sin(2.0 * np.pi * frequency * first.time)
+        * np.sqrt(np.mean(first.torque[:, 0] ** 2))
+    )
+    shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
+    found = identify_motion(arm(), [shaken], [], BANDWIDTH, leave_out=False)
+    assert 0.5 < found.residuals[0].torque[0] < 1.0
+    assert found.refusal.startswith("of the torque of motor 1 6") == refused
 
 
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):
