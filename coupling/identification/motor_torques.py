@@ -2,8 +2,8 @@
 
 A measured torque is a T + F along the motion, where the model needs T for weight and acceleration.  a is
 1 but for wrong masses, and friction F takes energy from any motor: a column with another sign has both
-turned round, one in another unit or at the motor, before the gear, has both in that ratio.  Where friction
-turns and weights change is told by all columns together: when they were recorded, and of which motors.
+turned round, one in another unit or at the motor, before the gear, has both in that ratio.  All columns
+together tell by where friction turns when they were recorded, and of which motors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _NO_FRICTION = 0.02
 # Masses that are wrong, a payload or balancer that is not in the file, make the torque so many times as
 # large or small; units and gear ratios make it at least the larger of these.
 _MASSES, _UNITS = 3.0, 30.0
-# Nothing that one controller records is later than this [s]; lags that are looked for, and their step [s].
+# Nothing that one controller records is later than this [s]; lags that are looked for, their step [s].
 LATEST, _LAGS, _LAG_STEP = 0.05, 0.5, 0.01
 # A lag leaves so much less of the torques in the mean [1], and of two of them at least; another joint
 # leaves so much less of two of them.  Both leave at most this part.

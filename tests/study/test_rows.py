@@ -89,7 +89,7 @@ def test_a_failed_sample_is_worth_another_try(table):
 
 
 def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
-    """It is on the disk, though the program has not got around to noting that, and not asked for again."""
+    """It is on the disk, though the program has not noted that, and not simulated again."""
     asked = []
 
     def simulate(_work, points, *_) -> Iterator[StudySample]:

@@ -139,7 +139,7 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
     rate = np.gradient(motor, step, axis=0)
 
     def followed(i: int, k: int) -> tuple[float, float, float]:
-        """Return by which factor link i follows motor k [1], how late [s], and what is left [rad], rms."""
+        """Return by which factor link i follows motor k [1], how late [s]; rms of the rest [rad]."""
         columns = np.column_stack([motor[:, k], rate[:, k], np.ones(len(motor))])
         by = np.linalg.lstsq(columns, link[:, i], rcond=None)[0]
         return float(by[0]), float(-by[1]), float(np.std(link[:, i] - columns @ by))
