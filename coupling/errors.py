@@ -92,3 +92,20 @@ def sentence(words: str) -> str:
         ('got 40.', 'got 4000: are they in mm?')
     """
     return words if words.endswith("?") else f"{words}."
+
+
+def reason_of(cause: Exception) -> str:
+    """Return why a file cannot be read.
+
+    Example:
+        >>> try: "Ä".encode("latin-1").decode()
+        ... except ValueError as cause: print(reason_of(cause))
+        expected text in UTF-8, got the byte 0xc4 at 0: save it in that encoding
+    """
+    if isinstance(cause, UnicodeDecodeError):
+        byte = cause.object[cause.start]
+        return (
+            f"expected text in UTF-8, got the byte {byte:#04x} at {cause.start}: save it in that"
+            " encoding"
+        )
+    return getattr(cause, "strerror", None) or str(cause)

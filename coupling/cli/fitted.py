@@ -9,7 +9,7 @@ import typer
 
 from coupling.cli.console import console
 from coupling.errors import CouplingError
-from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.files.atomic_file import make_folder_of, require_writable_place, write_atomically
 from coupling.report.section import Section
 from coupling.report.terminal import print_sections
 from coupling.results.identified_result import IdentifiedResult
@@ -24,6 +24,7 @@ def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> 
     target = output or Path("results", f"{name}.toml")
     if target.suffix != ".toml":
         raise error(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    require_writable_place(target, error)
     return target
 
 

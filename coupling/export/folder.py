@@ -6,14 +6,13 @@ there when they are complete and on the disk.
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.files.atomic_file import AtomicFile, writing
+from coupling.files.atomic_file import AtomicFile, require_writable_place, writing
 from coupling.files.atomic_folder import (
     exclusively,
     finish_replacement,
@@ -34,9 +33,7 @@ def require_writable(folder: Path, overwrite: bool) -> None:
     # Programs that a killed export had put aside are still those of the folder.
     place = folder if folder.exists() else replaced_name(folder.resolve())
     if not place.exists():
-        above = next(one for one in folder.resolve().parents if one.exists())
-        if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
-            raise ProgramError(f"{folder}: cannot be made: {above} is no folder to write into")
+        require_writable_place(folder, ProgramError)
         return
     if not place.is_dir():
         raise ProgramError(f"{folder}: expected the name of a folder, got a file")

@@ -98,6 +98,17 @@ def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
         AtomicFile(file).write([text.encode("utf-8")])
 
 
+def require_writable_place(place: Path, error: type[Exception]) -> None:
+    """Refuse a file or folder that cannot be made, before the work whose result it holds.
+
+    Raises:
+        Exception: The error that is given.
+    """
+    above = next(one for one in place.resolve().parents if one.exists())
+    if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
+        raise error(f"{place}: cannot be made: {above} is no folder to write into")
+
+
 def make_folder_of(file: Path, error: type[Exception]) -> None:
     """Make the folder of a file that is to be written.
 

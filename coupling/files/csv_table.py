@@ -9,6 +9,8 @@ from typing import TextIO
 
 import numpy as np
 
+from coupling.errors import reason_of
+
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
 STIFFNESS_COLUMNS = ("kxx", "kxy", "kxz", "kyy", "kyz", "kzz")
@@ -30,8 +32,7 @@ def read_header(file: Path, error: type[Exception]) -> list[str]:
         with file.open(encoding="utf-8-sig") as stream:
             return [name.strip() for name in stream.readline().split(",")]
     except (OSError, UnicodeDecodeError) as cause:
-        text = getattr(cause, "strerror", None) or cause
-        raise error(f"{file}: cannot be read: {text}") from cause
+        raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
 
 
 def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from coupling.errors import reason_of
+
 # A column of this name before it has the standard deviation of another one.
 DEVIATION = "sd."
 # Larger numbers are no measurement, and their squares overflow.
@@ -62,8 +64,7 @@ class MeasuredTable:
                 raise error(f"{path}: expected a table of at most {_MOST // 10**6} MB, got more")
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError, ValueError) as cause:
-            reason = getattr(cause, "strerror", None) or cause
-            raise error(f"{path}: cannot be read: {reason}") from cause
+            raise error(f"{path}: cannot be read: {reason_of(cause)}") from cause
         numbered = [
             (number, line)
             for number, line in enumerate(text.splitlines(), start=1)

@@ -22,7 +22,7 @@ from pydantic import (
 )
 from tomlkit.exceptions import TOMLKitError
 
-from coupling.errors import one_of
+from coupling.errors import one_of, reason_of
 from elastic_robot.errors import ElasticRobotError
 
 
@@ -58,7 +58,7 @@ def _parsed(path: Path, error: type[Exception], parse: Callable[[str], DocumentT
         raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
     # Of the syntax, the encoding, or an integer of thousands of digits.
     except (ValueError, TOMLKitError) as cause:
-        raise error(f"{path}: is not valid TOML: {cause}") from cause
+        raise error(f"{path}: is not valid TOML: {reason_of(cause)}") from cause
 
 
 def _from_folder(value: object, info: ValidationInfo) -> object:

@@ -2,11 +2,13 @@
 
 A measured torque is a T + F along the motion, where the model needs T for weight and acceleration.  a is
 1 but for wrong masses, and friction F takes energy from any motor: a column with another sign has both
-turned round, one in another unit or at the motor, before the gear, has both in that ratio.
+turned round, one in another unit or at the motor, before the gear, has both in that ratio.  All columns
+together tell by where friction turns when they were recorded, and of which motors.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,6 +28,13 @@ _NO_FRICTION = 0.02
 # Masses that are wrong, a payload or balancer that is not in the file, make the torque so many times as
 # large or small; units and gear ratios make it at least the larger of these.
 _MASSES, _UNITS = 3.0, 30.0
+# Nothing that one controller records is later than this [s]; lags that are looked for, their step [s].
+LATEST, _LAGS, _LAG_STEP = 0.05, 0.5, 0.01
+# A lag leaves so much less of the torques in the mean [1], and of two of them at least; another joint
+# leaves so much less of two of them.  Both leave at most this part.
+_LATE, _OTHER, _EXPLAINED = 0.9, 0.67, 0.7
+# Rows that these are looked for in.
+_ROWS = 4000
 
 
 def torque_per_current(robot: Robot, joint: int, table: object, error: type[Exception]) -> float:
@@ -65,9 +74,10 @@ def torque_remarks(
         measured: Measured torques at the gears' outputs [N m], (n, k).
         predicted: The same as the robot's file predicts them [N m], (n, k).
         rate: Rates of the motors over their gears' ratios [rad/s], (n, k).
-        error: Exception class where a torque is none that the motor can have.
+        error: Exception class where a torque is none that the motor can have, is late or another's.
     """
     remarks, step = [], float(np.ptp(time)) / max(len(time) - 1, 1)
+    _require_own(name, joints, time, measured, predicted, rate, error)
     for k, joint in enumerate(joints):
         drive = robot.joints[joint].drive
         fault, impossible = _fault(drive, step, measured[:, k], predicted[:, k], rate[:, k])
@@ -77,6 +87,68 @@ def torque_remarks(
         if fault:
             remarks.append(words)
     return tuple(remarks)
+
+
+def in_ms(late: float) -> str:
+    """Return a lag [s], negative where it is early, in words."""
+    return f"{1e3 * abs(late):.0f} ms {'late' if late > 0.0 else 'early'}"
+
+
+def _require_own(
+    name: str,
+    joints: Sequence[int],
+    time: np.ndarray,
+    measured: np.ndarray,
+    predicted: np.ndarray,
+    rate: np.ndarray,
+    error: type[Exception],
+) -> None:
+    """Refuse torques on another clock than their motors' angles, or in each other's columns.
+
+    Args:
+        name, joints, time, measured, predicted, rate, error: As for `torque_remarks`.
+    """
+    every, step = range(len(joints)), 1 + len(time) // _ROWS
+    time, measured, predicted, rate = (own[::step] for own in (time, measured, predicted, rate))
+    speed = np.clip(rate / np.maximum(_MOVES * np.abs(rate).max(axis=0), 1e-300), -1.0, 1.0)
+
+    def left(column: int, motor: int, late: float = 0.0) -> float:
+        """Return which part of a column its load, friction and offset leave, those of a motor [1]."""
+        inside = (time - late >= time[0]) & (time - late <= time[-1])
+        by = np.column_stack([predicted[:, motor], speed[:, motor], rate[:, motor]])
+        if late:
+            by = np.column_stack([np.interp(time[inside] - late, time, own) for own in by.T])
+        by, wanted = (
+            by - by.mean(axis=0),
+            measured[inside, column] - measured[inside, column].mean(),
+        )
+        by = by / np.maximum(np.sqrt(np.mean(by**2, axis=0)), 1e-300)
+        rest = wanted - by @ np.linalg.lstsq(by, wanted, rcond=1e-9)[0]
+        return max(float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300))), 1e-9)
+
+    now = np.array([left(k, k) for k in every])
+    for i, k in itertools.combinations(every, 2):
+        other = left(i, k), left(k, i)
+        if max(other) < _EXPLAINED and other[0] < _OTHER * now[i] and other[1] < _OTHER * now[k]:
+            raise error(
+                f"{name}: expected torques of joints {joints[i] + 1} and {joints[k] + 1}, each in its"
+                " column, got in each what the other needs: are the columns swapped?"
+            )
+    lags = np.arange(-_LAGS, _LAGS + 0.5 * _LAG_STEP, _LAG_STEP)
+    lags = lags[np.abs(lags) < 0.25 * np.ptp(time)]
+    of_lags = np.array([[left(k, k, late) for k in every] for late in lags])
+    best = int(np.argmin(np.log(of_lags).sum(axis=1)))
+    less = of_lags[best] / now
+    if (
+        LATEST < abs(lags[best]) < abs(lags[[0, -1]]).min()
+        and np.exp(np.log(of_lags[best]).mean()) < _EXPLAINED
+        and np.exp(np.log(less).mean()) < _LATE
+        and np.count_nonzero(less < _LATE) > 1
+    ):
+        raise error(
+            f"{name}: expected torques on the clock of the motors' angles, got them"
+            f" {in_ms(lags[best])}: record both on one clock, or shift the columns by that"
+        )
 
 
 def _fault(

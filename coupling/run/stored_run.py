@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import ResultError
+from coupling.errors import ResultError, reason_of
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
@@ -131,7 +131,7 @@ def _read_case(folder: Path) -> str:
             try:
                 return (place / CASE).read_text(encoding="utf-8")
             except (OSError, UnicodeDecodeError) as cause:
-                raise ResultError(f"{place / CASE}: cannot be read: {cause}") from cause
+                raise ResultError(f"{place / CASE}: cannot be read: {reason_of(cause)}") from cause
     return ""
 
 

@@ -61,13 +61,11 @@ class SampleTable:
         return number in self.samples and not self.samples[number].failure
 
     def add(self, sample: StudySample) -> None:
-        """Write a sample to the disk; one that is there already is left as it is, unless it failed.
+        """Write a sample to the disk.
 
         Raises:
             StudyError: If that fails; what was written before is kept.
         """
-        if self.has(sample.number):
-            return
         line = sample.line()
         try:
             written = self._stream.write(line)

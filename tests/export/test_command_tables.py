@@ -74,7 +74,10 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
     "half a row": (text_of(WAY)[:5000], "expected 7 cells"),
     "half a number": (text_of(WAY)[:-2], "expected a line break at its end"),
     "semicolons": (text_of(WAY).replace(b",", b";"), "separate them with commas"),
-    "Latin": ("# Größe\n".encode("latin-1") + text_of(WAY), "cannot be read: 'utf-8' codec"),
+    "Latin": (
+        "# Größe\n".encode("latin-1") + text_of(WAY),
+        "expected text in UTF-8, got the byte 0xf6 at 4",
+    ),
     "zeros": (b"\0" * 3000 + b"\n" + text_of(WAY), "expected 1 cells"),
     "words": (text_of(WAY).replace(b"0.0078125", b"soon", 1), "finite number, got 'soon'"),
     "a quote": (text_of(WAY) + b'"1,2\n', "is not a table of CSV"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import re
 import tomllib
@@ -18,6 +19,7 @@ from coupling.check.new_case import CASE, STARTS, new_case, write_case
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.path.histories import ToolPath
 from coupling.robot.batch.part_placement import part_placements
 from coupling.robot.inverse_kinematics import InverseKinematics
 
@@ -96,6 +98,16 @@ def test_a_robot_that_cannot_hold_its_tool_upright_is_refused():
     stump = type(robot)(robot.name, robot.joints[:1], robot.gravity, (1.0, 0.0, 0.0), robot.tcp_rpy)
     with pytest.raises(PlanningError, match="expected a place around which"):
         part_placements(stump, Rotation.from_euler("y", np.pi / 2), 0.05, 3)
+
+
+def test_a_part_is_reached_at_its_corners_too():
+    """A metre wide, from the posture at its middle; of places that are good there some are not."""
+    robot, down = load_robot(shipped_robots()["icme2008"]), Rotation.from_euler("y", np.pi)
+    way = np.linspace(0.0, 1.0, 30)
+    for place in part_placements(robot, down, 0.5, 8):
+        for corner in itertools.product((-0.5, 0.5), repeat=3):
+            path = ToolPath.held(way, place.position + np.outer(way, corner), down)
+            InverseKinematics(robot, place.home).plan(path)
 
 
 @pytest.mark.parametrize(

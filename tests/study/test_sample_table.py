@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,7 @@ from coupling.study.sample_table import SampleTable
 
 
 def sample(number: int) -> StudySample:
-    figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25, 0.1, 1e-9]
+    figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25, 0.1, 1e-9, 1.0 / 7.0]
     return StudySample(
         number=number, deviation=Deviation(*figures), distance=(1.0 / 3.0, 5e-324, 7.0e-5)
     )
@@ -88,8 +89,14 @@ def test_a_failed_sample_is_worth_another_try(table):
 
 
 def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
-    """It is on the disk, though the program has not got around to noting that."""
-    monkeypatch.setattr("coupling.study.cluster.simulate", lambda *_: map(sample, range(3)))
+    """It is on the disk, though the program has not noted that, and not simulated again."""
+    asked = []
+
+    def simulate(_work, points, *_) -> Iterator[StudySample]:
+        asked.append(list(points))
+        return map(sample, points)
+
+    monkeypatch.setattr("coupling.study.cluster.simulate", simulate)
     study = SimpleNamespace(folder=tmp_path, points=np.zeros((9, 1)), work=None)
     sync, written = os.fsync, []
 
@@ -103,6 +110,8 @@ def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt) as stop:
         simulated(study, None, lambda _: None)
     assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command goes on"]
+    assert simulated(study, None, lambda _: None) == [sample(k) for k in range(9)]
+    assert asked == [[*range(9)], [*range(2, 9)]]
 
 
 def test_a_full_disk_is_a_sentence_and_loses_nothing(table):

@@ -93,6 +93,7 @@ def test_a_study_killed_again_and_again_ends_with_the_same_bytes(case, run, undi
     last = started(*options, folder=folder)
     assert last.status() == 0, last.output.read_text()
     assert tables(folder) == tables(undisturbed)
+    assert rows(folder) == SAMPLES
 
 
 def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, undisturbed, tmp_path):

@@ -76,13 +76,15 @@ class MotionIdentification:
         """Why no robot should be written, in words; "" where one may be."""
         if not self.chosen.any():
             return "nothing is identified"
-        left = np.max([one.torque for one in self.residuals if not one.held_out], axis=0)
-        if np.median(left) > 1.0 or left.max() > _MORE_THAN_ALL:
-            worst = int(left.argmax())
+        fitted = [one for one in self.residuals if not one.held_out]
+        left = np.max([one.torque for one in fitted], axis=0)
+        lost = (left > _MORE_THAN_ALL) | np.any([one.misses_load for one in fitted], axis=0)
+        if np.median(left) > 1.0 or lost.any():
+            worst = int(np.where(lost.any() & ~lost, 0.0, left).argmax())
             return (
                 f"of the torque of motor {worst + 1} {100.0 * left[worst]:.0f} % are left: are angles in"
-                " rad, and torques and angles those of this joint at the gear's output, counted as in"
-                " the robot file?"
+                " rad, and torques and angles those of this joint at the gear's output, counted from the"
+                " zero and in the direction of the robot file, here and of the joints beside it?"
             )
         return ""
 

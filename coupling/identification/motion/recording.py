@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from coupling.errors import IdentifyError
 from coupling.files.measured_table import MeasuredTable
-from coupling.identification.motor_torques import torque_per_current
+from coupling.identification.motor_torques import LATEST, in_ms, torque_per_current
 from elastic_robot.description import Robot
 
 TIME = "time"
@@ -25,6 +25,8 @@ _TURNED = 4.0 * np.pi
 # A link follows a motor that moves by more than this, but for a wind-up below this rms [rad], and by no
 # other factor than 1 by this part.
 _FOLLOWED, _NOT_WOUND_UP, _OTHER_UNIT = 0.05, 0.02, 0.2
+# A lag counts where it moves so many times what is left.
+_SURE = 2.0
 # Order of the filter in one direction; there and back it has none of a phase and twice this order.
 _ORDER = 3
 
@@ -128,7 +130,7 @@ def read_recording(path: Path, robot: Robot) -> Recording:
 
 
 def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndarray) -> None:
-    """Refuse links that do not follow their motors, with any offset and late by any time.
+    """Refuse links that do not follow their motors, with any offset and hardly late.
 
     Args:
         step: Step of time [s].
@@ -136,20 +138,24 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
     """
     rate = np.gradient(motor, step, axis=0)
 
-    def followed(i: int, k: int) -> tuple[float, float]:
-        """Return by which factor link i follows motor k [1], and the rms of what is left [rad]."""
+    def followed(i: int, k: int) -> tuple[float, float, float]:
+        """Return by which factor link i follows motor k [1], how late [s]; rms of the rest [rad]."""
         columns = np.column_stack([motor[:, k], rate[:, k], np.ones(len(motor))])
         by = np.linalg.lstsq(columns, link[:, i], rcond=None)[0]
-        return float(by[0]), float(np.std(link[:, i] - columns @ by))
+        return float(by[0]), float(-by[1]), float(np.std(link[:, i] - columns @ by))
 
     own = np.isfinite(link).all(axis=0) & (np.ptp(motor, axis=0) > _FOLLOWED)
     for i in np.flatnonzero(own).tolist():
-        factor, left = followed(i, i)
-        if left < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT:
+        factor, late, left = followed(i, i)
+        follows = left < _NOT_WOUND_UP and abs(factor - 1.0) < _OTHER_UNIT
+        clocked = abs(late) < LATEST or abs(late) * np.std(rate[:, i]) < _SURE * left
+        if follows and clocked:
             continue
-        best = min(range(motor.shape[1]), key=lambda k: followed(i, k)[1])
+        best = min(range(motor.shape[1]), key=lambda k: followed(i, k)[2])
         got = f"got one that is {np.std(link[:, i] - motor[:, i]):.2g} rad off (rms)"
-        if left < _NOT_WOUND_UP * abs(factor):
+        if follows:
+            got = f"got it {in_ms(late)}: record both on one clock, or shift the column by that"
+        elif left < _NOT_WOUND_UP * abs(factor):
             got = f"got {factor:.3g} times that: are unit and sign those of the motor's?"
         elif abs(followed(i, best)[0] - 1.0) < _OTHER_UNIT:
             got += f" and follows motor[{best + 1}]: are columns swapped?"

@@ -12,6 +12,8 @@ from coupling.identification.motion.recording import smooth
 
 # Part of a motor's torque from which on what is left is remarked upon [1].
 _HALF = 0.5
+# A motor moves from this part of its largest rate on, and is no resting one with so many of such rows.
+_MOVES, _MOVING = 0.1, 0.25
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,16 @@ class RecordingResiduals:
     lag_alone: np.ndarray
     torque: np.ndarray
     slow_torque: np.ndarray
+
+    @property
+    def misses_load(self) -> np.ndarray:
+        """Which motors' torques are mostly left, slow ones of motors that do not rest, (j,) of bool.
+
+        These are neither friction, which is fitted, nor noise, but loads.
+        """
+        speed = np.abs(self.moved.motion.qd)
+        moves = np.mean(speed > _MOVES * speed.max(axis=0), axis=0)
+        return np.asarray((moves > _MOVING) & (self.slow_torque > _HALF))
 
 
 @dataclass(frozen=True)

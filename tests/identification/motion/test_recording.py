@@ -99,12 +99,13 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
             lambda q: q * [1.0, 0.0] + 3.0,
             r"link\[2\]: expected .*, got one that is 0.2\d* rad off",
         ),
-        (lambda q: np.roll(q, 25, axis=0) + 1e-3 * np.sin(50.0 * q) + 3.0, ""),
+        (lambda q: np.roll(q, 25, axis=0), r"link\[1\]: .* of motor\[1\], got it 99 ms late"),
+        (lambda q: np.roll(q, 10, axis=0) + 1e-3 * np.sin(50.0 * q) + 3.0, ""),
     ],
-    ids=["degrees", "sign", "swapped", "still", "late, with an error"],
+    ids=["degrees", "sign", "swapped", "still", "late", "hardly late, with an error"],
 )
 def test_links_follow_their_own_motors(tmp_path, links, says):
-    """In another unit, with another sign or another joint's they are refused; late ones are not."""
+    """In another unit, with another sign, another joint's or late they are refused."""
     time = STEP * np.arange(2000)
     motor = 0.4 * np.sin(np.column_stack([2.0 * time, 0.9 * time]))
     rows = np.column_stack([time, motor, motor, links(motor)])

@@ -78,28 +78,67 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
 
 
 def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
-    """The link of a joint whose gear has become rigid is late, and no more; torques are swapped."""
+    """The link of a joint whose gear has become rigid is late, and no more; torques are another motion's."""
     first, other = recordings
     link = other.link.copy()
     link[:, 1] = delayed(other.motor[:, 1], other.step, 3e-3)
     held_out = [
         replace(other, name="rigid.csv", link=link),
-        replace(first, name="swapped.csv", torque=first.torque[:, ::-1]),
+        replace(first, name="other.csv", torque=first.torque[::-1]),
     ]
     found = identify_motion(arm(), [first], held_out, BANDWIDTH, leave_out=False)
     assert found.refusal == ""
     (words,) = (own for own in found.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
     assert "motor less link 2 are left" in words
-    assert any(own.startswith("swapped.csv, predicted: ") for own in found.remarks)
+    assert any(own.startswith("other.csv, predicted: ") for own in found.remarks)
 
 
-def test_torques_of_another_joint_are_told_and_written_nowhere(recordings):
+@pytest.mark.parametrize(
+    ("torque", "says"),
+    [
+        (
+            lambda own: own[:, ::-1],
+            "joints 1 and 2, each in its column, got in each what the other",
+        ),
+        (lambda own: np.roll(own, 50, axis=0), "clock of the motors' angles, got them 200 ms late"),
+        (
+            lambda own: np.roll(own, -50, axis=0),
+            "clock of the motors' angles, got them 200 ms early",
+        ),
+    ],
+    ids=["swapped", "late", "early"],
+)
+def test_torques_of_another_joint_or_time_are_refused(recordings, torque, says):
     first = recordings[0]
-    swapped = replace(first, name="swapped.csv", torque=first.torque[:, ::-1])
-    found = identify_motion(arm(), [swapped], [], BANDWIDTH, leave_out=False)
-    assert found.refusal.startswith("of the torque of motor 1 183 % are left: ")
+    bad = replace(first, name="bad.csv", torque=torque(first.torque))
+    for fits, held_out in (([bad], []), ([first], [bad])):
+        with pytest.raises(IdentifyError, match=f"bad.csv: expected torques .*{says}"):
+            identify_motion(arm(), fits, held_out, BANDWIDTH, leave_out=False)
+
+
+def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
+    first = recordings[0]
+    other = replace(first, name="other.csv", torque=first.torque[::-1])
+    found = identify_motion(arm(), [other], [], BANDWIDTH, leave_out=False)
+    assert found.refusal.startswith("of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.remarks) == 2
+
+
+@pytest.mark.parametrize(("frequency", "refused"), [(0.9, True), (40.0, False)])
+def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
+    recordings, frequency, refused
+):
+    first = recordings[0]
+    wave = (
+        1.2
+        * np.sin(2.0 * np.pi * frequency * first.time)
+        * np.sqrt(np.mean(first.torque[:, 0] ** 2))
+    )
+    shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
+    found = identify_motion(arm(), [shaken], [], BANDWIDTH, leave_out=False)
+    assert 0.5 < found.residuals[0].torque[0] < 1.0
+    assert found.refusal.startswith("of the torque of motor 1 6") == refused
 
 
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):

@@ -210,6 +210,7 @@ def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
         (["learn", run / "run", none], "none.csv: cannot be read"),
         (["learn", run / "run", few], "at least 2 s"),
         (["learn", run / "run", run / "m.csv", "-o", "robot.txt"], "ends in .toml"),
+        (["learn", run / "run", few, "-o", few / "own.toml"], "few.csv is no folder to write into"),
         (["learn", run / "run", run / "m.csv", "--next", "a", "--no-next"], "got both"),
         (["learn", run / "run", run / "m.csv", "--next", run / "run"], "add --overwrite"),
     ):
