@@ -39,25 +39,31 @@ def _forget_older_code() -> None:
 _forget_older_code()
 
 
-# Sums may be reordered; the code runs without Python's lock.
+# Sums may be reordered; the code runs without Python's lock; C never calls it.
 _OPTIONS: Any = {
     "error_model": "numpy",
     "nogil": True,
+    "no_cfunc_wrapper": True,
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
 }
 
 
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
+def compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     """Compile a function of numbers and arrays; the code is kept beside the source."""
-    return numba.njit(cache=True, **_OPTIONS)(function)
+    return numba.njit(cache=True, **_OPTIONS, **options)(function)
+
+
+def internal(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+    """Compile a function that only compiled code calls: what Python needs for that takes long."""
+    return compiled(function, no_cpython_wrapper=True, **options)
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a small function of the innermost loops into each that calls it.
+    """Compile an internal function of the innermost loops into each that calls it.
 
     There its arrays on the stack are known by their numbers.
     """
-    return numba.njit(cache=True, forceinline=True, **_OPTIONS)(function)
+    return internal(function, forceinline=True)
 
 
 def inlined_as(function: Callable[P, R]) -> Callable[[Callable[..., object]], None]:
@@ -68,7 +74,7 @@ def inlined_as(function: Callable[P, R]) -> Callable[[Callable[..., object]], No
     """
 
     def register(choose: Callable[..., object]) -> None:
-        options: Any = {**_OPTIONS, "forceinline": True}
+        options: Any = {**_OPTIONS, "no_cpython_wrapper": True, "forceinline": True}
         numba.extending.overload(function, jit_options=options, strict=False)(choose)
 
     return register

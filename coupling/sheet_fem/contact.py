@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compiled, internal
 from coupling.sheet_fem.mesh import Basis
 from coupling.sheet_fem.on_stack import on_stack
 
@@ -114,7 +114,7 @@ def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[fl
     return stiffness * (penetration - 0.5 * smoothing), stiffness
 
 
-@compiled
+@internal
 def add_force(
     N: np.ndarray,
     thrust: np.ndarray,
@@ -226,7 +226,7 @@ def add_contact(
             _squeeze(N, apart, along, half, size, slope, spread, normal, force[e], stiffness[e])
 
 
-@compiled
+@internal
 def _stretch(
     basis: Basis,
     g: int,
@@ -262,7 +262,7 @@ def _stretch(
     return 1.0 / area
 
 
-@compiled
+@internal
 def _squeeze(
     N: np.ndarray,
     apart: np.ndarray,

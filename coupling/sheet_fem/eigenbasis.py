@@ -58,7 +58,7 @@ def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
 
     Example:
         >>> table = np.zeros((5, 5))
-        >>> divided_differences(2.0, 1.0, table)
+        >>> divided_differences.py_func(2.0, 1.0, table)
         >>> bool(np.isclose(table[1, 1], 0.5 * np.log(2.0)))
         True
     """

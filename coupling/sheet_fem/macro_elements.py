@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compiled, internal
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.element import fill_elements
 from coupling.sheet_fem.shell import Shell
@@ -44,20 +44,8 @@ class MacroElements(NamedTuple):
 
     def bent(self) -> np.ndarray:
         """Return the bending of each cell since its evaluation [m], (cells,)."""
-        apart = np.empty(len(self.since))
-        _spread(self.since, apart)
-        return apart
-
-
-@compiled
-def _spread(since: np.ndarray, apart: np.ndarray) -> None:
-    for cell in range(len(since)):
-        apart[cell] = 0.0
-        for k in range(3):
-            least = most = since[cell, 0, k]
-            for A in range(1, 9):
-                least, most = min(least, since[cell, A, k]), max(most, since[cell, A, k])
-            apart[cell] = max(apart[cell], most - least)
+        bent: np.ndarray = np.ptp(self.since, axis=1).max(axis=-1)
+        return bent
 
 
 def fill_cells(
@@ -117,7 +105,7 @@ def _add_elements(
         _coarsen(M, force[e], stiffness[e], on_cells[cell], of_cells[cell])
 
 
-@compiled
+@internal
 def _coarsen(
     M: np.ndarray,
     force: np.ndarray,

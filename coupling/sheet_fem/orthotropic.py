@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import internal
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.symmetric import Symmetric, Triple
 from coupling.sheet_fem.yield_function import effective_terms
@@ -69,7 +69,7 @@ class OrthotropicAxes(NamedTuple):
     shear: float
 
 
-@compiled
+@internal
 def axes_of(metal: Yld91) -> OrthotropicAxes:
     """Return the map of a metal."""
     c1, c2, c3, _, _, c6 = metal.anisotropy
@@ -79,7 +79,7 @@ def axes_of(metal: Yld91) -> OrthotropicAxes:
     return OrthotropicAxes(px, py, dx, dy, over * dy, -over * py, -over * dx, over * px, c6)
 
 
-@compiled
+@internal
 def compliance(metal: Yld91, axes: OrthotropicAxes) -> Symmetric:
     """Return Hooke's law in z, strain over stress, times Young's modulus."""
     nu = metal.poisson_ratio
@@ -94,7 +94,7 @@ def compliance(metal: Yld91, axes: OrthotropicAxes) -> Symmetric:
     )
 
 
-@compiled
+@internal
 def into_axes(axes: OrthotropicAxes, stress: np.ndarray) -> Triple:
     """Return z of a stress 11, 22, 12 [Pa], (3,)."""
     return Triple(
@@ -104,7 +104,7 @@ def into_axes(axes: OrthotropicAxes, stress: np.ndarray) -> Triple:
     )
 
 
-@compiled
+@internal
 def fill_stress(axes: OrthotropicAxes, z: Triple, stress: np.ndarray) -> None:
     """Fill the stress 11, 22, 12 [Pa], (3,), whose z is given."""
     stress[0] = axes.xp * z.p + axes.xd * z.d
@@ -112,7 +112,7 @@ def fill_stress(axes: OrthotropicAxes, z: Triple, stress: np.ndarray) -> None:
     stress[2] = z.t / axes.shear
 
 
-@compiled
+@internal
 def add_strain(axes: OrthotropicAxes, factor: float, strain: Triple, total: np.ndarray) -> None:
     """Add a strain, conjugate to z, times a factor to the strain 11, 22, 2*12 [1], (3,)."""
     total[0] += factor * (axes.px * strain.p + axes.dx * strain.d)
@@ -120,7 +120,7 @@ def add_strain(axes: OrthotropicAxes, factor: float, strain: Triple, total: np.n
     total[2] += factor * axes.shear * strain.t
 
 
-@compiled
+@internal
 def fill_modulus(axes: OrthotropicAxes, E: float, m: Symmetric, modulus: np.ndarray) -> None:
     """Fill the modulus of stress over strain [Pa], (3, 3), E m in z."""
     xp, xd, yp, yd = axes.xp, axes.xd, axes.yp, axes.yd

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import internal
 from coupling.sheet_fem.contact import Surface, add_force, pressure
 from coupling.sheet_fem.on_stack import on_stack
 
 
-@compiled
+@internal
 def add_plate(
     surface: Surface,
     i: int,
@@ -72,7 +72,7 @@ def add_plate(
     return touches
 
 
-@compiled
+@internal
 def _edge(
     surface: Surface, tube: float, place: np.ndarray, thrust: np.ndarray, tangent: np.ndarray
 ) -> float:
@@ -89,9 +89,10 @@ def _edge(
     if slope == 0.0:
         return 0.0
     n_r, n_z = inward / distance, above / distance
-    normal = np.array([n_r * place[0] / r, n_r * place[1] / r, n_z])
-    along = np.array([-n_z * place[0] / r, -n_z * place[1] / r, n_r])
-    around = np.array([-place[1] / r, place[0] / r, 0.0])
+    x, y = place[0] / r, place[1] / r
+    normal = (n_r * x, n_r * y, n_z)
+    along = (-n_z * x, -n_z * y, n_r)
+    around = (-y, x, 0.0)
     for k in range(3):
         thrust[k] = -size * normal[k]
         for m in range(3):

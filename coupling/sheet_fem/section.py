@@ -15,11 +15,12 @@ plasticity in logarithmic strains.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import inlined
+from coupling.sheet_fem.compiled import compiled, inlined
 from coupling.sheet_fem.eigenbasis import eigenbasis, turn, turn_blocks
 from coupling.sheet_fem.on_stack import on_stack
 from coupling.sheet_fem.return_mapping import Metal, plane_stress
@@ -220,7 +221,7 @@ def _pull_back(
             second[i, j] += total
 
 
-@inlined
+@partial(compiled, forceinline=True)
 def section(
     cross: CrossSection,
     a: np.ndarray,

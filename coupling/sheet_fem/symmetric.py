@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import internal
 
 
 class Triple(NamedTuple):
@@ -26,7 +26,7 @@ class Symmetric(NamedTuple):
     tt: float
 
 
-@compiled
+@internal
 def inverse(m: Symmetric) -> Symmetric:
     """Return the inverse, of the cofactors."""
     pp, pd, pt = m.dd * m.tt - m.dt * m.dt, m.pt * m.dt - m.pd * m.tt, m.pd * m.dt - m.pt * m.dd
@@ -41,7 +41,7 @@ def inverse(m: Symmetric) -> Symmetric:
     )
 
 
-@compiled
+@internal
 def product(m: Symmetric, v: Triple) -> Triple:
     """Return the matrix times a vector."""
     return Triple(
@@ -51,13 +51,13 @@ def product(m: Symmetric, v: Triple) -> Triple:
     )
 
 
-@compiled
+@internal
 def dot(a: Triple, b: Triple) -> float:
     """Return the scalar product."""
     return a.p * b.p + a.d * b.d + a.t * b.t
 
 
-@compiled
+@internal
 def combined(a: Triple, factor: float, b: Triple) -> Triple:
     """Return a + factor b."""
     return Triple(a.p + factor * b.p, a.d + factor * b.d, a.t + factor * b.t)

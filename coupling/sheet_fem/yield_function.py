@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import internal
 
 
 def effective_terms(exponent: int) -> np.ndarray:
@@ -48,7 +48,7 @@ class Effective(NamedTuple):
     yy: float
 
 
-@compiled
+@internal
 def effective(terms: np.ndarray, p: float, d: float, t: float) -> Effective:
     """Return the effective stress [Pa] of p, d, t, terms as (k + 1,); NaN where there is no stress.
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compiled, internal
 from coupling.sheet_fem.material import yield_stress
 from coupling.sheet_fem.orthotropic import (
     Yld91,
@@ -84,12 +84,12 @@ class _Iterate(NamedTuple):
     size: float
 
 
-@compiled
+@internal
 def _normal(z: Triple, s: Effective) -> Triple:
     return Triple(2.0 * z.p * s.x, 2.0 * z.d * s.y, 2.0 * z.t * s.y)
 
 
-@compiled
+@internal
 def _iterate(metal: Yld91, trial: _Trial, z: Triple, multiplier: float) -> _Iterate:
     s = effective(metal.terms, z.p, z.d, z.t)
     normal = _normal(z, s)
@@ -102,7 +102,7 @@ def _iterate(metal: Yld91, trial: _Trial, z: Triple, multiplier: float) -> _Iter
     return _Iterate(z, multiplier, s, normal, limit, slope / E, flow, size)
 
 
-@compiled
+@internal
 def _solver(trial: _Trial, at: _Iterate) -> Symmetric:
     """Return the inverse of B + g d2s/dz2, over Young's modulus."""
     B, s = trial.compliance, at.s
@@ -119,7 +119,7 @@ def _solver(trial: _Trial, at: _Iterate) -> Symmetric:
     return inverse(matrix)
 
 
-@compiled
+@internal
 def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
     """Return the place on the ray of the trial stress where the surface is met.
 
@@ -143,12 +143,12 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
     return _iterate(metal, trial, z, E * multiplier)
 
 
-@compiled
+@internal
 def _converged(trial: _Trial, at: _Iterate) -> bool:
     return bool(at.size <= (_CONVERGED * at.limit + _ROUNDING * trial.stress) ** 2)
 
 
-@compiled
+@internal
 def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
     """Return the last iterate of Newton's method with a line search."""
     at = start
@@ -190,7 +190,8 @@ def yld91(
     e0, e1 = strain[0] - plastic[0], strain[1] - plastic[1]
     stress[0], stress[1] = direct * (e0 + nu * e1), direct * (e1 + nu * e0)
     stress[2] = G * (strain[2] - plastic[2])
-    new_plastic[:] = plastic
+    for k in range(4):
+        new_plastic[k] = plastic[k]
     axes = axes_of(material)
     z = into_axes(axes, stress)
     s = effective(material.terms, z.p, z.d, z.t)

@@ -18,9 +18,11 @@ def test_the_notebook_runs_to_the_end(tmp_path, monkeypatch):
     """Its commands are those of the environment of this Python; one that fails prints an error."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     book = nbformat.read(EXAMPLES / "tutorial.ipynb", as_version=4)
-    # A short first case and a short straight groove: the path as it is told is run by test_tutorial.py.
+    # Less than it tells, all of which is run by test_tutorial.py: a short groove, one check of three.
+    check = "!elastic-robot check cell/case.toml -o cell/check.html"
     shorter = (
-        ("init cell\n", "init cell --process external\n"),
+        (f"init cell\n{check}", "init cell --process external"),
+        (check, ""),
         ("G1 X20 F1200\nG3 X30 Y10 J10\nG1 Y20\n", "G1 X4 F6000\n"),
     )
     for told, run in shorter:

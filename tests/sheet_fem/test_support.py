@@ -228,11 +228,11 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     """One small contour: both tools are pushed apart, and the cell's report has the sheet."""
     text = changed_text(
         CASES / "two_robots_fem.toml",
-        ("radius_m       = 0.02", "radius_m = 0.01"),
+        ("radius_m       = 0.02", "radius_m = 0.007"),
         ("step_down_m    = 0.001", "step_down_m = 0.002"),
-        ("[0.08, 0.08]", "[0.06, 0.06]"),
+        ("[0.08, 0.08]", "[0.05, 0.05]"),
         ("[robot]\n", '[robot]\nmode = "quasistatic"\ntorque_curve = "linear"\n'),
-        ("[process]\n", "[process]\nelement_m = 0.004\n"),
+        ("[process]\n", "[process]\nelement_m = 0.005\n"),
         ("[support]\n", '[support]\ntorque_curve = "linear"\n'),
     )
     text += '\n[coupling]\nscheme = "constant"\nrelaxation = 0.6\ntolerance_m = 5e-5\n'

@@ -203,8 +203,9 @@ def cluster() -> Iterator[str]:
         line = scheduler.stderr.readline()
         assert line, "the scheduler has ended"
         address = next((word for word in line.split() if word.startswith("tcp://")), "")
+    alone = "--nthreads", "1", "--no-nanny"
     worker = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"],
+        [sys.executable, "-m", "distributed.cli.dask_worker", address, *alone],
         stderr=subprocess.DEVNULL,
     )
     yield address
