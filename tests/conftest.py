@@ -17,14 +17,13 @@ sys.dont_write_bytecode = False
 import functools
 import json
 import subprocess
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from subprocess import PIPE
 
 import command_line
 import numpy as np
 import pytest
+from fresh_processes import Fresh
 from hypothesis import settings
 from places import HELPERS, HOSTS, REFERENCE
 
@@ -67,31 +66,21 @@ def command():
 
 
 @pytest.fixture(scope="session")
-def fresh() -> Iterator[subprocess.Popen]:
-    """The process of tests/fmu/hosts/fresh.py, from which others are forked."""
-    command = [sys.executable, str(HOSTS / "fresh.py")]
-    with subprocess.Popen(command, stdin=PIPE, stdout=PIPE, text=True, bufsize=1) as process:
+def fresh() -> Iterator[Fresh]:
+    """Processes that have loaded what FMPy and an FMU need."""
+    with Fresh(
+        *["fmpy.fmi2", "pinocchio", "scipy.integrate", "scipy.interpolate"],
+        "scipy.spatial.transform",
+    ) as process:
         yield process
 
 
 @pytest.fixture
-def forked(tmp_path: Path, fresh: subprocess.Popen):
+def forked(tmp_path: Path, fresh: Fresh):
     """Run a script in a process that has not imported the project; return what it says."""
 
     def run(script: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-        command = [str(script), *map(str, arguments)]
-        with tempfile.NamedTemporaryFile() as out, tempfile.NamedTemporaryFile() as err:
-            order = {
-                "command": command,
-                "folder": str(tmp_path),
-                "environment": dict(os.environ),
-                "stdout": out.name,
-                "stderr": err.name,
-            }
-            fresh.stdin.write(json.dumps(order) + "\n")
-            code = int(fresh.stdout.readline())
-            said = out.read().decode(), err.read().decode()
-        return subprocess.CompletedProcess(command, code, *said)
+        return fresh.run([str(script), *map(str, arguments)], tmp_path)
 
     return run
 
