@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -13,6 +14,8 @@ for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 # Where no bytecode is kept, as in containers, each command that a test starts compiles the project anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# What is collected stays to the end: nothing of it is garbage.
+gc.disable()
 
 import functools
 import json
@@ -36,6 +39,11 @@ settings.load_profile("project")
 
 # Scripts that tests run in processes of their own; not to be imported for doctests.
 collect_ignore = ["fmu/hosts", "fmu/stock"]
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
+    gc.enable()
 
 
 def reference(name: str) -> np.ndarray:
