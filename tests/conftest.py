@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -13,18 +14,19 @@ for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 # Where no bytecode is kept, as in containers, each command that a test starts compiles the project anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# What is collected stays to the end: nothing of it is garbage.
+gc.disable()
 
 import functools
 import json
 import subprocess
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from subprocess import PIPE
 
 import command_line
 import numpy as np
 import pytest
+from fresh_processes import Fresh
 from hypothesis import settings
 from places import HELPERS, HOSTS, REFERENCE
 
@@ -37,6 +39,11 @@ settings.load_profile("project")
 
 # Scripts that tests run in processes of their own; not to be imported for doctests.
 collect_ignore = ["fmu/hosts", "fmu/stock"]
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
+    gc.enable()
 
 
 def reference(name: str) -> np.ndarray:
@@ -67,31 +74,21 @@ def command():
 
 
 @pytest.fixture(scope="session")
-def fresh() -> Iterator[subprocess.Popen]:
-    """The process of tests/fmu/hosts/fresh.py, from which others are forked."""
-    command = [sys.executable, str(HOSTS / "fresh.py")]
-    with subprocess.Popen(command, stdin=PIPE, stdout=PIPE, text=True, bufsize=1) as process:
+def fresh() -> Iterator[Fresh]:
+    """Processes that have loaded what FMPy and an FMU need."""
+    with Fresh(
+        *["fmpy.fmi2", "pinocchio", "scipy.integrate", "scipy.interpolate"],
+        "scipy.spatial.transform",
+    ) as process:
         yield process
 
 
 @pytest.fixture
-def forked(tmp_path: Path, fresh: subprocess.Popen):
+def forked(tmp_path: Path, fresh: Fresh):
     """Run a script in a process that has not imported the project; return what it says."""
 
     def run(script: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-        command = [str(script), *map(str, arguments)]
-        with tempfile.NamedTemporaryFile() as out, tempfile.NamedTemporaryFile() as err:
-            order = {
-                "command": command,
-                "folder": str(tmp_path),
-                "environment": dict(os.environ),
-                "stdout": out.name,
-                "stderr": err.name,
-            }
-            fresh.stdin.write(json.dumps(order) + "\n")
-            code = int(fresh.stdout.readline())
-            said = out.read().decode(), err.read().decode()
-        return subprocess.CompletedProcess(command, code, *said)
+        return fresh.run([str(script), *map(str, arguments)], tmp_path)
 
     return run
 

@@ -13,9 +13,10 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 
@@ -36,6 +37,31 @@ _PATIENCE = 300
 
 class MasterError(Exception):
     """A master did not run the FMU to the end."""
+
+
+# Runs a script with its arguments in a folder, in a process of its own with this environment.
+Start = Callable[[Sequence[str], Path, Mapping[str, str]], CompletedProcess[str]]
+
+
+def start_anew(
+    command: Sequence[str], folder: Path, environment: Mapping[str, str]
+) -> CompletedProcess[str]:
+    """Start Python, as `Start` asks for.
+
+    Raises:
+        MasterError: If it counts as stuck.
+    """
+    try:
+        return subprocess.run(
+            [sys.executable, *command],
+            cwd=folder,
+            env=environment,
+            text=True,
+            capture_output=True,
+            timeout=_PATIENCE,
+        )
+    except subprocess.TimeoutExpired as cause:
+        raise MasterError(f"still running after {_PATIENCE} s") from cause
 
 
 @dataclass(frozen=True)
@@ -90,6 +116,12 @@ class Master:
     def takes(self, given: Given) -> bool:
         """Whether it runs an FMU."""
         return given.fmi in self.versions and self.interface in given.interfaces
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Environment of its process."""
+        overlay = {} if self.overlay is None else {"PYTHONPATH": str(self.overlay)}
+        return {**os.environ, **overlay}
 
     @property
     def driven_by(self) -> str:
@@ -147,13 +179,13 @@ def snippets() -> dict[str, str]:
     return {found["name"]: found["code"] for found in _SNIPPET.finditer(pages)}
 
 
-def prepare(folder: Path, fmu: Path) -> None:
+def prepare(folder: Path, fmu: Path, start: Start = start_anew) -> None:
     """Put into a folder what the snippets share."""
     shutil.copy(fmu, folder / "ElasticRobot.fmu")
-    _run(snippets()["prepare"], folder, "motion.csv")
+    _run(snippets()["prepare"], folder, "motion.csv", start)
 
 
-def run(master: Master, folder: Path) -> np.ndarray:
+def run(master: Master, folder: Path, start: Start = start_anew) -> np.ndarray:
     """Run a master's snippet in a prepared folder.
 
     Returns:
@@ -162,7 +194,7 @@ def run(master: Master, folder: Path) -> np.ndarray:
     Raises:
         MasterError: If it does not come to its end, with what it said last.
     """
-    return _run(snippets()[master.snippet], folder, "tcp.csv", master.overlay)
+    return _run(snippets()[master.snippet], folder, "tcp.csv", start, master.environment)
 
 
 def run_system(snippet: str, folder: Path, step: float, stop: float) -> np.ndarray:
@@ -179,10 +211,12 @@ def run_system(snippet: str, folder: Path, step: float, stop: float) -> np.ndarr
     return _run(code.replace(_STEPS, f"STEP, STOP = {step}, {stop}"), folder, "tcp.csv")
 
 
-def run_reference(by_inputs: bool, folder: Path) -> np.ndarray:
+def run_reference(by_inputs: bool, folder: Path, start: Start = start_anew) -> np.ndarray:
     """Run the same task through FMPy's single FMI calls; returns as `run`."""
     kind = "inputs" if by_inputs else "trajectory"
-    return _run(REFERENCE.read_text(encoding="utf-8"), folder, "reference.csv", arguments=[kind])
+    return _run(
+        REFERENCE.read_text(encoding="utf-8"), folder, "reference.csv", start, arguments=[kind]
+    )
 
 
 def differences(poses: np.ndarray, reference: np.ndarray) -> tuple[float, float]:
@@ -215,27 +249,15 @@ def _run(
     code: str,
     folder: Path,
     leaves: str,
-    overlay: Path | None = None,
+    start: Start = start_anew,
+    environment: Mapping[str, str] = os.environ,
     arguments: Sequence[str] = (),
 ) -> np.ndarray:
     """Run Python code in a folder and return the table that it leaves."""
     script, table = folder / "snippet.py", folder / leaves
     script.write_text(code, encoding="utf-8")
     table.unlink(missing_ok=True)
-    environment = dict(os.environ)
-    if overlay is not None:
-        environment["PYTHONPATH"] = str(overlay)
-    try:
-        done = subprocess.run(
-            [sys.executable, script.name, *arguments],
-            cwd=folder,
-            env=environment,
-            text=True,
-            capture_output=True,
-            timeout=_PATIENCE,
-        )
-    except subprocess.TimeoutExpired as cause:
-        raise MasterError(f"still running after {_PATIENCE} s") from cause
+    done = start([script.name, *arguments], folder, environment)
     said = (done.stdout + done.stderr)[-2000:]
     if not table.is_file():
         raise MasterError(f"it leaves no {leaves}; it said: {said}")

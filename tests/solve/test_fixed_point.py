@@ -231,14 +231,14 @@ LAW = {
 }
 
 
-def isf_task() -> Task:
+def isf_task(depth: float = 0.006) -> Task:
     part = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
     cone = Cone(
         kind="cone",
         radius_m=0.03,
         wall_angle_deg=45.0,
         step_down_m=0.001,
-        depth_m=0.006,
+        depth_m=depth,
         feed_m_s=0.1,
         sample_s=0.01,
     )
@@ -291,7 +291,7 @@ def test_isf_law_without_a_wall_asks_for_one():
 
 
 def test_every_process_answers_on_the_paths_time_axis(tmp_path):
-    task = isf_task()
+    task = isf_task(depth=0.001)
     (tmp_path / "record.csv").write_text("time,fx,fy,fz\n0,0,0,0\n99,0,0,1\n")
     wall = FmuBuilder.build_FMU(
         TESTS / "process" / "process_fmus" / "wall_slave.py", dest=tmp_path / "W.fmu"

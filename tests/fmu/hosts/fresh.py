@@ -1,23 +1,22 @@
-"""Fresh processes that need not wait for imports: fresh.py, and for each a line of JSON on stdin.
+"""Fresh processes that need not wait for imports: fresh.py MODULE..., and for each a line on stdin.
 
-They are forked from this one, which has loaded what FMPy and an FMU need, and nothing of the project.
-A line has `command` (script and arguments), `folder`, `environment`, `stdout` and `stderr`, files; it
-is answered by the exit code, below 0 that of a signal.
+They are forked from this one, which has loaded these modules, and nothing of the project.  A line of
+JSON has `command` (script and arguments), `folder`, `environment`, `stdout` and `stderr`, files; it is
+answered by the exit code, below 0 that of a signal; SIGALRM ends what takes longer than PATIENCE.
 """
 
+import importlib
 import json
 import os
+import signal
 import sys
 
-import fmpy.fmi2  # noqa: F401
-import pinocchio  # noqa: F401
-import scipy.integrate
-import scipy.interpolate
-import scipy.spatial.transform  # noqa: F401
+PATIENCE = 300  # [s]
 
 
 def become(order):
     """Be as a process that was started with the command."""
+    signal.alarm(PATIENCE)
     os.chdir(order["folder"])
     os.environ.clear()
     os.environ.update(order["environment"])
@@ -31,6 +30,8 @@ def become(order):
         exec(compile(script.read(), sys.argv[0], "exec"), globals())
 
 
+for name in sys.argv[1:]:
+    importlib.import_module(name)
 for line in sys.stdin:
     child = os.fork()
     if child == 0:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import functools
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fresh_processes import Fresh
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from docs.scripts.masters import (
@@ -19,14 +21,22 @@ from docs.scripts.masters import (
     Given,
     Master,
     MasterError,
+    Start,
     differences,
     prepare,
     run,
     run_reference,
     snippets,
+    start_anew,
 )
 
 TOOLBOX = next(master for master in MASTERS if "Toolbox" in master.snippet)
+
+# Masters that take two seconds to import, and what their snippets import.
+SLOW = {
+    "CoFMUPy": ("json", "numpy", "pandas", "cofmupy"),
+    "PathSim": ("numpy", "pathsim", "pathsim.blocks", "pathsim_fmi"),
+}
 
 
 def require(master: Master) -> None:
@@ -46,22 +56,42 @@ def fmu(given, example, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def folder(fmu, tmp_path_factory) -> Path:
+def start_of(fresh) -> Iterator[Callable[[Master], Start]]:
+    """How the process of a master is started; slow ones are forked once they are imported."""
+    with ExitStack() as stack:
+
+        @functools.cache
+        def start(master: Master) -> Start:
+            if master.distribution == "fmpy":
+                return fresh.run
+            if master.snippet not in SLOW:
+                return start_anew
+            slow = Fresh(*SLOW[master.snippet], environment=master.environment)
+            return stack.enter_context(slow).run
+
+        yield start
+
+
+@pytest.fixture(scope="module")
+def folder(fmu, fresh, tmp_path_factory) -> Path:
     """A folder as the page tells the reader to prepare it."""
     folder = tmp_path_factory.mktemp("masters")
-    prepare(folder, fmu)
+    prepare(folder, fmu, fresh.run)
     return folder
 
 
 @pytest.fixture(scope="module")
-def reference_of(example, tmp_path_factory) -> Callable[[str], dict[bool, np.ndarray]]:
+def reference_of(example, fresh, tmp_path_factory) -> Callable[[str], dict[bool, np.ndarray]]:
     """What FMPy's single calls of FMI 2 find, by the kind of FMU."""
 
     @functools.cache
     def of(kind: str) -> dict[bool, np.ndarray]:
         folder = tmp_path_factory.mktemp("reference")
-        prepare(folder, build_fmu(example, folder / "Built.fmu", BuildOptions(kind)))
-        return {by_inputs: run_reference(by_inputs, folder) for by_inputs in (False, True)}
+        fmu = build_fmu(example, folder / "Built.fmu", BuildOptions(kind))
+        prepare(folder, fmu, fresh.run)
+        return {
+            by_inputs: run_reference(by_inputs, folder, fresh.run) for by_inputs in (False, True)
+        }
 
     return of
 
@@ -73,20 +103,22 @@ def reference(given, reference_of) -> dict[bool, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def fmpys(folder) -> np.ndarray:
+def fmpys(folder, start_of) -> np.ndarray:
     """What FMPy's snippet finds; it leaves a page with the plot of the TCP."""
-    return run(MASTERS[0], folder)
+    return run(MASTERS[0], folder, start_of(MASTERS[0]))
 
 
 @pytest.mark.parametrize("master", MASTERS, ids=lambda master: master.snippet)
-def test_the_pages_snippet_gives_fmpys_pose_at_every_step(master, given, folder, fmpys, reference):
+def test_the_pages_snippet_gives_fmpys_pose_at_every_step(
+    master, given, folder, start_of, fmpys, reference
+):
     """Times are exact in binary, so nothing but the order of the calls could make a difference."""
     require(master)
     if not master.takes(given):
         with pytest.raises(MasterError):  # where it takes it now: `versions` in masters.py
-            run(master, folder)
+            run(master, folder, start_of(master))
         return
-    found = fmpys if master is MASTERS[0] else run(master, folder)
+    found = fmpys if master is MASTERS[0] else run(master, folder, start_of(master))
     position, rotation = differences(found, reference[master.by_inputs])
     assert position < master.within
     assert rotation < master.within

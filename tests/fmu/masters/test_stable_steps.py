@@ -132,7 +132,9 @@ def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
 def test_at_the_named_step_a_tool_stays_on_a_stiff_wall_and_bounces_at_a_longer_one(tmp_path):
     """Ten million N/m: a late touch adds energy that the robot does not take away."""
     require_libcosim()
-    system = SspSystem.of(UR10.case(1e7))
+    data = UR10.case(1e7).resolved
+    data["tool_path"]["points_m"] = [[0.0, 0.0, 0.01], [0.0, 0.0, -0.005], [0.02, 0.0, -0.005]]
+    system = SspSystem.of(case_of(data))
     system.write(tmp_path / "system.ssp")
     assert system.step < system.limit.touch < 3e-4
     calm, wild = (pressed(tmp_path, system, step) for step in (system.step, 7e-4))
