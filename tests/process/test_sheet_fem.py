@@ -101,19 +101,20 @@ def test_an_evaluation_keeps_blas_to_one_thread_and_gives_the_others_back(presse
     assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
 
 
-def arc(depth: float, turns: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and points of an arc of 12 mm radius, every 12 degrees, after one above the sheet."""
+def arcs(turns: float, *depths: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and points of arcs of 12 mm radius, each where the last ends, after one above."""
     turn = np.linspace(0.0, 2.0 * np.pi * turns, round(30 * turns) + 1)
-    below = np.column_stack(
-        [0.012 * np.cos(turn), 0.012 * np.sin(turn), np.full(len(turn), -depth)]
-    )
-    points = np.vstack([[[0.012, 0.0, 1e-3]], below])
+    below = [
+        np.column_stack([0.012 * np.cos(at), 0.012 * np.sin(at), np.full(len(at), -depth)])
+        for at, depth in ((turn + k * turn[-1], depth) for k, depth in enumerate(depths))
+    ]
+    points = np.vstack([[[0.012, 0.0, 1e-3]], *below])
     return np.arange(len(points), dtype=float), points
 
 
 def test_the_stated_force_is_within_5_percent_of_the_limit_of_small_elements():
     """The limit is Richardson's, of what elements of 0.4 and 0.28 radii compute: order two."""
-    at, points = arc(1.5e-3, turns=0.5)
+    at, points = arcs(0.5, 1.5e-3)
     path = tool_path(UPRIGHT, at, points)
     stated, computed = [], []
     for element in (0.002, 0.0014):
@@ -130,7 +131,7 @@ def test_the_stated_force_is_within_5_percent_of_the_limit_of_small_elements():
 
 def test_a_path_off_by_half_a_micron_has_nearly_the_same_forces():
     """Or no command could be computed: forces answer in proportion, they do not jump."""
-    at, points = arc(3e-3, turns=1.0)
+    at, points = arcs(1.0, 1.5e-3, 3e-3)
     process = table(sheet_size_m=[0.056, 0.056], element_m=None, position_m=None).process(
         Task(UPRIGHT, tool_path(UPRIGHT, at, points))
     )
