@@ -48,7 +48,7 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
             cone_of(FANUC_HOME, with_backlash(fanuc, EVEN), (1.8, 0.0, 0.5)),
             31,
         ),
-        "FANUC R-2000iC, plays of 0.1 to 0.4 mrad": (
+        "FANUC R-2000iC, backlash of 0.1 to 0.4 mrad": (
             cone_of(FANUC_HOME, with_backlash(fanuc, MIXED), (1.6, 0.3, 0.6)),
             32,
         ),
@@ -56,7 +56,7 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
             cone_of(KUKA_HOME, with_backlash(KUKA, EVEN), (1.9, 0.1, 0.9)),
             41,
         ),
-        "ABB IRB 7600, plays of 0.1 to 0.4 mrad": (
+        "ABB IRB 7600, backlash of 0.1 to 0.4 mrad": (
             cone_of(HOME, with_backlash(abb, MIXED), (1.7, -0.3, 0.9)),
             51,
         ),
