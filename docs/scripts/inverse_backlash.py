@@ -132,8 +132,8 @@ def drift() -> str:
         stiffness, damping = parameters.stiffness[gear], parameters.damping[gear]
         found.append(float(np.sqrt(stiffness * inertia[0])) / damping)
     return (
-        f"At the home posture $1 / 2 \\zeta$ is {min(found):.0f} to {max(found):.0f} for the first gear of"
-        " the robots below."
+        f"At the home posture $1 / 2 \\zeta$ is {min(found):.0f} to {max(found):.0f} for the first gear"
+        " of the robots below."
     )
 
 
