@@ -80,7 +80,7 @@ def cone() -> str:
     )
     ((first, _), *_) = figures.ordered
     save("study_cone", *_pictures(study))
-    return f"{quantiles}\n\n{matters}\n\nMost of it is due to `{first.name}`."
+    return f"{quantiles}\n\n{significance}\n\nMost of it is due to `{first.name}`."
 
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:
