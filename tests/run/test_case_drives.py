@@ -183,7 +183,9 @@ def test_runs_with_and_without_servos_are_not_learned_together(finished):
 def test_an_archive_for_other_masters_moves_the_motors(tmp_path):
     for robot, drive in ((SERVO, "servo"), (WITHOUT, "ideal")):
         system = SspSystem.of(case_of(tmp_path, robot))
-        assert any("estimated for drives" in said for said in system.remarks()) == (drive == "servo")
+        assert any("estimated for drives" in said for said in system.remarks()) == (
+            drive == "servo"
+        )
         with ZipFile(system.write(tmp_path / f"{drive}.ssp")) as archive:
             structure = archive.read("SystemStructure.ssd").decode()
         assert re.search(rf'name="drive">\s*<[a-z]*:String value="{drive}"', structure)
