@@ -136,7 +136,7 @@ def rows(names: Iterable[str]) -> Iterator[MethodRow]:
 
 def lines(found: Iterable[MethodRow]) -> str:
     """Return the table."""
-    head = ("case", "method", "mode", "scheme", "evaluations", "simulations", "left [um]")
+    head = ("case", "method", "mode", "scheme", "evaluations", "simulations", "deviation [um]")
     return table((*head, "ended", "time [s]"), (cells(row) for row in found))
 
 

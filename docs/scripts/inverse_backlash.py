@@ -62,12 +62,12 @@ CASES: dict[str, Callable[[], Case]] = {
     "pyramid, 0.15 m/s": _cone(kind="pyramid", feed_m_s=0.15),
     "ISO 9283, 0.1 m/s": _iso(0.1),
     "ISO 9283, 0.25 m/s": _iso(0.25),
-    "the same, drives limited to 9 rad/s²": _iso(0.25, controller={"max_acceleration_rad_s2": 9.0}),
-    "the same, rows every 12 ms": _iso(0.25, controller={"cycle_s": 0.012}),
+    "same, drives limited to 9 rad/s²": _iso(0.25, controller={"max_acceleration_rad_s2": 9.0}),
+    "same, rows every 12 ms": _iso(0.25, controller={"cycle_s": 0.012}),
     "ISO 9283, 1 m/s": _iso(1.0),
     "groove of a G-code, in air and sheet": lambda: load_case(FILES / "gcode_groove.toml"),
     "slot, milled": lambda: example("milling_20000"),
-    "cone, FANUC R-2000iC, plays of 0.1 to 0.4 mrad": lambda: _other(
+    "cone, FANUC R-2000iC, backlash of 0.1 to 0.4 mrad": lambda: _other(
         with_backlash(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, (1.6, 0.3, 0.6)
     ),
     "cone, KUKA KR 210, backlash 0.1 mrad": lambda: _other(
@@ -76,7 +76,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "pyramid, the same robot": lambda: _other(
         with_backlash(KUKA, EVEN), KUKA_HOME, (1.9, 0.1, 0.9), kind="pyramid"
     ),
-    "ISO 9283, 0.25 m/s, ABB IRB 7600, plays of 0.1 to 0.4 mrad": _abb,
+    "ISO 9283, 0.25 m/s, ABB IRB 7600, backlash of 0.1 to 0.4 mrad": _abb,
 }
 
 
@@ -108,13 +108,13 @@ def wrong_backlashes() -> str:
         )
         print(*rows[-1], flush=True)
     head = (
-        *("path", "a gear at rest [um]", "`check --evaluate` [um]"),
+        *("path", "one gear, static [um]", "`check --evaluate` [um]"),
         *(
             "replays of the run [um]",
             "ratio",
-            "`check`, weight alone [um]",
+            "`check`, weight only [um]",
             "path [s]",
-            "takes on a core [s]",
+            "CPU time [s]",
         ),
     )
     return table(head, rows)
@@ -132,8 +132,8 @@ def drift() -> str:
         stiffness, damping = parameters.stiffness[gear], parameters.damping[gear]
         found.append(float(np.sqrt(stiffness * inertia[0])) / damping)
     return (
-        f"At home, $1 / 2 \\zeta$ is {min(found):.0f} to {max(found):.0f} for the first gear of the"
-        " robots below."
+        f"At the home posture $1 / 2 \\zeta$ is {min(found):.0f} to {max(found):.0f} for the first gear"
+        " of the robots below."
     )
 
 

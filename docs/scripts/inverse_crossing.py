@@ -60,10 +60,10 @@ class Crossing:
         change, (inverted, mirrored) = self.change, self.largest
         bend = np.gradient(np.gradient(self.drive, STEP), STEP)[2:-2]
         return (
-            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: its torque passes zero, and gear {change.joint}"
-            f" leaves one flank at {change.begins:.3f} s and\nreaches the other"
-            f" {1e3 * (change.ends - change.begins):.0f} ms later. Link and drive less a line; shaded"
-            " the backlash. The drive goes the other way by 2 B while the"
+            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: the torque of gear {change.joint}"
+            f" passes zero, the gear leaves one flank at {change.begins:.3f} s and\nreaches the other"
+            f" {1e3 * (change.ends - change.begins):.0f} ms later. Link and drive after"
+            " subtraction of a line; shaded: the backlash. The drive moves back by 2 B while the"
             f" link moves on, with up to {np.abs(bend).max():.0f} rad/s². Over the\nwhole path the tool"
             f" stays within {_UM * inverted:.1f} um; under the mirrored command of the quasi-static"
             f" robot it\nleaves it by up to {_UM * mirrored:.0f} um.*"

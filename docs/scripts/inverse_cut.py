@@ -31,8 +31,8 @@ def sentence() -> str:
         distance = _UM * found.achieved.distance_to(found.desired).ravel()
         first.append(distance[found.desired.time <= BEGINNING].max())
     return (
-        f"Three pieces of the ISO 9283 path at {FEED:g} m/s are left by {min(first):.1f} to"
-        f" {max(first):.1f} um in their first {BEGINNING:g} s."
+        f"Three pieces of the ISO 9283 path at {FEED:g} m/s have deviations of {min(first):.1f}"
+        f" to {max(first):.1f} um in their first {BEGINNING:g} s."
     )
 
 

@@ -93,7 +93,7 @@ def noises() -> str:
             cells = [_figures(one) for one in (quiet.left, quiet.estimated, loud.left, nothing)]
             rows.append([f"`{robot}`", f"{level} N", *cells])
             print(*rows[-1], flush=True)
-    head = ("robot", "noise", "filtered by default", "estimated", "as it comes", "no correction")
+    head = ("robot", "noise", "filtered by default", "estimated", "unfiltered", "no correction")
     return table(head, rows)
 
 

@@ -135,6 +135,6 @@ def costs() -> str:
     columns = [
         f"{s} ms{what}"
         for s in _SAMPLES
-        for what in (", really [um]", ", estimated", ", parabolas")
+        for what in (", actual [um]", ", estimated", ", parabolas")
     ]
     return table(("path, samples every", *columns), rows)

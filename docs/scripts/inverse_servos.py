@@ -101,7 +101,7 @@ def servos() -> str:
         print(*rows[-1], flush=True)
     head = (
         *("max / rms [um]", "no correction", "command of ideal drives", "command of its servos"),
-        *("friction 30 % off, max", "gains 20 %", "hysteresis 30 %", "backlash 20 %"),
+        *("friction 30 % wrong, max", "gains 20 %", "hysteresis 30 %", "backlash 20 %"),
         "friction and hysteresis +20 %",
     )
     return table(head, rows)

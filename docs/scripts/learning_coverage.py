@@ -147,10 +147,10 @@ def beyond() -> str:
                 print(*rows[-1], found.refusal, flush=True)
     head = (
         "",
-        "left by file → learned, noise [um]",
+        "residual: file → learned, noise [um]",
         "intervals wider",
         "identifiable, held",
-        "model from robot: file → learned [um]",
+        "model's error: file → learned [um]",
         "",
     )
     return table(head, rows)

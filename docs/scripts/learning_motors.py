@@ -128,8 +128,8 @@ def motors() -> str:
         ),
     }
     head = (
-        *("max / rms [um]", "before", "columns of motors", "after one run"),
-        "by next, frame known",
+        *("max / rms [um]", "before", "motor columns", "after one run"),
+        "with next, frame known",
         *("friction: largest error, median half interval [%]", "held"),
     )
     rows: list[Sequence[str]] = []

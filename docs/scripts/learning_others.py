@@ -48,7 +48,7 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
             cone_of(FANUC_HOME, with_backlash(fanuc, EVEN), (1.8, 0.0, 0.5)),
             31,
         ),
-        "FANUC R-2000iC, plays of 0.1 to 0.4 mrad": (
+        "FANUC R-2000iC, backlash of 0.1 to 0.4 mrad": (
             cone_of(FANUC_HOME, with_backlash(fanuc, MIXED), (1.6, 0.3, 0.6)),
             32,
         ),
@@ -56,11 +56,11 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
             cone_of(KUKA_HOME, with_backlash(KUKA, EVEN), (1.9, 0.1, 0.9)),
             41,
         ),
-        "ABB IRB 7600, plays of 0.1 to 0.4 mrad": (
+        "ABB IRB 7600, backlash of 0.1 to 0.4 mrad": (
             cone_of(HOME, with_backlash(abb, MIXED), (1.7, -0.3, 0.9)),
             51,
         ),
-        "example, cone elsewhere": (cone_of(HOME, "icme2008", (1.3, 0.4, 0.6)), 61),
+        "example, cone at another place": (cone_of(HOME, "icme2008", (1.3, 0.4, 0.6)), 61),
         "example, pyramid": (cone_of(HOME, "icme2008", (1.6, 0.0, 0.8), kind="pyramid"), 75),
         "example, ISO 9283 at 0.25 m/s, base rolled by 6 degrees": (rolled(), 71),
         "example, cone at 0.15 m/s, 4 mm deep": (
@@ -79,7 +79,7 @@ def others() -> str:
             found = shop.learned(truth, Trial(), seed)
             left = (*map(str, found.left), str(_known(shop, data, truth)))
         rows.append((name, *left))
-    head = ("", "as its file says", "one run", "two runs", "all of it known")
+    head = ("", "with its file", "one run", "two runs", "true parameters")
     return table(head, rows)
 
 

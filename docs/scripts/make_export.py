@@ -103,7 +103,7 @@ def cycles() -> str:
                     _um(one.loss),
                 )
 
-    return table(("case", "cycle", "samples lose [um]", "the file loses [um]"), rows())
+    return table(("case", "cycle", "loss of samples [um]", "loss of the file [um]"), rows())
 
 
 def _of_samples(name: str, cycle: float) -> float:

@@ -105,7 +105,7 @@ def fanuc() -> str:
         f"{table(head, table_rows)}\n\n{numbers}\n\n"
         f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
         f" {len(six.parameters)} parameters are refused.\n\n"
-        "Would load or marker explain more elsewhere (TCP's frame, to first order)?\n\n"
+        "Would a shift of load or marker explain more (TCP's frame, to first order)?\n\n"
         f"{shifts.rstrip()}"
     )
 

@@ -206,7 +206,7 @@ def samples() -> str:
             cubic = CubicSpline(path.time, path.position[0], bc_type="clamped")(ours.time)
             cells.append(_figure(1e6 * np.linalg.norm(ours.position[0] - cubic, axis=1).max()))
         rows.append(cells)
-    head = ("apart [um], samples every", *(f"{sample} ms" for sample in SAMPLES))
+    head = ("difference [um], samples every", *(f"{sample} ms" for sample in SAMPLES))
     return table(head, rows)
 
 

@@ -66,7 +66,7 @@ def robots() -> str:
         )
         for number, found in enumerate(_hidden(), start=1)
     ]
-    head = ("robot", "as its file says", "one run", "two runs", "time of the fits (CPU) [s]")
+    head = ("robot", "with its file", "one run", "two runs", "time of the fits (CPU) [s]")
     return table(head, rows)
 
 
@@ -126,13 +126,13 @@ def trials() -> str:
         ("noise 30 um, 50 Hz", truth, Trial(noise=3e-5, every=5, runs=1)),
         ("orientations, 20 urad", truth, Trial(turn_noise=TURN_NOISE, runs=1)),
         ("12 s measured", truth, Trial(seconds=12.0, runs=1)),
-        ("the wrench is 5 % more", changed(truth, force=1.05), one),
-        ("its gaps have round edges", changed(truth, torque_curve="spline"), one),
-        ("only the backlash is other, 20 % more", all_alike(shop.robot, "backlash", 1.2), one),
+        ("wrench 5 % larger", changed(truth, force=1.05), one),
+        ("backlash with rounded edges", changed(truth, torque_curve="spline"), one),
+        ("only the backlash differs, 20 % more", all_alike(shop.robot, "backlash", 1.2), one),
     ]
     rows = [(name, *_row(shop.learned(own, trial))) for name, own, trial in cases]
     others = {
-        "round edges, and the case says so": _contours(robot={"torque_curve": "spline"}),
+        "rounded edges, also in the case": _contours(robot={"torque_curve": "spline"}),
         "another robot: ABB IRB 7600 with backlash": _contours(robot=_second_robot()),
         "ISO 9283 at 0.1 m/s, base upright": case_text("iso9283"),
     }
@@ -166,7 +166,7 @@ def _second_robot() -> dict[str, Any]:
 def picture() -> str:
     """Draw how far the second robot's tool is off, before and after."""
     found, figure = _learned(SEEDS[1]), go.Figure()
-    names = ("as its file says", "after one run", "after two")
+    names = ("with its file", "after one run", "after two")
     for name, off, color in zip(names, found.off, ("#D55E00", "#56B4E9", "#0072B2"), strict=True):
         distance = 1e6 * np.linalg.norm(off - off.mean(axis=0), axis=1)
         figure.add_scatter(

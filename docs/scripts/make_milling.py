@@ -217,7 +217,7 @@ def compensation_table(corrected: Mapping[int, Milled]) -> str:
                 str(run.run.correction.evaluations),
             )
         )
-    head = ("spindle", "before [um]", "after [um]", "of it slow [um]", "ripple [um]")
+    head = ("spindle", "before [um]", "after [um]", "slow part [um]", "ripple [um]")
     return table((*head, "walls [um]", "floor [um]", "evaluations"), rows)
 
 

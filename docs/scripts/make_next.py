@@ -50,7 +50,7 @@ WITHOUT = tuple(
     for path, first in ((CONE, 31), (PYRAMID, 32), (ISO, 33))
     for seed, stiffness in ((first, 0.25), (first + 3, 0.5), (first + 6, 1.0))
 )
-# What is new in every run: a shift and a drift [m].
+# The non-repeatable part of a run: a shift and a drift [m].
 ANEW = replace(EXTRAS, again=1e-5)
 
 
@@ -70,11 +70,11 @@ def _others() -> tuple[TrialResult, ...]:
 
 
 OTHERS = {
-    "file right, extras": Trial(CONE, 0),
+    "exact file, extras": Trial(CONE, 0),
     "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", backlash=1e-4),
     "backlash of 0.1 mrad": Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", backlash=1e-4),
-    "extras, and 10 um new in every run": Trial(CONE, 52, 0.5, ANEW),
-    "file right, geometry off by 0.3 mm over 0.1 m": Trial(
+    "extras, and 10 um not repeatable": Trial(CONE, 52, 0.5, ANEW),
+    "exact file, geometric error of 0.3 mm over 0.1 m": Trial(
         CONE, 0, extras=replace(NONE, geometry=3e-4)
     ),
     "gears without backlash, twice the modes": Trial(CONE, 0, extras=NONE, linear=True),
@@ -128,16 +128,16 @@ def sums() -> str:
     held = [own for one in every for own in one.held]
     worst = [one.trial.name for one in every if not one.never_worse]
     commands = sum(one.commands_never_worse for one in every)
-    anew = _others()[list(OTHERS).index("extras, and 10 um new in every run")]
+    anew = _others()[list(OTHERS).index("extras, and 10 um not repeatable")]
     rows = [
         ("histories of four runs", f"{len(every)}"),
         (
             "last run within 10 % of the best and below the first",
-            f"{len(every) - len(worst)}" + (f" (not: {'; '.join(worst)})" if worst else ""),
+            f"{len(every) - len(worst)}" + (f" (except: {'; '.join(worst)})" if worst else ""),
         ),
-        ("last command so, without what is new in each run", f"{commands}"),
-        ("10 um new in every run: left without that by each command [um]", anew.commands_row),
-        ("forecasts that held the next run", f"{sum(held)} of {len(held)}"),
+        ("the same for the last command, without the non-repeatable part", f"{commands}"),
+        ("10 um not repeatable: deviation of each command without it [um]", anew.commands_row),
+        ("forecasts whose interval contains the next run", f"{sum(held)} of {len(held)}"),
         (
             "with extras, largest rms after four runs [um]",
             f"{1e6 * max(one.runs[-1].rms for one in _extras()):.1f}",

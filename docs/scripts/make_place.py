@@ -145,7 +145,7 @@ def cases() -> str:
             rows.append(
                 (
                     title,
-                    ("as it is", "placed")[number],
+                    ("original", "placed")[number],
                     f"{_UM * figures.moved_m:.0f}",
                     changes(figures),
                     *(f"{_UM * largest:.1f} / {_UM * rms:.1f}" for largest, rms, _ in left),
@@ -158,7 +158,7 @@ def cases() -> str:
         *(f"backlash x {factor} [um]" for factor in FACTORS),
         "mean [um]",
     )
-    return f"{table(head, rows)}\n\nWhere they are placed:\n\n" + "\n".join(settings)
+    return f"{table(head, rows)}\n\nPlaces:\n\n" + "\n".join(settings)
 
 
 def gears() -> str:
@@ -175,9 +175,9 @@ def gears() -> str:
         for gear, other in zip(result.present.gears, result.best[0].gears, strict=True)
     ]
     head = (
-        *("gear of the cone", "margin to reversal, as it is [N m]", "torque range [N m]"),
+        *("gear of the cone", "margin to reversal, original [N m]", "torque range [N m]"),
         *("margin to reversal, placed [N m]", "torque range [N m]"),
-        *("backlash 20 % off, as it is [um]", "placed [um]"),
+        *("backlash 20 % wrong, original [um]", "placed [um]"),
     )
     return table(head, rows)
 
@@ -216,8 +216,8 @@ def maps() -> str:
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)
     return (
-        "*The cone's part in the plane of x and z. Above, tool and base as they are: gears reverse"
-        " wherever the part is. Below, as the best setting holds them: all keep theirs on"
+        "*The cone's part in the plane of x and z. Above, tool and base of the case: gears reverse"
+        " at any place of the part. Below, those of the best setting: no gear reverses at"
         f" {100.0 * kept:.0f} % of the places.*"
     )
 
@@ -238,23 +238,23 @@ def speed() -> str:
     places = screen.stations.count
     return (
         f"{MANY} settings of the cone at {places} places of its path take {screened:.0f} s of CPU time,"
-        f" {_UM * screened / MANY / places:.0f} us for a posture; a whole command with as many"
+        f" {_UM * screened / MANY / places:.0f} us per posture; a whole command with as many"
         f" {whole:.0f} s."
     )
 
 
 def learned() -> str:
     """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
-    rows: dict[str, list[tuple[str, ...]]] = {"as it is": [], "placed": []}
+    rows: dict[str, list[tuple[str, ...]]] = {"original": [], "placed": []}
     cases = (case_text(name, tool_path={"depth_m": DEPTH}) for name in ("cone", "cone_robust"))
     with Shop(next(cases)) as shop, Shop(next(cases)) as robust:
         robots = {
             "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
             "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
-            "all parameters other": hidden(shop.robot, 11),
+            "all parameters differ": hidden(shop.robot, 11),
         }
         for robot, truth in robots.items():
-            for title, own in (("as it is", shop), ("placed", robust)):
+            for title, own in (("original", shop), ("placed", robust)):
                 found = own.learned(truth, Trial(runs=1))
                 refused = found.found[0].refusal
                 result = "refused: nothing to learn" if refused else f"{found.left[-1]}"
@@ -263,7 +263,13 @@ def learned() -> str:
                 else:
                     both = f"{robust.left_by(file, truth)}"
                 rows[title].append((title, robot, f"{found.left[0]}", result, both))
-    head = ("cone", "robot", "before learning", "after one measured run", "of the cone as it is")
+    head = (
+        "cone",
+        "robot",
+        "before learning",
+        "after one measured run",
+        "learned from the original cone",
+    )
     return table(head, [row for own in rows.values() for row in own])
 
 

@@ -35,10 +35,10 @@ def _verdict(run: Run) -> str:
     gravity, process = 1e6 * deviations.gravity.maximum, 1e6 * deviations.process.maximum
     return (
         f"Verdict: {found.reason}; {found.evaluations} evaluations of the process, {each:.0f} s"
-        " each with what the robot takes.\n"
+        " each including the robot's simulation.\n"
         f"Deviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
-        f" process {process:.0f} um)\nand {after:.1f} um after, the process evaluated on the path really"
-        f" taken. Peak force {found.response.wrench.peak_force:.0f} N.\n"
+        f" process {process:.0f} um)\nand {after:.1f} um after, with the process evaluated on the actual"
+        f" path. Peak force {found.response.wrench.peak_force:.0f} N.\n"
     )
 
 
@@ -82,8 +82,8 @@ def cell() -> str:
     each = run.durations["compensate"] / found.evaluations
     return (
         table(("", "before, max", "after, max", "peak force"), rows)
-        + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each with what"
-        " the robots take."
+        + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each including"
+        " the robots' simulation."
     )
 
 

@@ -80,7 +80,7 @@ def cone() -> str:
     )
     ((first, _), *_) = figures.ordered
     save("study_cone", *_pictures(study))
-    return f"{quantiles}\n\n{significance}\n\nThe largest share is that of `{first.name}`."
+    return f"{quantiles}\n\n{significance}\n\nMost of it is due to `{first.name}`."
 
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:
@@ -118,7 +118,7 @@ def speed() -> str:
     share = benchmark.efficiency(one, more)
     return (
         f"The cone's {benchmark.SAMPLES} samples take {one.wall:.0f} s on one worker and"
-        f" {more.wall:.0f} s on two, the start of the workers among it: {100 * share:.0f} % of twice"
+        f" {more.wall:.0f} s on two, including the start of the workers: {100 * share:.0f} % of twice"
         " the speed (two cores, `python -m benchmarks.study`)."
     )
 

@@ -94,7 +94,7 @@ def rotations() -> str:
             rows.append((f"{angle} deg", name, *_row(_task(angle, points, Path(folder)))))
     head = (
         *("spindle from axis 6", "path", "settings"),
-        *("gear 5 keeps its flank, one rotation", "any at any time"),
-        *("all gears, one rotation", "any at any time"),
+        *("gear 5 does not reverse, one rotation", "any rotation at any time"),
+        *("no gear reverses, one rotation", "any rotation at any time"),
     )
     return table(head, rows)
