@@ -53,7 +53,7 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
     # A mass in the plane of motion has no effect across it.
     kept = {
         p.name
-        for p, own in zip(found.first.problem.parameters, found.chosen, strict=True)
+        for p, own in zip(found.parameters, found.chosen, strict=True)
         if not own
     }
     assert "payload.com.y" in kept
