@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -18,8 +19,10 @@ _STEPS, _LOOKS = 60, 6
 # has converged if it ends where one is told to by less than e to that.
 _SETTLED, _CONVERGED = 1e-4, 1e-2
 # A step that gains less than this part of what it is told to is shortened: its damping, in parts of the
-# squares of columns, at least, where it is first needed, and by which it grows.
-_GAINS, _LEAST_DAMPING, _DAMPING, _GROWS = 0.1, 1e-9, 1e-2, 10.0
+# squares of columns, where it is first needed, and by which it grows.
+_GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
+# Damping of directions that nothing sees, in the same parts.
+_UNSEEN = 1e-9
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
 # which shows that there is none.
 _OF_ITSELF, _NARROW = 1.0, 0.3
@@ -76,19 +79,21 @@ def fitted(
     """
     lowest, highest = problem.bounds
     x = np.clip(_with_beside(problem, problem.start) if x is None else x, lowest, highest)
-    problem, damping, told = reweighed(problem, x), _LEAST_DAMPING, 0.0
+    problem, damping, told = reweighed(problem, x), 0.0, 0.0
     rows = _turned(problem, x) if len(x) else None
     for _ in range(steps):
         if rows is None:
             break
-        step, gain = _step(*rows, lowest - x, highest - x, damping)
-        told = gain if damping == _LEAST_DAMPING else told
+        matrix, rest, before = rows
+        step, gain = _step(matrix, rest, lowest - x, highest - x, damping)
+        told = told if damping else gain
         if gain < settled * problem.correlated:
             break
         there = _with_prior(problem, x + step)
-        if 0.5 * (rows[1] @ rows[1] - there @ there) > _GAINS * gain:
+        if before - 0.5 * there @ there > _GAINS * gain:
             x = x + step
-            problem, damping = reweighed(problem, x), max(damping / _GROWS, _LEAST_DAMPING)
+            damping = damping / _GROWS if damping > _DAMPING else 0.0
+            problem = reweighed(problem, x)
             rows = _turned(problem, x)
         else:
             damping = max(_GROWS * damping, _DAMPING)
@@ -111,10 +116,9 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     own = np.array([isinstance(p, SensorParameter) for p in problem.parameters], dtype=bool)
     if not own.any():
         return x
-    matrix, rest = _turned(reweighed(problem, x).only(own), x[own])
-    step = np.linalg.lstsq(matrix, -rest, rcond=1e-9)[0]
+    matrix, rest, _ = _turned(reweighed(problem, x).only(own), x[own])
     found = x.copy()
-    found[own] += step
+    found[own] -= solve_triangular(matrix, rest)
     return np.clip(found, *problem.bounds)
 
 
@@ -224,19 +228,21 @@ def _with_prior(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     return np.append(problem.residual(x), np.sqrt(problem.prior) * (x - problem.start))
 
 
-def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return derivatives, (P + 1, P), and residual, (P + 1,), in rows turned from many to these few.
+def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return derivatives, (P, P), and residual, (P,), of rows turned to P, and half of all squares [1].
 
-    The residual lies along the first axis: its length, and products of the derivatives with it and with
-    each other, are all that least squares need of the rows.
+    Products of the derivatives with each other and with the residual are all that least squares need.
+    A direction that nothing sees is damped, so that it stays.
     """
     matrix = np.vstack([problem.jacobian(x), np.diag(np.sqrt(problem.prior))])
     rest = _with_prior(problem, x)
-    length = float(np.linalg.norm(rest))
-    along = rest / max(length, 1e-300)
-    first = along @ matrix
-    turned = np.linalg.qr(matrix - np.outer(along, first), mode="r")
-    return np.vstack([first, turned]), np.append(length, np.zeros(len(turned)))
+    products = matrix.T @ matrix
+    size = np.sqrt(np.diag(products))
+    size[size == 0.0] = 1.0
+    scaled = products / np.outer(size, size) + _UNSEEN * np.eye(len(x))
+    turned = cholesky(scaled) * size
+    left = solve_triangular(turned, matrix.T @ rest, trans="T")
+    return turned, left, float(0.5 * rest @ rest)
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:

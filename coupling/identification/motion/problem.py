@@ -10,6 +10,7 @@ their smoothed motion; e and T are the FMU's along q, f and s/a those of
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -28,7 +29,7 @@ from coupling.identification.motion.sensors import (
     worn,
 )
 from coupling.inverse.servo import presliding
-from coupling.robot.parameters import dry_friction, with_values
+from coupling.robot.parameters import dry_friction, with_joints, with_values
 from elastic_robot.description import Robot
 from elastic_robot.kinematic_errors import KinematicErrors
 
@@ -159,9 +160,19 @@ class MotionProblem:
 
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
-        own = zip(self.parameters, x.tolist(), strict=True)
-        values = {p.name: p.in_robot(x) for p, x in own if not isinstance(p, SensorParameter)}
-        return with_values(self.robot, values)
+        return with_values(self.robot, self._values(x, range(len(self.robot.joints))))
+
+    def _with_joint(self, here: Robot, x: np.ndarray, i: int) -> Robot:
+        """Return a robot whose joint i, from 0, has values as the fit counts [1], (P,)."""
+        bare = with_joints(here, {i: self.robot.joints[i]})  # a balancer is scaled from the start's
+        return with_values(bare, self._values(x, (i,)))
+
+    def _values(self, x: np.ndarray, joints: Collection[int]) -> dict[str, float]:
+        return {
+            p.name: p.in_robot(value)
+            for p, value in zip(self.parameters, x.tolist(), strict=True)
+            if p.joint in joints and not isinstance(p, SensorParameter)
+        }
 
     def predicted(
         self, moved: MovedRecording, x: np.ndarray, loaded: Predicted | None = None
@@ -255,12 +266,14 @@ class MotionProblem:
         """Return the derivatives of `residual` by x, as the fit counts, (P,): [1], (rows, P)."""
         blocks = []
         for moved, loaded in zip(self.moved, self.loaded, strict=True):
-            base = self.predicted(moved, x, loaded)
-            columns = [self._column(moved, x, base, k) for k in range(len(x))]
+            base, here = self.predicted(moved, x, loaded), self.robot_of(x)
+            columns = [self._column(moved, x, base, here, k) for k in range(len(x))]
             blocks.append(np.column_stack(columns))
         return np.vstack(blocks)
 
-    def _column(self, moved: MovedRecording, x: np.ndarray, base: Predicted, k: int) -> np.ndarray:
+    def _column(
+        self, moved: MovedRecording, x: np.ndarray, base: Predicted, here: Robot, k: int
+    ) -> np.ndarray:
         parameter = self.parameters[k]
         wind_up, torque = np.zeros_like(base.wind_up), np.zeros_like(base.torque)
         missing = np.isnan(moved.recording.link).any(axis=0)
@@ -280,7 +293,7 @@ class MotionProblem:
         for change in (_CHANGE - back, -back):
             further = x.copy()
             further[k] += change
-            robot, gears = self.robot_of(further), base.gears
+            robot, gears = self._with_joint(here, further, parameter.joint), base.gears
             if parameter.moves and change:
                 gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
             passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
