@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import fitted
+from coupling.identification.motion.fit import fitted, reweighed
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -89,7 +89,7 @@ def test_torques_of_another_joint_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     swapped = replace(first, name="swapped.csv", torque=first.torque[:, ::-1])
     found = identify_motion(arm(), [swapped], [], BANDWIDTH, leave_out=False)
-    assert found.refusal.startswith("of the torque of motor 1 183 % are left: ")
+    assert found.refusal.startswith("of the torque of motor 1 184 % are left: ")
     assert sum("of the torque of motor" in words for words in found.remarks) == 2
     held_out = identify_motion(arm(), [first], [swapped], BANDWIDTH, leave_out=False)
     assert held_out.refusal == ""
@@ -109,7 +109,11 @@ def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordi
 
 
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
-    robot = arm()
+    first, *others = arm().joints
+    robot = replace(
+        arm(),
+        joints=(replace(first, balancer=((-1.0, 300.0), (0.0, 50.0), (1.0, -200.0))), *others),
+    )
     moved = MovedRecording.of(recordings[0], BANDWIDTH)
     parameters = (
         *motion_parameters(robot, (0, 1)),
@@ -118,18 +122,17 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
     )
     unit = np.ones(2)
     with MovedRobot(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-4 * unit, unit)
-        x = problem.start + 0.05
+        problem = MotionProblem(fmu, robot, parameters, (moved,), unit, unit)
+        x = problem.start + 0.2
+        problem = reweighed(problem, x)
         matrix = problem.jacobian(x)
-        # How friction is loaded at the start is held in the derivatives, until it slips; that it makes
-        # loops of the wind-up is less than the tolerance.
-        slipping = np.arange(len(matrix)) >= len(matrix) // 6
         for k, parameter in enumerate(parameters):
             step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
-            there, back = problem.residual(x + step), problem.residual(x - step)
-            difference = ((there - back) / 0.04)[slipping]
-            error = np.linalg.norm(matrix[slipping, k] - difference)
-            assert error < 0.06 * np.linalg.norm(difference) + 1e-3, parameter.name
+            difference = (problem.residual(x + step) - problem.residual(x - step)) / 0.04
+            error = np.linalg.norm(matrix[:, k] - difference)
+            # A lag's derivative is the motor's rate, and the link's swings beside.
+            part = 0.06 if parameter.name.endswith("lag") else 0.01
+            assert error < part * np.linalg.norm(difference) + 1e-3, parameter.name
 
 
 def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
