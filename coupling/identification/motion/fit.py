@@ -74,7 +74,7 @@ def fitted(
 ) -> MotionFit:
     """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start.
 
-    Gauss-Newton between the bounds, damped where a step gains less than it is told to [Marquardt1963].
+    Gauss-Newton between the bounds, damped where a step gains less than it is told to (Marquardt).
     Channels weigh by what is left of them, friction is loaded and loops are as at the last step.
     """
     lowest, highest = problem.bounds
