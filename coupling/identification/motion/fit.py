@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import lsq_linear
 
 from coupling.identification.motion.normal_blocks import NormalBlocks
 from coupling.identification.motion.problem import MotionProblem
 from coupling.identification.motion.sensors import SensorParameter
 
-# Iterations, each with the channels weighed by what is left of them: most steps, and what settles them.
-_ITERATIONS = ((5, 1e-2), (8, 1e-4))
-# The solver starts so far inside its bounds.
-_INSIDE = 1e-6
+# Steps of a fit at most, and of one that only looks where it leads.
+_STEPS, _LOOKS = 60, 6
+# A fit tries no further step that is told to make what was measured likelier by less than e to this, and
+# has converged if it ends where one is told to by less than e to that.
+_SETTLED, _CONVERGED = 1e-4, 1e-2
+# A step that gains less than this part of what it is told to is shortened: its damping, in parts of the
+# squares of columns, where it is first needed, and by which it grows.
+_GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
+# Damping of directions that nothing sees, in the same parts.
+_UNSEEN = 1e-9
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
 # which shows that there is none.
 _OF_ITSELF, _NARROW = 1.0, 0.3
@@ -25,6 +32,10 @@ _LEAST_PART = 1e-3
 _EXACT = 1e-9
 # Compliance that another fit starts from, in parts of what the first one found.
 _STIFF = 0.1
+# A backlash is supported by recordings that are likelier by e to this with it: an interval of 95 %.
+_SUPPORTED = 2.0
+# A fit from an end of an interval comes back as near as this part of its half.
+_BACK = 0.3
 # Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
 # the likeliest.
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
@@ -37,43 +48,67 @@ class MotionFit:
     Attributes:
         problem: The problem with the last weights.
         x: Values as the fit counts, parts of usual sizes [1], (P,).
-        blocks: Its normal equations, block by block.
-        converged: Whether the last step moved nothing.
+        converged: Whether another step would make what was measured hardly likelier.
     """
 
     problem: MotionProblem
     x: np.ndarray
-    blocks: NormalBlocks
     converged: bool
+
+    @cached_property
+    def blocks(self) -> NormalBlocks:
+        """Its normal equations, block by block."""
+        problem, x = self.problem, self.x
+        residual, jacobian = problem.residual(x), problem.jacobian(x)
+        rows = [len(moved.recording.time) for moved in problem.moved]
+        blocks = NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+        away = problem.start - x
+        return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
 
 
 def fitted(
     problem: MotionProblem,
     x: np.ndarray | None = None,
-    iterations: tuple[tuple[int, float], ...] = _ITERATIONS,
+    steps: int = _STEPS,
+    settled: float = _SETTLED,
 ) -> MotionFit:
-    """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start."""
-    if x is None:
-        x = _with_beside(problem, problem.start)
-    converged = True
-    for most, settled in iterations:
-        problem = reweighed(problem, x)
-        if not len(x):
+    """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start.
+
+    Gauss-Newton between the bounds, damped where a step gains less than it is told to (Marquardt).
+    Channels weigh by what is left of them, friction is loaded and loops are as at the last step.
+    """
+    lowest, highest = problem.bounds
+    x = np.clip(_with_beside(problem, problem.start) if x is None else x, lowest, highest)
+    problem, damping, told = reweighed(problem, x), 0.0, 0.0
+    rows = _turned(problem, x) if len(x) else None
+    for _ in range(steps):
+        if rows is None:
             break
-        lowest, highest = problem.bounds
-        residual, jacobian = _with_prior(problem)
-        found = least_squares(
-            residual,
-            np.clip(x, lowest + _INSIDE, highest - _INSIDE),
-            jacobian,
-            bounds=(lowest, highest),
-            x_scale=1.0,
-            max_nfev=most,
-            xtol=settled,
-            ftol=settled,
-        )
-        x, converged = found.x, found.status > 0
-    return MotionFit(problem, x, _blocks(problem, x), converged)
+        matrix, rest, before = rows
+        step, gain = _step(matrix, rest, lowest - x, highest - x, damping)
+        told = told if damping else gain
+        if gain < settled * problem.correlated:
+            break
+        there = _with_prior(problem, x + step)
+        if before - 0.5 * there @ there > _GAINS * gain:
+            x = x + step
+            damping = damping / _GROWS if damping > _DAMPING else 0.0
+            problem = reweighed(problem, x)
+            rows = _turned(problem, x)
+        else:
+            damping = max(_GROWS * damping, _DAMPING)
+    return MotionFit(problem, x, told < _CONVERGED * problem.correlated)
+
+
+def _step(
+    matrix: np.ndarray, rest: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float
+) -> tuple[np.ndarray, float]:
+    """Return the damped step between bounds, (P,), and how much half of the squares is told to fall."""
+    damped = np.vstack([matrix, np.diag(np.sqrt(damping) * np.linalg.norm(matrix, axis=0))])
+    target = np.concatenate([-rest, np.zeros(len(low))])
+    step = np.clip(lsq_linear(damped, target, (low, high + 1e-12), method="bvls").x, low, high)
+    left = rest + matrix @ step
+    return step, float(0.5 * (rest @ rest - left @ left))
 
 
 def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
@@ -81,12 +116,15 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     own = np.array([isinstance(p, SensorParameter) for p in problem.parameters], dtype=bool)
     if not own.any():
         return x
-    beside = reweighed(problem, x).only(own)
-    residual, jacobian = _with_prior(beside)
-    step = np.linalg.lstsq(jacobian(x[own]), -residual(x[own]), rcond=1e-9)[0]
+    matrix, rest, _ = _turned(reweighed(problem, x).only(own), x[own])
     found = x.copy()
-    found[own] += step
+    found[own] -= solve_triangular(matrix, rest)
     return np.clip(found, *problem.bounds)
+
+
+def looked(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
+    """Return the first steps of a fit, from given values [1], (P,), or those of the start."""
+    return fitted(problem, x, _LOOKS, _CONVERGED)
 
 
 def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
@@ -96,15 +134,61 @@ def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
     several minima, and least squares find the nearest.  Behind a stiff gear it hardly swings: from there
     they go down to the first.
     """
-    found = fitted(problem, x)
+    found = looked(problem, x)
     least = unlikely(problem, found.x)
     for k in np.flatnonzero([p.inverse for p in problem.parameters]):
         stiff = found.x.copy()
         stiff[k] *= _STIFF
-        other = fitted(problem, stiff, _ITERATIONS[:1])
-        if unlikely(problem, other.x) < least:
-            found = fitted(problem, other.x)
-            least = unlikely(problem, found.x)
+        other = looked(problem, stiff)
+        likely = unlikely(problem, other.x)
+        if likely < least:
+            found, least = other, likely
+    return fitted(problem, found.x)
+
+
+def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
+    """Return a fit with those backlashes of a problem that the recordings support, the others none.
+
+    In its backlash a link that carries nothing swings as no recording tells: with it the squares are
+    rugged in all parameters, and where a fit ends hangs on the last digit of what was measured.
+
+    Args:
+        problem: The problem with all parameters.
+        fit: The fit without any backlash.
+    """
+    gone = np.array([p.vanishes for p in problem.parameters], dtype=bool)
+    for k in np.flatnonzero(gone):
+        tried = gone & (np.arange(len(gone)) != k)
+        wider = problem.without(tried)
+        values = dict(zip((p.name for p in fit.problem.parameters), fit.x.tolist(), strict=True))
+        none = np.array([values.get(p.name, 0.0) for p in wider.parameters])
+        own = np.array([p.name not in values for p in wider.parameters])
+        found = looked(wider, np.where(own, wider.start, none))
+        if unlikely(wider, none) - unlikely(wider, found.x) > _SUPPORTED:
+            gone, fit = tried, fitted(wider, found.x)
+    return fit
+
+
+def returns(fit: MotionFit, asked: np.ndarray) -> np.ndarray:
+    """Return which parameters, (P,), stay where a fit starts at the ends of the asked ones' intervals.
+
+    Where the squares are flat or rugged, or have minima nearly as likely elsewhere, it ends elsewhere:
+    the value is one of several, and its interval says too much.
+
+    Args:
+        asked: Mask of parameters whose intervals are tried, (P,).
+    """
+    half = fit.blocks.half * fit.blocks.deviation
+    found, least = np.ones(len(fit.x), dtype=bool), unlikely(fit.problem, fit.x)
+    for k in np.flatnonzero(asked):
+        others = np.arange(len(fit.x)) != k
+        for end in (-1.0, 1.0):
+            x = np.where(others, fit.x, fit.x + end * half)
+            x = np.clip(x, *fit.problem.bounds)
+            x[others] += fit.blocks.only(others, x - fit.x).step
+            back = looked(fit.problem, x)
+            if unlikely(fit.problem, back.x) < least + _SUPPORTED:
+                found &= np.abs(back.x - fit.x) <= _BACK * half
     return found
 
 
@@ -139,44 +223,45 @@ def sized(fit: MotionFit) -> MotionProblem:
     return replace(problem, parameters=tuple(replace(p, prior=own) for p, own in parameters))
 
 
-def _with_prior(
-    problem: MotionProblem,
-) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
-    """Return residual and derivatives by x, with rows of what is known before beneath."""
-    root, start = np.sqrt(problem.prior), problem.start
-    return (
-        lambda x: np.concatenate([problem.residual(x), root * (x - start)]),
-        lambda x: np.vstack([problem.jacobian(x), np.diag(root)]),
-    )
+def _with_prior(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
+    """Return weighed residuals [1], (rows + P,), with what is known before beneath."""
+    return np.append(problem.residual(x), np.sqrt(problem.prior) * (x - problem.start))
+
+
+def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return derivatives, (P, P), and residual, (P,), of rows turned to P, and half of all squares [1].
+
+    Products of the derivatives with each other and with the residual are all that least squares need.
+    A direction that nothing sees is damped, so that it stays.
+    """
+    matrix = np.vstack([problem.jacobian(x), np.diag(np.sqrt(problem.prior))])
+    rest = _with_prior(problem, x)
+    products = matrix.T @ matrix
+    size = np.sqrt(np.diag(products))
+    size[size == 0.0] = 1.0
+    scaled = products / np.outer(size, size) + _UNSEEN * np.eye(len(x))
+    turned = cholesky(scaled) * size
+    left = solve_triangular(turned, matrix.T @ rest, trans="T")
+    return turned, left, float(0.5 * rest @ rest)
 
 
 def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
     """Return the problem with channels weighed by the rms of what is left of them at x [1], (P,)."""
-    wind_up, torque = [], []
-    for moved in problem.moved:
-        left = problem.left(moved, problem.predicted(moved, x))
-        wind_up.append(left[0])
-        torque.append(left[1])
+    loaded = tuple(problem.predicted(moved, x) for moved in problem.moved)
+    wind_up, torque = zip(*map(problem.left, problem.moved, loaded), strict=True)
     measured = np.vstack([moved.recording.torque for moved in problem.moved])
     least = _LEAST_PART * rms(measured)
     return replace(
         problem,
         wind_up_deviation=np.maximum(rms(np.vstack(wind_up)), _EXACT),
         torque_deviation=np.maximum(rms(np.vstack(torque)), np.maximum(least, _EXACT)),
+        loaded=loaded,
     )
 
 
 def rms(values: np.ndarray) -> np.ndarray:
     """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
     return np.sqrt(np.mean(values**2, axis=0))
-
-
-def _blocks(problem: MotionProblem, x: np.ndarray) -> NormalBlocks:
-    residual, jacobian = problem.residual(x), problem.jacobian(x)
-    rows = [len(moved.recording.time) for moved in problem.moved]
-    blocks = NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
-    away = problem.start - x
-    return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
 
 
 def identifiable(fit: MotionFit) -> np.ndarray:

@@ -13,9 +13,12 @@ from coupling.identification.motion.fit import (
     fitted,
     identifiable,
     likeliest,
+    looked,
     narrow,
+    returns,
     rms,
     sized,
+    supported,
 )
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
@@ -53,9 +56,9 @@ class MotionIdentification:
     Attributes:
         robot: The start.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        first: The fit of all parameters.
+        parameters: All parameters, P of them.
         fit: The fit of those that are identifiable, and of what is known before.
-        chosen: Mask of those identified among the first, (P,).
+        chosen: Mask of those identified among all, (P,).
         residuals: Those of all recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
         remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
@@ -64,12 +67,17 @@ class MotionIdentification:
 
     robot: Robot
     bandwidth: float
-    first: MotionFit
+    parameters: tuple[MotionParameter, ...]
     fit: MotionFit
     chosen: np.ndarray
     residuals: tuple[RecordingResiduals, ...]
     terms: tuple[TermLeftOut, ...]
     remarks: tuple[str, ...]
+
+    @property
+    def identified(self) -> set[str]:
+        """Names of the parameters that are identified."""
+        return {p.name for p, own in zip(self.parameters, self.chosen, strict=True) if own}
 
     @property
     def refusal(self) -> str:
@@ -100,11 +108,9 @@ class MotionIdentification:
     @property
     def identified_robot(self) -> Robot:
         """The robot as written."""
-        identified = {
-            p.name for p, own in zip(self.first.problem.parameters, self.chosen, strict=True) if own
-        }
-        written = np.array([p.name in identified for p in self.fit.problem.parameters])
-        return self.fit.problem.robot_of(np.where(written, self.fit.x, self.fit.problem.start))
+        problem = replace(self.fit.problem, robot=self.robot)
+        written = np.array([p.name in self.identified for p in problem.parameters])
+        return problem.robot_of(np.where(written, self.fit.x, problem.start))
 
 
 def identify_motion(
@@ -152,26 +158,28 @@ def identify_motion(
     with MovedRobot(robot) as fmu:
         problem = MotionProblem(fmu, robot, parameters, moved, unit, unit)
         remarks = [words for one in (*moved, *others) for words in _torque_remarks(problem, one)]
-        first = fitted(problem)
+        bare = problem.without(np.array([p.vanishes for p in parameters]))
+        first = looked(bare)
         lines = _lines(first)
         moved = tuple(replace(one, lines=lines) for one in moved)
         others = tuple(replace(one, lines=lines) for one in others)
-        first = likeliest(replace(problem, moved=moved), first.x)
-        fit, stays = first, np.ones(len(parameters), dtype=bool)
+        bare, problem = (replace(one, moved=moved) for one in (bare, problem))
+        fit = first = supported(problem, likeliest(bare, first.x))
         for _ in range(_MOST_ITERATIONS):
             own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
             if own.all() and fit is not first:
                 break
-            stays[np.flatnonzero(stays)[~own]] = False
             fit = fitted(sized(fit).only(own), fit.x[own])
-        chosen = stays.copy()
-        chosen[stays] = narrow(fit) & ~_drowned(fit)
+        told = narrow(fit) & ~_drowned(fit)
+        told &= returns(fit, told & np.array([p.of_gear for p in fit.problem.parameters]))
+        names = {p.name for p, own in zip(fit.problem.parameters, told, strict=True) if own}
+        chosen = np.array([p.name in names for p in parameters])
         residuals = [residuals_of(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         residuals += [residuals_of(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = terms_left_out(fit, residuals[-1]) if leave_out and others else ()
     remarks += [words for one in residuals for words in remarks_on(one)]
     return MotionIdentification(
-        robot, bandwidth, first, fit, chosen, tuple(residuals), terms, tuple(remarks)
+        robot, bandwidth, parameters, fit, chosen, tuple(residuals), terms, tuple(remarks)
     )
 
 

@@ -24,7 +24,7 @@ from elastic_robot.description import Robot
 # Error allowed at the TCP [m]: at an arm of a metre and more less than the encoders' noise.
 _TOLERANCE = 5e-7
 # Simulations that are kept: those of one Jacobian, with which the next fit begins.
-_KEPT = 32
+_KEPT = 48
 # What ends the robot's own lines.
 _END = "\nend\n"
 

@@ -10,6 +10,7 @@ their smoothed motion; e and T are the FMU's along q, f and s/a those of
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -28,9 +29,8 @@ from coupling.identification.motion.sensors import (
     worn,
 )
 from coupling.inverse.servo import presliding
-from coupling.robot.parameters import dry_friction, with_values
+from coupling.robot.parameters import dry_friction, with_joints, with_values
 from elastic_robot.description import Robot
-from elastic_robot.gear_parts import Drive
 from elastic_robot.kinematic_errors import KinematicErrors
 
 # Rows at the start from which the friction's elongation there is estimated.
@@ -114,6 +114,7 @@ class MotionProblem:
         moved: The recordings.
         wind_up_deviation: Standard deviations of wind-ups that weigh them [rad], (j,).
         torque_deviation: Those of torques [N m], (j,).
+        loaded: Predictions of the recordings whose friction, as it is loaded, and loops stay in a fit.
     """
 
     fmu: MovedRobot
@@ -122,6 +123,7 @@ class MotionProblem:
     moved: tuple[MovedRecording, ...]
     wind_up_deviation: np.ndarray
     torque_deviation: np.ndarray
+    loaded: tuple[Predicted, ...] = ()
 
     @property
     def start(self) -> np.ndarray:
@@ -151,24 +153,46 @@ class MotionProblem:
         own = tuple(p for p, stays in zip(self.parameters, chosen, strict=True) if stays)
         return replace(self, parameters=own)
 
+    def without(self, gone: np.ndarray) -> MotionProblem:
+        """Return the problem with some of the parameters none, by a mask, (P,)."""
+        none = {p.name: p.none for p, own in zip(self.parameters, gone, strict=True) if own}
+        return replace(self.only(~gone), robot=with_values(self.robot, none))
+
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
-        own = zip(self.parameters, x.tolist(), strict=True)
-        values = {p.name: p.in_robot(x) for p, x in own if not isinstance(p, SensorParameter)}
-        return with_values(self.robot, values)
+        return with_values(self.robot, self._values(x, range(len(self.robot.joints))))
 
-    def predicted(self, moved: MovedRecording, x: np.ndarray) -> Predicted:
-        """Return the prediction of a recording by values as the fit counts [1], (P,)."""
+    def _with_joint(self, here: Robot, x: np.ndarray, i: int) -> Robot:
+        """Return a robot whose joint i, from 0, has values as the fit counts [1], (P,)."""
+        bare = with_joints(here, {i: self.robot.joints[i]})  # a balancer is scaled from the start's
+        return with_values(bare, self._values(x, (i,)))
+
+    def _values(self, x: np.ndarray, joints: Collection[int]) -> dict[str, float]:
+        return {
+            p.name: p.in_robot(value)
+            for p, value in zip(self.parameters, x.tolist(), strict=True)
+            if p.joint in joints and not isinstance(p, SensorParameter)
+        }
+
+    def predicted(
+        self, moved: MovedRecording, x: np.ndarray, loaded: Predicted | None = None
+    ) -> Predicted:
+        """Return the prediction of a recording by values as the fit counts [1], (P,).
+
+        Args:
+            loaded: A prediction whose friction, as it is loaded, and loops stay; None: those of x.
+        """
         robot = self.robot_of(x)
         gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
         errors = KinematicErrors.of(robot)
         passed = errors.slope(moved.motion.q) * gears.torque
-        part = np.zeros_like(passed)
-        for i, joint in enumerate(robot.joints):
-            if joint.drive is not None:
-                part[:, i] = _friction_part(moved, i, joint.drive, passed[:, i])
+        if loaded is None:
+            part = _friction_part(moved, robot, passed)
+            dry = self._dry(moved, robot, x, part)
+        else:
+            part, dry = loaded.part, loaded.dry
         torque = _motor_torque(moved.motion, robot, gears, passed, part)
-        beside, dry = np.zeros_like(torque), self._dry(moved, robot, x, part)
+        beside = np.zeros_like(torque)
         links = errors.output_angle(moved.motion.q) + gears.wind_up
         shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
@@ -229,9 +253,10 @@ class MotionProblem:
     def residual(self, x: np.ndarray) -> np.ndarray:
         """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,)."""
         parts = []
-        for moved in self.moved:
+        for moved, loaded in zip(self.moved, self.loaded, strict=True):
             try:
-                parts.append(self.rows(*self.left(moved, self.predicted(moved, x))).ravel())
+                left = self.left(moved, self.predicted(moved, x, loaded))
+                parts.append(self.rows(*left).ravel())
             except SimulationError:  # a step of the solver that led too far
                 channels = moved.recording.motor.shape[1] + len(moved.recording.with_link)
                 parts.append(np.full(len(moved.recording.time) * channels, _IMPOSSIBLE))
@@ -240,13 +265,15 @@ class MotionProblem:
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Return the derivatives of `residual` by x, as the fit counts, (P,): [1], (rows, P)."""
         blocks = []
-        for moved in self.moved:
-            base = self.predicted(moved, x)
-            columns = [self._column(moved, x, base, k) for k in range(len(x))]
+        for moved, loaded in zip(self.moved, self.loaded, strict=True):
+            base, here = self.predicted(moved, x, loaded), self.robot_of(x)
+            columns = [self._column(moved, x, base, here, k) for k in range(len(x))]
             blocks.append(np.column_stack(columns))
         return np.vstack(blocks)
 
-    def _column(self, moved: MovedRecording, x: np.ndarray, base: Predicted, k: int) -> np.ndarray:
+    def _column(
+        self, moved: MovedRecording, x: np.ndarray, base: Predicted, here: Robot, k: int
+    ) -> np.ndarray:
         parameter = self.parameters[k]
         wind_up, torque = np.zeros_like(base.wind_up), np.zeros_like(base.torque)
         missing = np.isnan(moved.recording.link).any(axis=0)
@@ -261,29 +288,38 @@ class MotionProblem:
             own = column(parameter, moved.motion, base.dry[:, i])
             wind_up[:, i] = -parameter.size * moved.without_own(own, i)
             return self.rows(wind_up, torque).ravel()
-        further = x.copy()
-        further[k] += _CHANGE
-        robot, gears = self.robot_of(further), base.gears
-        if parameter.moves:
-            gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
-            wind_up += (gears.wind_up - base.gears.wind_up) / _CHANGE
-        # How friction was loaded at the start stays: its part of the derivative is none of the motion.
-        passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
-        there = _motor_torque(moved.motion, robot, gears, passed, base.part)
-        torque += (base.torque - base.beside - there) / _CHANGE
+        # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
+        back = min(0.5 * _CHANGE, x[k] - self.bounds[0][k]) if parameter.of_gear else 0.0
+        for change in (_CHANGE - back, -back):
+            further = x.copy()
+            further[k] += change
+            robot, gears = self._with_joint(here, further, parameter.joint), base.gears
+            if parameter.moves and change:
+                gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
+            passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
+            there = _motor_torque(moved.motion, robot, gears, passed, base.part)
+            sign = np.copysign(1.0 / _CHANGE, change if change else -1.0)
+            wind_up += sign * gears.wind_up
+            torque -= sign * there
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()
 
 
-def _friction_part(moved: MovedRecording, i: int, drive: Drive, passed: np.ndarray) -> np.ndarray:
-    """Return a motor's friction over its largest, (n,), loaded at the start as its torque there says."""
-    started = 0.0
-    if drive.friction > 0.0:
-        needed = passed[:_FIRST] + drive.inertia * moved.motion.qdd[:_FIRST, i]
-        left = np.mean(moved.recording.torque[:_FIRST, i] - needed)
-        started = float(np.clip(left / drive.friction, -1.0, 1.0))
-    return presliding(moved.motion.q[:, i], drive.slip_angle, started)
+def _friction_part(moved: MovedRecording, robot: Robot, passed: np.ndarray) -> np.ndarray:
+    """Return motors' friction over its largest, (n, j), loaded at the start as torques there say."""
+    part = np.zeros_like(passed)
+    for i, joint in enumerate(robot.joints):
+        drive = joint.drive
+        if drive is None:
+            continue
+        started = 0.0
+        if drive.friction > 0.0:
+            needed = passed[:_FIRST, i] + drive.inertia * moved.motion.qdd[:_FIRST, i]
+            left = np.mean(moved.recording.torque[:_FIRST, i] - needed)
+            started = float(np.clip(left / drive.friction, -1.0, 1.0))
+        part[:, i] = presliding(moved.motion.q[:, i], drive.slip_angle, started)
+    return part
 
 
 def _motor_torque(

@@ -59,16 +59,13 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
 
 def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
     fit, rows = found.fit, []
-    identified = {
-        p.name for p, own in zip(found.first.problem.parameters, found.chosen, strict=True) if own
-    }
     half = (fit.blocks.half * fit.blocks.deviation).tolist()
     fitted = {
         p.name: (x, h)
         for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
-        if p.name in identified
+        if p.name in found.identified
     }
-    for p in found.first.problem.parameters:
+    for p in found.parameters:
         if isinstance(p, SensorParameter) and p.of_slow_error:
             continue
         value = low = high = None
@@ -147,7 +144,7 @@ def moved_text(
         raise IdentifyError(f"{target}: not written: {found.refusal}")
     file = RobotEdit(start, found.robot)
     says = f"{SAYS['identify']}, {source}"
-    own = {p.name: p for p in found.first.problem.parameters if not isinstance(p, SensorParameter)}
+    own = {p.name: p for p in found.parameters if not isinstance(p, SensorParameter)}
     results = {p.name: p for p in figures.parameters if p.name in own}
     robot = found.identified_robot
     for name, result in results.items():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import IdentifyError
-from coupling.identification.motion.fit import fitted
+from coupling.identification.motion.fit import fitted, reweighed
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.normal_blocks import NormalBlocks
@@ -51,11 +51,7 @@ def test_one_recording_predicts_another_and_names_what_it_does_not_tell(recordin
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
         assert own.drive.friction == pytest.approx(known.drive.friction, rel=0.05)
     # A mass in the plane of motion has no effect across it.
-    kept = {
-        p.name
-        for p, own in zip(found.first.problem.parameters, found.chosen, strict=True)
-        if not own
-    }
+    kept = {p.name for p, own in zip(found.parameters, found.chosen, strict=True) if not own}
     assert "payload.com.y" in kept
     assert robot.payload.com[1] == start.payload.com[1]
     worth = {term.term: term for term in found.terms}
@@ -154,7 +150,11 @@ def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordi
 
 
 def test_derivatives_are_those_of_differences_of_residuals(recordings):
-    robot = arm()
+    first, *others = arm().joints
+    robot = replace(
+        arm(),
+        joints=(replace(first, balancer=((-1.0, 300.0), (0.0, 50.0), (1.0, -200.0))), *others),
+    )
     moved = MovedRecording.of(recordings[0], BANDWIDTH)
     parameters = (
         *motion_parameters(robot, (0, 1)),
@@ -163,18 +163,17 @@ def test_derivatives_are_those_of_differences_of_residuals(recordings):
     )
     unit = np.ones(2)
     with MovedRobot(robot) as fmu:
-        problem = MotionProblem(fmu, robot, parameters, (moved,), 1e-4 * unit, unit)
-        x = problem.start + 0.05
+        problem = MotionProblem(fmu, robot, parameters, (moved,), unit, unit)
+        x = problem.start + 0.2
+        problem = reweighed(problem, x)
         matrix = problem.jacobian(x)
-        # How friction is loaded at the start is held in the derivatives, until it slips; that it makes
-        # loops of the wind-up is less than the tolerance.
-        slipping = np.arange(len(matrix)) >= len(matrix) // 6
         for k, parameter in enumerate(parameters):
             step = np.where(np.arange(len(x)) == k, 0.02, 0.0)
-            there, back = problem.residual(x + step), problem.residual(x - step)
-            difference = ((there - back) / 0.04)[slipping]
-            error = np.linalg.norm(matrix[slipping, k] - difference)
-            assert error < 0.06 * np.linalg.norm(difference) + 1e-3, parameter.name
+            difference = (problem.residual(x + step) - problem.residual(x - step)) / 0.04
+            error = np.linalg.norm(matrix[:, k] - difference)
+            # A lag's derivative is the motor's rate, and the link's swings beside.
+            part = 0.06 if parameter.name.endswith("lag") else 0.01
+            assert error < part * np.linalg.norm(difference) + 1e-3, parameter.name
 
 
 def test_friction_after_a_rest_and_the_rate_loop_are_found_again(recordings):
