@@ -74,7 +74,7 @@ def test_a_stiffness_is_found_again_behind_an_encoder_off_its_axis(recordings):
 
 
 def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
-    """The link of a joint whose gear has become rigid is late, and no more; torques are another motion's."""
+    """A rigid gear's link is late, and no more; torques are those of another motion."""
     first, other = recordings
     link = other.link.copy()
     link[:, 1] = delayed(other.motor[:, 1], other.step, 3e-3)
