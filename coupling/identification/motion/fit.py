@@ -15,13 +15,12 @@ from coupling.identification.motion.sensors import SensorParameter
 
 # Steps of a fit at most, and of one that only looks where it leads.
 _STEPS, _LOOKS = 60, 6
-# A fit tries no further step that is told to make what was measured likelier by less than e to this, and
-# has converged if it ends where one is told to by less than e to that.
+# Predicted gain of log likelihood by the next step below which a fit ends, and has converged.
 _SETTLED, _CONVERGED = 1e-4, 1e-2
-# A step that gains less than this part of what it is told to is shortened: its damping, in parts of the
-# squares of columns, where it is first needed, and by which it grows.
+# A step that gains less than this part of the predicted gain is shortened: its damping, in parts of the
+# columns' squares, where it is first needed, and the factor by which it grows.
 _GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
-# Damping of directions that nothing sees, in the same parts.
+# Damping of directions that are not observable, in the same parts.
 _UNSEEN = 1e-9
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
 # which shows that there is none.
@@ -74,19 +73,19 @@ def fitted(
 ) -> MotionFit:
     """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start.
 
-    Gauss-Newton between the bounds, damped where a step gains less than it is told to (Marquardt).
-    Channels weigh by what is left of them, friction is loaded and loops are as at the last step.
+    Gauss-Newton between the bounds, damped where a step gains less than predicted (Marquardt).
+    Weights of channels, the state of friction and loops are those of the last step.
     """
     lowest, highest = problem.bounds
     x = np.clip(_with_beside(problem, problem.start) if x is None else x, lowest, highest)
-    problem, damping, told = reweighed(problem, x), 0.0, 0.0
+    problem, damping, predicted = reweighed(problem, x), 0.0, 0.0
     rows = _turned(problem, x) if len(x) else None
     for _ in range(steps):
         if rows is None:
             break
         matrix, rest, before = rows
         step, gain = _step(matrix, rest, lowest - x, highest - x, damping)
-        told = told if damping else gain
+        predicted = predicted if damping else gain
         if gain < settled * problem.correlated:
             break
         there = _with_prior(problem, x + step)
@@ -97,13 +96,13 @@ def fitted(
             rows = _turned(problem, x)
         else:
             damping = max(_GROWS * damping, _DAMPING)
-    return MotionFit(problem, x, told < _CONVERGED * problem.correlated)
+    return MotionFit(problem, x, predicted < _CONVERGED * problem.correlated)
 
 
 def _step(
     matrix: np.ndarray, rest: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float
 ) -> tuple[np.ndarray, float]:
-    """Return the damped step between bounds, (P,), and how much half of the squares is told to fall."""
+    """Return the damped step between bounds, (P,), and the predicted decrease of half of the squares."""
     damped = np.vstack([matrix, np.diag(np.sqrt(damping) * np.linalg.norm(matrix, axis=0))])
     target = np.concatenate([-rest, np.zeros(len(low))])
     step = np.clip(lsq_linear(damped, target, (low, high + 1e-12), method="bvls").x, low, high)
@@ -149,8 +148,8 @@ def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
 def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
     """Return a fit with those backlashes of a problem that the recordings support, the others none.
 
-    In its backlash a link that carries nothing swings as no recording tells: with it the squares are
-    rugged in all parameters, and where a fit ends hangs on the last digit of what was measured.
+    An unloaded link moves in its backlash in a way that no recording determines: the squares are then
+    rugged along all parameters, and the end of a fit depends on the last digits of the measurement.
 
     Args:
         problem: The problem with all parameters.
@@ -169,18 +168,18 @@ def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
     return fit
 
 
-def returns(fit: MotionFit, asked: np.ndarray) -> np.ndarray:
-    """Return which parameters, (P,), stay where a fit starts at the ends of the asked ones' intervals.
+def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
+    """Return which parameters, (P,), stay if the fit is repeated from the ends of intervals.
 
-    Where the squares are flat or rugged, or have minima nearly as likely elsewhere, it ends elsewhere:
-    the value is one of several, and its interval says too much.
+    Where the squares are flat or rugged, or have other minima nearly as likely, it ends elsewhere: the
+    value is one of several, and its interval is too narrow.
 
     Args:
-        asked: Mask of parameters whose intervals are tried, (P,).
+        chosen: Mask of parameters whose intervals are tried, (P,).
     """
     half = fit.blocks.half * fit.blocks.deviation
     found, least = np.ones(len(fit.x), dtype=bool), unlikely(fit.problem, fit.x)
-    for k in np.flatnonzero(asked):
+    for k in np.flatnonzero(chosen):
         others = np.arange(len(fit.x)) != k
         for end in (-1.0, 1.0):
             x = np.where(others, fit.x, fit.x + end * half)
@@ -232,7 +231,7 @@ def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return derivatives, (P, P), and residual, (P,), of rows turned to P, and half of all squares [1].
 
     Products of the derivatives with each other and with the residual are all that least squares need.
-    A direction that nothing sees is damped, so that it stays.
+    A direction that is not observable is damped, so that it stays.
     """
     matrix = np.vstack([problem.jacobian(x), np.diag(np.sqrt(problem.prior))])
     rest = _with_prior(problem, x)

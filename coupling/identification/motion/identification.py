@@ -170,9 +170,11 @@ def identify_motion(
             if own.all() and fit is not first:
                 break
             fit = fitted(sized(fit).only(own), fit.x[own])
-        told = narrow(fit) & ~_drowned(fit)
-        told &= returns(fit, told & np.array([p.of_gear for p in fit.problem.parameters]))
-        names = {p.name for p, own in zip(fit.problem.parameters, told, strict=True) if own}
+        identified = narrow(fit) & ~_drowned(fit)
+        identified &= returns(
+            fit, identified & np.array([p.of_gear for p in fit.problem.parameters])
+        )
+        names = {p.name for p, own in zip(fit.problem.parameters, identified, strict=True) if own}
         chosen = np.array([p.name in names for p in parameters])
         residuals = [residuals_of(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         residuals += [residuals_of(fit.problem, one, fit.x, bandwidth, True) for one in others]
