@@ -158,5 +158,5 @@ def test_the_drive_of_the_page_is_that_of_the_page_and_its_snippet_runs(
         capsys.readouterr().out.splitlines()
     )  # behind FMPy's list of inputs that are not given
     torque, behind = re.fullmatch(r"(\S+) N m, (\S+) mrad", printed).groups()
-    said = re.search(r"gives (\S+) N m and stays (\S+) mrad behind", part)
+    said = re.search(r"delivers (\S+) N m and lags by (\S+) mrad", part)
     assert (float(torque), float(behind)) == (94.0, 0.5) == (float(said[1]), float(said[2]))

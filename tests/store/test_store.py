@@ -213,7 +213,7 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
     assert (springs.asked, process.not_stored, store.entries()) == ([0.0], 1, [])
     warnings = [event.text for event in told if isinstance(event, WarningEvent)]
     assert len(warnings) == 1
-    assert "No space left on device; the answer is used" in warnings[0]
+    assert "No space left on device; the result is used" in warnings[0]
     process.settle()
     assert (process.not_stored, len(store.entries())) == (0, 1)
     StoredProcess(springs, store).evaluate(path())

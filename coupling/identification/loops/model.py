@@ -154,8 +154,8 @@ class _Slopes:
     """Derivatives of a rest.
 
     Attributes:
-        x, elongation: Those of elastic coordinates and elongations by p, (m, P), (e, P).
-        wrench: That of elastic coordinates by the load, (m, 6).
+        x, elongation: Derivatives of elastic coordinates and elongations by p, (m, P), (e, P).
+        wrench: Derivatives of elastic coordinates by the load, (m, 6).
     """
 
     x: np.ndarray
@@ -226,7 +226,7 @@ class LoopModel:
         return self._deflection
 
     def predict(self, values: np.ndarray) -> Prediction:
-        """Return them with their derivatives; arguments and errors as of `deflection`."""
+        """Return deflections and derivatives at values of p, in its units, (P,)."""
         deflection = self.deflection(values)
         if self._prediction is None:
             self._prediction = Prediction(deflection, *self._derivatives())

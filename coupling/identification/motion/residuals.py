@@ -46,7 +46,7 @@ class RecordingResiduals:
 
     @property
     def misses_load(self) -> np.ndarray:
-        """Which motors' torques are mostly left, slow ones of motors that do not rest, (j,) of bool.
+        """Mask of motors with a residual of more than half of the slow torque while they move, (j,).
 
         These are neither friction, which is fitted, nor noise, but loads.
         """

@@ -43,7 +43,7 @@ def aligned(
         measured: The measurement.
         model: Path of the model's tool under the command.
         own_frame: Whether the measuring frame lies anywhere; else it is the base frame, nearly.
-        offset: What brings the measurement's clock to the run's [s]; None: that of `clock_offset`.
+        offset: Time to add to the measurement's clock [s]; None: that of `clock_offset`.
 
     Raises:
         LearnError: If it is no measured run of this command, too little of one, or not of the tool all

@@ -177,13 +177,15 @@ def test_torques_of_another_joint_or_time_are_refused(robots):
     """Those of joints 2 and 3 in each other's column, and all of them 0.2 s late."""
     torques = np.array([kind == "motor_torque" for kind, _ in COLUMNS])
     one, late = (recorded(robots, robots.factors(friction=1.5), 3, by) for by in (0.0, 0.2))
-    swapped = one.seen.motors.values[:, [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]]
-    after = np.where(torques, late.seen.motors.values, one.seen.motors.values)
+    swapped = one.measured.motors.values[:, [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]]
+    after = np.where(torques, late.measured.motors.values, one.measured.motors.values)
     for values, says in (
         (swapped, "of joints 2 and 3, each in its column, .* swapped"),
         (after, "on the clock of the motors' angles, got them 200 ms late"),
     ):
-        other = replace(one, seen=replace(one.seen, motors=replace(one.seen.motors, values=values)))
+        other = replace(
+            one, measured=replace(one.measured, motors=replace(one.measured.motors, values=values))
+        )
         with pytest.raises(LearnError, match=says):
             fitter(robots, other)
 
