@@ -1,12 +1,15 @@
-"""What is said of gears does not hang on the last digits of what was measured."""
+"""What is identified of gears does not depend on the last digits of a measurement or on the start."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 
+from coupling.identification.motion import fit as fits
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from docs.scripts.motion_recovery import BANDWIDTH, STEP, Known, arm, recorded
@@ -39,8 +42,31 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
         identify_motion(start, [own], [], BANDWIDTH, leave_out=False)
         for own in (recording, changed)
     )
+    assert not any(p.name.endswith("backlash") for p in one.fit.problem.parameters)
     assert {"joint[1].stiffness", "joint[2].stiffness"} <= one.identified
     assert one.identified == other.identified
     half = one.fit.blocks.half * one.fit.blocks.deviation
     own = np.array([p.name in one.identified for p in one.fit.problem.parameters])
     assert np.all(np.abs(other.fit.x - one.fit.x)[own] < 1e-2 * half[own])
+
+
+@pytest.mark.parametrize(
+    ("other", "less_likely", "stays"),
+    [(1.0, 0.0, True), (2.0, 0.5, False), (2.0, 5.0, True), (1.25, 0.5, True), (1.4, 0.5, False)],
+)
+def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
+    monkeypatch, other, less_likely, stays
+):
+    """A likelihood with one maximum at 1 and one elsewhere, where fits from above 1.2 end; half 1."""
+
+    def looked(problem, x):
+        return SimpleNamespace(x=np.where(x > 1.2, other, 1.0))
+
+    monkeypatch.setattr(fits, "looked", looked)
+    monkeypatch.setattr(fits, "unlikely", lambda problem, x: less_likely * float(x[0] != 1.0))
+    blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
+    blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))
+    one = SimpleNamespace(
+        x=np.ones(1), blocks=blocks, problem=SimpleNamespace(bounds=(np.zeros(1), np.full(1, 9.0)))
+    )
+    assert fits.returns(one, np.array([True])) == [stays]
