@@ -18,7 +18,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.signal import lfilter
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
 from elastic_robot.torque_curves import TorqueCurve
@@ -209,6 +208,8 @@ def _within(pieces: _Pieces, angle: float, piece: int, torque: np.ndarray) -> np
         angle: Angle now [rad].
         torque: T now and at the next samples [N m], (k,).
     """
+    from scipy.signal import lfilter
+
     (first, second), d = pieces.weights[piece], pieces.damping
     pushed = (torque[:-1] - pieces.offsets[piece]) * (first / d)
     pushed += np.diff(torque) * (second / (pieces.spacing * d))

@@ -135,7 +135,6 @@ def low_pass(values: np.ndarray, step: float, time_constant: float, start: float
         time_constant: T [s], > 0.
         start: y at the first time.
     """
-    # Here, because it is a quarter of what every command's start takes.
     from scipy.signal import lfilter
 
     ratio = step / time_constant

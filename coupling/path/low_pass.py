@@ -23,7 +23,6 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
         values: Values, any unit, (n, k).
         cutoff: Cutoff frequency [Hz]; nothing is taken off where samples are too far apart for it.
     """
-    # Here, because it is a quarter of what every command's start takes.
     from scipy.signal import butter, sosfiltfilt
 
     duration, steps = float(time[-1] - time[0]), np.diff(time)
