@@ -95,7 +95,7 @@ def sentence(words: str) -> str:
 
 
 def reason_of(cause: Exception) -> str:
-    """Return why a file cannot be read.
+    """Return why a file cannot be read or written.
 
     Example:
         >>> try: "Ä".encode("latin-1").decode()

@@ -77,7 +77,10 @@ def command():
 def fresh() -> Iterator[Fresh]:
     """Processes that have loaded what FMPy and an FMU need."""
     with Fresh(
-        *["fmpy.fmi2", "pinocchio", "scipy.integrate", "scipy.interpolate"],
+        "fmpy.fmi2",
+        "pinocchio",
+        "scipy.integrate",
+        "scipy.interpolate",
         "scipy.spatial.transform",
     ) as process:
         yield process

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from coupling.errors import reason_of
+
 # Ending of a file that is not complete yet.
 PARTIAL = ".partial"
 
@@ -89,7 +91,7 @@ def writing(place: Path, error: type[Exception]) -> Iterator[None]:
     try:
         yield
     except OSError as cause:
-        raise error(f"{place}: cannot be written: {cause.strerror or cause}") from cause
+        raise error(f"{place}: cannot be written: {reason_of(cause)}") from cause
 
 
 def write_atomically(file: Path, text: str, error: type[Exception]) -> None:
@@ -118,4 +120,4 @@ def make_folder_of(file: Path, error: type[Exception]) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as cause:
-        raise error(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause
+        raise error(f"{file.parent}: cannot be made: {reason_of(cause)}") from cause

@@ -55,7 +55,7 @@ def _parsed(path: Path, error: type[Exception], parse: Callable[[str], DocumentT
     try:
         return parse(path.read_bytes().decode().replace("\r\n", "\n"))
     except OSError as cause:
-        raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
+        raise error(f"{path}: cannot be read: {reason_of(cause)}") from cause
     # Of the syntax, the encoding, or an integer of thousands of digits.
     except (ValueError, TOMLKitError) as cause:
         raise error(f"{path}: is not valid TOML: {reason_of(cause)}") from cause

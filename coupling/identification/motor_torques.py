@@ -54,34 +54,66 @@ def torque_per_current(robot: Robot, joint: int, table: object, error: type[Exce
     return drive.torque_per_current
 
 
-def torque_remarks(
-    name: str,
-    robot: Robot,
-    joints: Sequence[int],
-    time: np.ndarray,
-    measured: np.ndarray,
-    predicted: np.ndarray,
-    rate: np.ndarray,
-    error: type[Exception],
-) -> tuple[str, ...]:
-    """Return a sentence on each joint whose measured torque the model's masses hardly explain.
+@dataclass(frozen=True)
+class MotorTorques:
+    """Measured torques of motors beside those that a model predicts along the same motion.
 
-    Args:
-        name: Name of the recording, for the messages.
-        robot: The robot, for the friction of its file.
+    Attributes:
+        name: Name of the recording, for messages.
         joints: Joints of the columns, from 0, (k,).
         time: Times [s], (n,).
         measured: Measured torques at the gears' outputs [N m], (n, k).
         predicted: The same as the robot's file predicts them [N m], (n, k).
         rate: Rates of the motors over their gears' ratios [rad/s], (n, k).
+    """
+
+    name: str
+    joints: Sequence[int]
+    time: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    rate: np.ndarray
+
+    def every(self, step: int) -> MotorTorques:
+        """Return each row of so many."""
+        rows = (own[::step] for own in (self.time, self.measured, self.predicted, self.rate))
+        return MotorTorques(self.name, self.joints, *rows)
+
+    def residual(self, column: int, motor: int, late: float = 0.0) -> float:
+        """Return which part of a column load, friction and offset of a motor do not explain [1].
+
+        Args:
+            late: Time by which the column is behind the motor [s].
+        """
+        rate = self.rate[:, motor]
+        friction = np.clip(rate / max(_MOVES * np.abs(rate).max(), 1e-300), -1.0, 1.0)
+        terms, time = np.column_stack([self.predicted[:, motor], friction, rate]), self.time
+        inside = (time - late >= time[0]) & (time - late <= time[-1])
+        if late:
+            terms = np.column_stack([np.interp(time[inside] - late, time, own) for own in terms.T])
+        terms = terms - terms.mean(axis=0)
+        terms /= np.maximum(np.sqrt(np.mean(terms**2, axis=0)), 1e-300)
+        wanted = self.measured[inside, column] - self.measured[inside, column].mean()
+        rest = wanted - terms @ np.linalg.lstsq(terms, wanted, rcond=1e-9)[0]
+        return max(float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300))), 1e-9)
+
+
+def torque_remarks(torques: MotorTorques, robot: Robot, error: type[Exception]) -> tuple[str, ...]:
+    """Return a sentence on each joint whose measured torque the model's masses hardly explain.
+
+    Args:
+        torques: The torques.
+        robot: The robot, for the friction of its file.
         error: Exception class where a torque is none that the motor can have, is late or another's.
     """
-    remarks, step = [], float(np.ptp(time)) / max(len(time) - 1, 1)
-    _require_own(name, joints, time, measured, predicted, rate, error)
-    for k, joint in enumerate(joints):
-        drive = robot.joints[joint].drive
-        fault, impossible = _fault(drive, step, measured[:, k], predicted[:, k], rate[:, k])
-        words = f"{name}: joint {joint + 1}: expected torques at the gear's output [N m], {fault}"
+    remarks, time = [], torques.time
+    step = float(np.ptp(time)) / max(len(time) - 1, 1)
+    _require_own(torques.every(1 + len(time) // _ROWS), error)
+    for k, joint in enumerate(torques.joints):
+        columns = (own[:, k] for own in (torques.measured, torques.predicted, torques.rate))
+        fault, impossible = _fault(robot.joints[joint].drive, step, *columns)
+        where = f"{torques.name}: joint {joint + 1}"
+        words = f"{where}: expected torques at the gear's output [N m], {fault}"
         if impossible:
             raise error(words)
         if fault:
@@ -94,49 +126,20 @@ def in_ms(late: float) -> str:
     return f"{1e3 * abs(late):.0f} ms {'late' if late > 0.0 else 'early'}"
 
 
-def _require_own(
-    name: str,
-    joints: Sequence[int],
-    time: np.ndarray,
-    measured: np.ndarray,
-    predicted: np.ndarray,
-    rate: np.ndarray,
-    error: type[Exception],
-) -> None:
-    """Refuse torques on another clock than their motors' angles, or in each other's columns.
-
-    Args:
-        name, joints, time, measured, predicted, rate, error: As for `torque_remarks`.
-    """
-    every, step = range(len(joints)), 1 + len(time) // _ROWS
-    time, measured, predicted, rate = (own[::step] for own in (time, measured, predicted, rate))
-    speed = np.clip(rate / np.maximum(_MOVES * np.abs(rate).max(axis=0), 1e-300), -1.0, 1.0)
-
-    def left(column: int, motor: int, late: float = 0.0) -> float:
-        """Return which part of a column its load, friction and offset leave, those of a motor [1]."""
-        inside = (time - late >= time[0]) & (time - late <= time[-1])
-        by = np.column_stack([predicted[:, motor], speed[:, motor], rate[:, motor]])
-        if late:
-            by = np.column_stack([np.interp(time[inside] - late, time, own) for own in by.T])
-        by, wanted = (
-            by - by.mean(axis=0),
-            measured[inside, column] - measured[inside, column].mean(),
-        )
-        by = by / np.maximum(np.sqrt(np.mean(by**2, axis=0)), 1e-300)
-        rest = wanted - by @ np.linalg.lstsq(by, wanted, rcond=1e-9)[0]
-        return max(float(np.sqrt(np.sum(rest**2) / max(np.sum(wanted**2), 1e-300))), 1e-9)
-
-    now = np.array([left(k, k) for k in every])
+def _require_own(torques: MotorTorques, error: type[Exception]) -> None:
+    """Refuse torques on another clock than their motors' angles, or in each other's columns."""
+    name, joints, every = torques.name, torques.joints, range(len(torques.joints))
+    now = np.array([torques.residual(k, k) for k in every])
     for i, k in itertools.combinations(every, 2):
-        other = left(i, k), left(k, i)
+        other = torques.residual(i, k), torques.residual(k, i)
         if max(other) < _EXPLAINED and other[0] < _OTHER * now[i] and other[1] < _OTHER * now[k]:
             raise error(
                 f"{name}: expected torques of joints {joints[i] + 1} and {joints[k] + 1}, each in its"
                 " column, got in each what the other needs: are the columns swapped?"
             )
     lags = np.arange(-_LAGS, _LAGS + 0.5 * _LAG_STEP, _LAG_STEP)
-    lags = lags[np.abs(lags) < 0.25 * np.ptp(time)]
-    of_lags = np.array([[left(k, k, late) for k in every] for late in lags])
+    lags = lags[np.abs(lags) < 0.25 * np.ptp(torques.time)]
+    of_lags = np.array([[torques.residual(k, k, late) for k in every] for late in lags])
     best = int(np.argmin(np.log(of_lags).sum(axis=1)))
     less = of_lags[best] / now
     if (

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import ResultError
+from coupling.errors import ResultError, reason_of
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Workpiece:
         try:
             mesh.write(file)
         except OSError as cause:
-            raise ResultError(f"{file}: cannot be written: {cause.strerror or cause}") from cause
+            raise ResultError(f"{file}: cannot be written: {reason_of(cause)}") from cause
 
     @classmethod
     def read(cls, file: Path) -> Workpiece:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import elastic_robot
-from coupling.errors import ResultError
+from coupling.errors import ResultError, reason_of
 from coupling.files.csv_table import read_table, write_table
 from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
@@ -45,7 +45,7 @@ def write_placement(folder: Path, found: CasePlacement) -> None:
             rows = [_rows(number, own) for number, own in enumerate(found.maps)]
             write_table(folder / MAP, _MAP_COLUMNS, np.vstack(rows))
     except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+        raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
 
 def _rows(number: int, own: PartMap) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar, Literal, Protocol
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import CaseError
+from coupling.errors import CaseError, reason_of
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
@@ -194,9 +194,7 @@ class ProcessSchema(Schema, ABC):
             try:
                 add(file.read_bytes())
             except OSError as cause:
-                raise CaseError(
-                    f"process: {file}: cannot be read: {cause.strerror or cause}"
-                ) from cause
+                raise CaseError(f"process: {file}: cannot be read: {reason_of(cause)}") from cause
         return digest.hexdigest()
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from coupling.errors import ProgramError, one_of
+from coupling.errors import ProgramError, one_of, reason_of
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
 from coupling.programs.program import ProgramFile, RobotProgram
 
@@ -150,7 +150,7 @@ def _file(path: Path) -> ProgramFile:
     try:
         return ProgramFile(path.name, path.read_text(encoding="utf-8-sig"))
     except OSError as cause:
-        raise ProgramError(f"{path}: cannot be read: {cause.strerror or cause}") from cause
+        raise ProgramError(f"{path}: cannot be read: {reason_of(cause)}") from cause
     except UnicodeDecodeError:
         # Controllers write the names in comments in the characters of their own country.
         return ProgramFile(path.name, path.read_text(encoding="latin-1"))

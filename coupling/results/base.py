@@ -17,6 +17,7 @@ from pydantic import (
     model_serializer,
 )
 
+from coupling.errors import reason_of
 from coupling.files.toml_file import model_in, problem
 
 # What ends a key: the unit of its value.
@@ -124,7 +125,7 @@ class ResultFile(ResultPart):
             return cls.model_validate_json(file.read_bytes(), strict=True)
         except OSError as cause:
             ending = f": {advice}" if advice else ""
-            raise error(f"{file}: cannot be read: {cause.strerror or cause}{ending}") from cause
+            raise error(f"{file}: cannot be read: {reason_of(cause)}{ending}") from cause
         except ValidationError as cause:
             first = cause.errors()[0]
             if first["type"] == "json_invalid":

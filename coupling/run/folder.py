@@ -8,7 +8,7 @@ import numpy as np
 import tomlkit
 
 from coupling.case.case import Case
-from coupling.errors import ResultError
+from coupling.errors import ResultError, reason_of
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
@@ -57,7 +57,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)
     except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+        raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
 
 def _write_figures(folder: Path, figures: RunResult) -> None:

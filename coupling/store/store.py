@@ -15,7 +15,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from coupling.errors import StoreError
+from coupling.errors import StoreError, reason_of
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.files.atomic_file import PARTIAL, AtomicFile
 from coupling.process.base import ProcessResponse
@@ -68,7 +68,7 @@ class Entry:
         except DamagedError as cause:
             return str(cause)
         except OSError as cause:
-            return f"cannot be read: {cause.strerror or cause}"
+            return f"cannot be read: {reason_of(cause)}"
         return ""
 
 
@@ -187,9 +187,7 @@ class Store:
         except FileNotFoundError:
             return None
         except OSError as cause:
-            raise StoreError(
-                f"{self._file(key)}: cannot be read: {cause.strerror or cause}"
-            ) from cause
+            raise StoreError(f"{self._file(key)}: cannot be read: {reason_of(cause)}") from cause
         with suppress(OSError):  # a store that may only be read
             os.utime(self._file(key))
         return response
@@ -228,7 +226,7 @@ class Store:
         try:
             yield
         except OSError as cause:
-            reason = cause.strerror or cause
+            reason = reason_of(cause)
             raise StoreError(f"{self.folder}: the store cannot be {what}: {reason}") from cause
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import rankdata
 
-from coupling.errors import StudyError
+from coupling.errors import StudyError, reason_of
 from coupling.files.atomic_file import AtomicFile
 from coupling.results.study_result import InfluenceResult, StudyResult, StudySample, UncertainResult
 from coupling.run.figures import versions
@@ -70,7 +70,7 @@ def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
         AtomicFile(study.folder / FIGURES).write([found.text().encode()])
     except OSError as cause:
         raise StudyError(
-            f"{study.folder}: cannot be written: {cause.strerror or cause}: make room, and the same"
+            f"{study.folder}: cannot be written: {reason_of(cause)}: make room, and the same"
             " command goes on"
         ) from cause
 

@@ -11,7 +11,7 @@ import errno
 import os
 from pathlib import Path
 
-from coupling.errors import StudyError
+from coupling.errors import StudyError, reason_of
 from coupling.results.study_result import StudySample
 
 
@@ -39,7 +39,7 @@ class SampleTable:
             self._stream = file.open("ab", buffering=0)
             self._stream.truncate(whole)
         except OSError as cause:
-            raise StudyError(f"{file}: cannot be opened: {cause.strerror or cause}") from cause
+            raise StudyError(f"{file}: cannot be opened: {reason_of(cause)}") from cause
         self.samples: dict[int, StudySample] = {}
         self.damaged = 0
         for line in lines:
@@ -74,7 +74,7 @@ class SampleTable:
             os.fsync(self._stream.fileno())
         except OSError as cause:
             raise StudyError(
-                f"{self._file}: cannot be written: {cause.strerror or cause}: make room, and the same"
+                f"{self._file}: cannot be written: {reason_of(cause)}: make room, and the same"
                 f" command goes on with the {len(self.samples)} samples that are kept"
             ) from cause
         self.samples[sample.number] = sample

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.errors import CaseError
+from coupling.errors import CaseError, reason_of
 
 # What a file may hold at most [bytes].
 _LARGEST = 64_000_000
@@ -57,7 +57,7 @@ def read_blocks(file: Path) -> Iterator[Block]:
         with file.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
     except OSError as cause:
-        raise CaseError(f"{file}: cannot be read: {cause.strerror or cause}") from cause
+        raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
     if len(content) > _LARGEST:
         raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more")
     # Comments are in any encoding; words are ASCII, and anything else in them is refused.

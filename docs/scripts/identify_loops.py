@@ -12,7 +12,7 @@ from coupling.files.robot_file import load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.loops.fit import loop_fitted
 from coupling.identification.loops.identification import identify_loops
-from coupling.identification.loops.model import LoopParameters
+from coupling.identification.loops.parameters import LoopParameters
 from coupling.identification.static.identification import IdentifyOptions
 from coupling.identification.static.measurements import Measurements, noise_of
 from docs.scripts.page import table

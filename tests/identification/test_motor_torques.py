@@ -10,7 +10,7 @@ import pytest
 from coupling.errors import IdentifyError
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
-from coupling.identification.motor_torques import torque_remarks
+from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from docs.scripts.motion_recovery import BANDWIDTH, arm, recorded
 from elastic_robot.description import Robot
 
@@ -38,7 +38,8 @@ def told(
 ) -> tuple[str, ...]:
     """Remarks on joint 1 of a robot, or of the arm, whose friction is that of `friction`."""
     columns = [own[rows, None] for own in (measured + NOISE, predicted, RATE)]
-    return torque_remarks("motion.csv", robot or arm(), [0], TIME[rows], *columns, IdentifyError)
+    torques = MotorTorques("motion.csv", [0], TIME[rows], *columns)
+    return torque_remarks(torques, robot or arm(), IdentifyError)
 
 
 def smooth_arm() -> Robot:
@@ -113,7 +114,7 @@ def test_what_a_motor_holds_at_rest_tells_nothing():
     rate = np.concatenate([RATE[moves], 1e-4 * rests, RATE[moves]])
     columns = [own[:, None] for own in (measured, needed, rate)]
     time = 0.004 * np.arange(len(rate))
-    assert torque_remarks("", arm(), [0], time, *columns, IdentifyError) == ()
+    assert torque_remarks(MotorTorques("", [0], time, *columns), arm(), IdentifyError) == ()
 
 
 def test_a_recording_with_a_turned_sign_is_not_fitted():

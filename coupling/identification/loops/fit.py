@@ -7,7 +7,8 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from coupling.errors import IdentifyError
 from coupling.identification.least_squares import LinearProblem, robust_weights
-from coupling.identification.loops.model import LoopModel, LoopParameters
+from coupling.identification.loops.model import LoopModel
+from coupling.identification.loops.parameters import LoopParameters
 from coupling.identification.static.fit import StaticFit, whitened
 from coupling.identification.static.measurements import MeasurementNoise, Measurements, whitening
 

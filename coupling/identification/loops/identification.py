@@ -12,8 +12,8 @@ from coupling.files.gear_table import sheet_elements
 from coupling.identification.evidence import Evidence, support
 from coupling.identification.intervals import ConfidenceIntervals, intervals
 from coupling.identification.loops.fit import loop_fitted, settled
-from coupling.identification.loops.model import (
-    LoopModel,
+from coupling.identification.loops.model import LoopModel
+from coupling.identification.loops.parameters import (
     LoopParameters,
     joint_of,
     loop_rows,

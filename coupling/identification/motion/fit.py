@@ -21,7 +21,7 @@ _SETTLED, _CONVERGED = 1e-4, 1e-2
 # columns' squares, where it is first needed, and the factor by which it grows.
 _GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
 # Damping of directions that are not observable, in the same parts.
-_UNSEEN = 1e-9
+_UNOBSERVABLE = 1e-9
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
 # which shows that there is none.
 _OF_ITSELF, _NARROW = 1.0, 0.3
@@ -238,7 +238,7 @@ def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarr
     products = matrix.T @ matrix
     size = np.sqrt(np.diag(products))
     size[size == 0.0] = 1.0
-    scaled = products / np.outer(size, size) + _UNSEEN * np.eye(len(x))
+    scaled = products / np.outer(size, size) + _UNOBSERVABLE * np.eye(len(x))
     turned = cholesky(scaled) * size
     left = solve_triangular(turned, matrix.T @ rest, trans="T")
     return turned, left, float(0.5 * rest @ rest)

@@ -40,7 +40,7 @@ from coupling.identification.motion.sensors import (
     sensor_parameters,
     torque_parameters,
 )
-from coupling.identification.motor_torques import torque_remarks
+from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -187,18 +187,16 @@ def identify_motion(
 
 def _torque_remarks(problem: MotionProblem, moved: MovedRecording) -> tuple[str, ...]:
     """Return a sentence on each joint whose measured torque the start hardly explains."""
-    torque = problem.predicted(moved, problem.start).torque
-    joints, recording = range(torque.shape[1]), moved.recording
-    return torque_remarks(
+    torque, recording = problem.predicted(moved, problem.start).torque, moved.recording
+    beside = MotorTorques(
         recording.name,
-        problem.robot,
-        joints,
+        range(torque.shape[1]),
         recording.time,
         recording.torque,
         torque,
         moved.motion.qd,
-        IdentifyError,
     )
+    return torque_remarks(beside, problem.robot, IdentifyError)
 
 
 def _links(joints: list[int]) -> str:

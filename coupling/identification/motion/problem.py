@@ -290,17 +290,18 @@ class MotionProblem:
             return self.rows(wind_up, torque).ravel()
         # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
         back = min(0.5 * _CHANGE, x[k] - self.bounds[0][k]) if parameter.of_gear else 0.0
-        for change in (_CHANGE - back, -back):
-            further = x.copy()
-            further[k] += change
-            robot, gears = self._with_joint(here, further, parameter.joint), base.gears
-            if parameter.moves and change:
-                gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
-            passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
-            there = _motor_torque(moved.motion, robot, gears, passed, base.part)
-            sign = np.copysign(1.0 / _CHANGE, change if change else -1.0)
-            wind_up += sign * gears.wind_up
-            torque -= sign * there
+        for change, sign in ((_CHANGE - back, 1.0), (-back, -1.0)):
+            gears, there = base.gears, base.torque - base.beside
+            if change:
+                further = x.copy()
+                further[k] += change
+                robot = self._with_joint(here, further, parameter.joint)
+                if parameter.moves:
+                    gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
+                passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
+                there = _motor_torque(moved.motion, robot, gears, passed, base.part)
+            wind_up += sign / _CHANGE * gears.wind_up
+            torque -= sign / _CHANGE * there
         for i in moved.recording.with_link:
             wind_up[:, i] = moved.without_own(wind_up[:, i], i)
         return self.rows(wind_up, torque).ravel()

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomlkit
 
-from coupling.errors import CaseError, LearnError
+from coupling.errors import CaseError, LearnError, reason_of
 from coupling.files.atomic_file import write_atomically
 from coupling.files.toml_file import load_toml
 from coupling.identification.next.command import CommandPlan
@@ -45,7 +45,7 @@ def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as cause:
-        raise LearnError(f"{folder}: cannot be made: {cause.strerror or cause}") from cause
+        raise LearnError(f"{folder}: cannot be made: {reason_of(cause)}") from cause
     robot = _robot_file(folder, found)
     beyond = found.repeating
     discrepancy = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.errors import LearnError
 from coupling.events import Progress, Watch, unwatched
-from coupling.identification.motor_torques import torque_remarks
+from coupling.identification.motor_torques import MotorTorques, torque_remarks
 from coupling.identification.runs.descent import size_of
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter, ParameterFit
@@ -327,16 +327,9 @@ def _torque_remarks(
     torques = [k for k, (kind, _) in enumerate(motors.columns) if kind == "motor_torque"]
     joints, time = [motors.columns[k][1] for k in torques], one.measured.time
     rate = one.command.trajectory.at(np.clip(time, *one.command.time[[0, -1]]))[1][:, joints]
-    return torque_remarks(
-        one.measured.name,
-        robot,
-        joints,
-        time,
-        motors.values[:, torques],
-        predicted[:, torques],
-        rate,
-        LearnError,
-    )
+    values, predicted = motors.values[:, torques], predicted[:, torques]
+    beside = MotorTorques(one.measured.name, joints, time, values, predicted, rate)
+    return torque_remarks(beside, robot, LearnError)
 
 
 def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -8,7 +8,8 @@ from loading_loops import loops
 from noisy_arm import arm
 from slipping_robot import with_hysteresis
 
-from coupling.identification.loops.model import LoopModel, LoopParameters
+from coupling.identification.loops.model import LoopModel
+from coupling.identification.loops.parameters import LoopParameters
 
 
 @pytest.mark.parametrize("tilt", [False, True])
