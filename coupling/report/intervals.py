@@ -44,9 +44,9 @@ def interval_figure(
         rows: Values with their intervals.
         words: Legends of those that are identifiable and of the others.
         height: Height of a row [px].
-        xaxis: What else the axis of the values has.
-        more: What else is drawn at the names.
-        layout: What else the layout has.
+        xaxis: Other keys of the axis of the values.
+        more: Other traces, drawn at the names.
+        layout: Other keys of the layout.
     """
     traces, upwards = [], rows[::-1]
     for name, certain, color in zip(words, (True, False), (AFTER, QUIET), strict=True):

@@ -13,8 +13,7 @@ from coupling.report.thinning import PARTS, extremes
 UM = 1e6
 # Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
 FLOOR_UM = 1e-3
-
-
+# Keys of a trace, an axis or another part of a figure, as plotly.js has them.
 Keys = Mapping[str, Any]
 _LOOK: dict[str, Any] = {
     "template": "none",
@@ -32,10 +31,10 @@ def drawn(
     It is made at once: plotly checks all of a figure again with each part that is added or changed.
 
     Args:
-        traces: What is drawn, by the keys of plotly.js; without a `type` a curve or points, "scatter".
+        traces: Curves and so on by the keys of plotly.js; without a `type` a curve or points.
         height: Height [px].
         margin: Sides whose margin is another one [px].
-        layout: Axes and what else the layout has.
+        layout: Axes and other keys of the layout.
     """
     for name in layout:
         if name.startswith(("xaxis", "yaxis")):
@@ -65,7 +64,7 @@ def row(number: int) -> dict[str, str]:
 
 
 def rows(
-    shares: Sequence[float], apart: float, upright: Sequence[Keys], label: str = "time [s]"
+    shares: Sequence[float], apart: float, upright: Sequence[Keys]
 ) -> dict[str, dict[str, Any]]:
     """Return the axes of curves in rows below each other, over the same time.
 
@@ -73,7 +72,6 @@ def rows(
         shares: Heights of the rows from the top, (n,), in any unit.
         apart: Distance between rows, as a part of the figure's height.
         upright: Upright axis of each row, (n,).
-        label: Title of the axis below all.
     """
     count = len(shares)
     heights = (1.0 - apart * (count - 1)) / sum(shares) * np.array(shares)
@@ -83,7 +81,9 @@ def rows(
         x, y = here["xaxis"], here["yaxis"]
         low = float(heights[k + 1 :].sum()) + apart * (count - 1 - k)
         lowest = k == count - 1
-        across = {"title": label} if lowest else {"matches": f"x{count}", "showticklabels": False}
+        across = (
+            {"title": "time [s]"} if lowest else {"matches": f"x{count}", "showticklabels": False}
+        )
         axes[x.replace("x", "xaxis")] = {"anchor": y, "domain": [0.0, 1.0], **across}
         axes[y.replace("y", "yaxis")] = {"anchor": x, "domain": [low, low + heights[k]], **own}
     return axes
@@ -133,8 +133,8 @@ def over_time(
         lines: The curves.
         label, time: Titles of the axes.
         height: Height of the figure [px].
-        yaxis: What else the upright axis has.
-        layout: What else the layout has.
+        yaxis: Other keys of the upright axis.
+        layout: Other keys of the layout.
     """
     traces = [
         {
@@ -155,7 +155,7 @@ def rule(axis: str, at: float, **line: Any) -> Keys:
     Args:
         axis: "x" or "y", on which it is at one value.
         at: The value, in the axis's unit.
-        line: How it is drawn.
+        line: Keys of the line.
     """
     other = "y" if axis == "x" else "x"
     there = {f"{axis}0": at, f"{axis}1": at, f"{axis}ref": axis}
