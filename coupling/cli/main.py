@@ -8,6 +8,7 @@ imported in the functions that use them.
 
 from __future__ import annotations
 
+import functools
 import signal
 import sys
 import threading
@@ -53,10 +54,15 @@ def _stopped() -> Iterator[None]:
         raise _StoppedError from stop
 
 
+class _AsItStands(str):
+    """Help without markup of Rich."""
+
+
 def _as_text(*entries: Any) -> None:
     """Let the help of commands and parameters stand as it is: [study] is a table, no markup of Rich."""
     for entry in entries:
-        entry.help = escape(entry.help or "")
+        if not isinstance(entry.help, _AsItStands):
+            entry.help = _AsItStands(escape(entry.help or ""))
 
 
 class _Command(TyperCommand):
@@ -127,11 +133,17 @@ def _program(
     """Elastic robot: build its FMU, couple it with a process, compensate its path."""
 
 
+@functools.cache
+def _whole() -> Any:
+    """Return all commands as one, made once in a process: that takes as long as a quick command."""
+    return typer.main.get_command(app)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit status 0 converged, 1 not converged, 2 bad input, 130 stopped."""
     with termination_interrupts():
         try:
-            app(arguments)
+            _whole()(arguments)
         except (KeyboardInterrupt, _StoppedError) as stop:
             kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
             text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
@@ -108,6 +107,8 @@ class AdaptiveLowPass(ForceFilter):
 
     def smoothed(self, time: np.ndarray, values: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Return values (n, k) of any unit without what noise (k,) explains; as they are without."""
+        from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
         fastest = 0.5 / float(np.median(np.diff(time)))
         count = int(np.ceil(np.log(fastest / self.cutoff) / np.log(_RATIO))) if self.cutoff else 0
         if count < 1 or not np.any(noise > 0.0):

@@ -15,7 +15,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.run_tables import gear_loads, motor_limit
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import style
+from coupling.report.style import drawn
 from coupling.report.thinning import PARTS
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, GearResult
@@ -131,42 +131,30 @@ def _left(what: str, wrong: Sequence[Replay], unknown: str) -> str:
 
 def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
     """Links, paths and outlines of what is reached, in the world."""
-    figure = go.Figure()
+    traces = []
     for number, robot in enumerate(robots):
-
-        def draw(
-            points: np.ndarray, name: str, line: dict[str, object], mode: str = "lines"
-        ) -> None:
-            x, y, z = robot.world_from_base.points(points).T  # noqa: B023
-            figure.add_scatter3d(
-                x=x,
-                y=y,
-                z=z,
-                mode=mode,
-                name=name,
-                legendgroup=name,
-                showlegend=number == 0,  # noqa: B023
-                line=line,
-                marker={"size": 4, "color": DESIRED},
-            )
-
-        position = robot.path.position[0]
+        position, reach = robot.path.position[0], robot.clearance
         rows = np.unique(np.linspace(0, len(position) - 1, 2 * PARTS).astype(int))
-        draw(robot.clearance.links, "robot", {"color": DESIRED, "width": 12}, "lines+markers")
-        draw(robot.clearance.vertical, "reach, vertical plane", {"color": _REACH, "width": 3})
-        draw(robot.clearance.horizontal, "reach, horizontal plane", {"color": AFTER, "width": 3})
-        draw(position[rows], "path", {"color": BEFORE, "width": 4})
-    figure.update_scenes(
-        aspectmode="data",
-        xaxis_title="x [m]",
-        yaxis_title="y [m]",
-        zaxis_title="z [m]",
-        camera={
-            "eye": {"x": 1.05, "y": -1.75, "z": 0.8},
-            "center": {"x": 0.0, "y": 0.0, "z": -0.12},
-        },
-    )
-    return style(figure, 620)
+        for name, points, color, width in (
+            ("robot", reach.links, DESIRED, 12),
+            ("reach, vertical plane", reach.vertical, _REACH, 3),
+            ("reach, horizontal plane", reach.horizontal, AFTER, 3),
+            ("path", position[rows], BEFORE, 4),
+        ):
+            trace = {
+                **dict(zip("xyz", robot.world_from_base.points(points).T, strict=True)),
+                "type": "scatter3d",
+                "mode": "lines+markers" if name == "robot" else "lines",
+                "name": name,
+                "legendgroup": name,
+                "showlegend": number == 0,
+                "line": {"color": color, "width": width},
+                "marker": {"size": 4, "color": DESIRED},
+            }
+            traces.append(trace)
+    camera = {"eye": {"x": 1.05, "y": -1.75, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
+    axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
+    return drawn(traces, 620, scene={**axes, "aspectmode": "data", "camera": camera})
 
 
 def joint_table(demands: Sequence[DriveMotion]) -> Table:

@@ -161,7 +161,7 @@ def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
             distance = shown_distance(path.distance_to(own.desired))
             dash = "solid" if stage == last else "dot"
             lines.append(DrawnLine(f"{name}: {stage}", color, path.time, distance, dash=dash))
-    return over_time(lines, "distance [um]", 400).update_yaxes(log_axis())
+    return over_time(lines, "distance [um]", 400, yaxis=log_axis())
 
 
 def _angles(difference: CommandDifference) -> go.Figure:
@@ -170,7 +170,7 @@ def _angles(difference: CommandDifference) -> go.Figure:
         DrawnLine(f"joint {joint + 1}", JOINTS[joint % len(JOINTS)], difference.time, own, 1.3)
         for joint, own in enumerate(np.degrees(difference.angle).T)
     ]
-    return over_time(lines, "angle [deg]", 320).update_yaxes(exponentformat="none")
+    return over_time(lines, "angle [deg]", 320, yaxis={"exponentformat": "none"})
 
 
 def _joints(difference: CommandDifference) -> Table:

@@ -6,11 +6,10 @@ from math import degrees
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from coupling.report.colours import JOINTS
 from coupling.report.section import Note, Table
-from coupling.report.style import curve, style
+from coupling.report.style import Keys, curve, drawn, row, rows
 from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
@@ -32,65 +31,59 @@ def drives(run: StoredRobot) -> go.Figure:
     time = np.unique(np.append(joints.time, 0.5 * (joints.time[1:] + joints.time[:-1])))
     found = [np.degrees(values) for values in joints.trajectory.at(time)]
     found[0] = found[0] - found[0][0]
-    count = 3 if motors is None else 4
-    figure = make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=0.05)
-    titles = ("angle [deg]", "rate [deg/s]", "acceleration [deg/s\u00b2]")
-    for row, (values, title) in enumerate(zip(found, titles, strict=True), start=1):
-        for joint, own in enumerate(values.T):
-            _add_curve(figure, joint, time, own, row)
-        figure.update_yaxes(title=title, row=row, col=1)
+    titles = ["angle [deg]", "rate [deg/s]", "acceleration [deg/s\u00b2]"]
+    traces = [
+        _curve(joint, time, own, number)
+        for number, values in enumerate(found, start=1)
+        for joint, own in enumerate(values.T)
+    ]
     ends = float(time[0]), float(time[-1])
-    for row, key in enumerate(_KEYS, start=2):
+    for number, key in enumerate(_KEYS, start=2):
         limits = [(d.joint, getattr(d, key)) for d in run.figures.command.drives]
         known = {joint: degrees(own) for joint, own in limits if own is not None}
-        _add_limits(figure, known, row, ends, float(np.abs(found[row - 1]).max()))
+        traces += _limits(known, number, ends, float(np.abs(found[number - 1]).max()))
     if motors is not None:
-        for joint, own in motors[1].items():
-            _add_curve(figure, joint, motors[0], own, count)
-        figure.update_yaxes(title="motor torque [N m]", row=count, col=1)
+        titles.append("motor torque [N m]")
+        traces += [_curve(joint, motors[0], own, 4) for joint, own in motors[1].items()]
         demand = max(float(np.abs(own).max()) for own in motors[1].values())
         limits = [(d.joint, d.motor_torque_limit_Nm) for d in run.figures.command.drives]
         known = {joint: limit for joint, limit in limits if limit is not None}
-        _add_limits(figure, known, count, ends, demand)
-    figure.update_xaxes(title="time [s]", row=count, col=1)
-    return style(figure, 640 if motors is None else 840)
+        traces += _limits(known, 4, ends, demand)
+    axes = rows([1.0] * len(titles), 0.05, [{"title": title} for title in titles])
+    return drawn(traces, 640 if motors is None else 840, **axes)
 
 
-def _add_curve(
-    figure: go.Figure, joint: int, time: np.ndarray, values: np.ndarray, row: int
-) -> None:
-    figure.add_scatter(
+def _curve(joint: int, time: np.ndarray, values: np.ndarray, number: int) -> Keys:
+    """Return a joint's curve, from 0, in a row."""
+    return {
         **curve(time, values, _PARTS),
-        mode="lines",
-        name=f"joint {joint + 1}",
-        legendgroup=f"joint {joint + 1}",
-        showlegend=row == 1,
-        line={"color": JOINTS[joint % len(JOINTS)], "width": 1.3},
-        row=row,
-        col=1,
-    )
+        "mode": "lines",
+        "name": f"joint {joint + 1}",
+        "legendgroup": f"joint {joint + 1}",
+        "showlegend": number == 1,
+        "line": {"color": JOINTS[joint % len(JOINTS)], "width": 1.3},
+        **row(number),
+    }
 
 
-def _add_limits(
-    figure: go.Figure, limits: dict[int, float], row: int, ends: tuple[float, float], demand: float
-) -> None:
-    """Draw limits by joint, from 1, that are within reach of what is asked, in its unit."""
-    for joint, limit in limits.items():
-        if limit > _NEAR * demand:
-            continue
-        name = f"joint {joint}"
-        color = JOINTS[(joint - 1) % len(JOINTS)]
-        figure.add_scatter(
-            x=[*ends, None, *ends],
-            y=[limit, limit, None, -limit, -limit],
-            mode="lines",
-            name=name,
-            legendgroup=name,
-            showlegend=False,
-            line={"color": color, "width": 1.2, "dash": "dash"},
-            row=row,
-            col=1,
-        )
+def _limits(
+    limits: dict[int, float], number: int, ends: tuple[float, float], demand: float
+) -> list[Keys]:
+    """Return limits by joint, from 1, that are within reach of what is asked, in its unit."""
+    return [
+        {
+            "x": [*ends, None, *ends],
+            "y": [limit, limit, None, -limit, -limit],
+            "mode": "lines",
+            "name": f"joint {joint}",
+            "legendgroup": f"joint {joint}",
+            "showlegend": False,
+            "line": {"color": JOINTS[(joint - 1) % len(JOINTS)], "width": 1.2, "dash": "dash"},
+            **row(number),
+        }
+        for joint, limit in limits.items()
+        if limit <= _NEAR * demand
+    ]
 
 
 def drives_table(figures: RunResult) -> Table:

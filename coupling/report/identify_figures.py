@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
-from coupling.report.style import style
+from coupling.report.style import drawn
 from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
 
 _MM = 1e3
@@ -28,7 +28,7 @@ def amplification(found: IdentifiedResult) -> int:
 def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
     """Draw measured and predicted deflections where the tool was, amplified."""
     names, place, measured, predicted = _rows(found)
-    figure = go.Figure()
+    traces = []
     for words, deflection, color, width, symbol in (
         ("measured", measured, BEFORE, 5, "circle"),
         ("predicted", predicted, AFTER, 5, "diamond"),
@@ -36,55 +36,59 @@ def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
         tip = place + factor * deflection
         gaps = np.full_like(place, np.nan)
         x, y, z = np.stack([place, tip, gaps], axis=1).reshape(-1, 3).T
-        line = {"color": color, "width": width}
-        figure.add_scatter3d(
-            x=x, y=y, z=z, mode="lines", legendgroup=words, line=line, showlegend=False
-        )
-        figure.add_scatter3d(
+        shafts = {
+            **{"type": "scatter3d", "x": x, "y": y, "z": z, "mode": "lines"},
+            "legendgroup": words,
+            "line": {"color": color, "width": width},
+            "showlegend": False,
+        }
+        tips = {
             **dict(zip("xyz", tip.T, strict=True)),
-            mode="markers",
-            name=words,
-            legendgroup=words,
-            marker={"color": color, "size": 3, "symbol": symbol},
-            text=[
+            "type": "scatter3d",
+            "mode": "markers",
+            "name": words,
+            "legendgroup": words,
+            "marker": {"color": color, "size": 3, "symbol": symbol},
+            "text": [
                 f"{name}: {words} {_MM * size:.3f} mm"
                 for name, size in zip(names, np.linalg.norm(deflection, axis=1), strict=True)
             ],
-            hoverinfo="text",
-        )
+            "hoverinfo": "text",
+        }
+        traces += [shafts, tips]
     axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
     camera = {"eye": {"x": 1.35, "y": -1.35, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}}
-    figure.update_layout(scene={**axes, "aspectmode": "data", "camera": camera})
-    return style(figure, 620).update_layout(legend_itemsizing="constant")
+    scene = {**axes, "aspectmode": "data", "camera": camera}
+    return drawn(traces, 620, scene=scene, legend={"itemsizing": "constant"})
 
 
 def agreement(found: IdentifiedResult) -> go.Figure:
     """Every measured component over the predicted one."""
     names, _, measured, predicted = _rows(found)
-    figure = go.Figure()
     ends = _MM * np.array(
         [min(measured.min(), predicted.min()), max(measured.max(), predicted.max())]
     )
-    figure.add_scatter(
-        x=ends,
-        y=ends,
-        mode="lines",
-        name="equal",
-        line={"color": DESIRED, "width": 1, "dash": "dot"},
-    )
-    for k, (axis, color) in enumerate(zip("xyz", (AFTER, "#009E73", BEFORE), strict=True)):
-        figure.add_scatter(
-            x=_MM * predicted[:, k],
-            y=_MM * measured[:, k],
-            mode="markers",
-            name=axis,
-            marker={"color": color, "size": 6, "opacity": 0.75},
-            text=names,
-            hovertemplate="%{text}: %{y:.3f} mm measured, %{x:.3f} mm predicted",
-        )
-    figure.update_xaxes(title="predicted [mm]")
-    figure.update_yaxes(title="measured [mm]")
-    return style(figure, 440)
+    equal = {
+        "x": ends,
+        "y": ends,
+        "mode": "lines",
+        "name": "equal",
+        "line": {"color": DESIRED, "width": 1, "dash": "dot"},
+    }
+    components = [
+        {
+            "x": _MM * predicted[:, k],
+            "y": _MM * measured[:, k],
+            "mode": "markers",
+            "name": axis,
+            "marker": {"color": color, "size": 6, "opacity": 0.75},
+            "text": names,
+            "hovertemplate": "%{text}: %{y:.3f} mm measured, %{x:.3f} mm predicted",
+        }
+        for k, (axis, color) in enumerate(zip("xyz", (AFTER, "#009E73", BEFORE), strict=True))
+    ]
+    across, up = {"title": "predicted [mm]"}, {"title": "measured [mm]"}
+    return drawn([equal, *components], 440, xaxis=across, yaxis=up)
 
 
 # Most measurements that are named on the axis of a narrow page.
@@ -95,7 +99,7 @@ def residuals(found: IdentifiedResult) -> go.Figure:
     """Distance of measured from predicted by row, and predicted without that row."""
     names, _, measured, predicted = _rows(found)
     left = np.array([row.left_out_error[:3] for row in found.measurements])
-    figure = go.Figure()
+    traces = []
     labels = [f"{k + 1}: {name}" for k, name in enumerate(names)]  # names may come twice
     for words, errors, color in (
         ("fit of all rows", measured - predicted, AFTER),
@@ -103,21 +107,21 @@ def residuals(found: IdentifiedResult) -> go.Figure:
     ):
         size = _MM * np.linalg.norm(errors, axis=1)
         detail = [", ".join(f"{_MM * value:+.3f}" for value in error) for error in errors]
-        figure.add_bar(
-            x=labels,
-            y=size,
-            name=words,
-            marker={"color": color},
-            text=detail,
-            textposition="none",
-            hovertemplate="%{x}: %{y:.3f} mm (%{text})",
-        )
+        bars = {
+            "type": "bar",
+            "x": labels,
+            "y": size,
+            "name": words,
+            "marker": {"color": color},
+            "text": detail,
+            "textposition": "none",
+            "hovertemplate": "%{x}: %{y:.3f} mm (%{text})",
+        }
+        traces.append(bars)
     every = -(-len(names) // _NAMED)
     ticks = {"ticktext": names[::every], "tickvals": labels[::every], "tickangle": -90}
-    figure.update_xaxes(title="measurement", **ticks)
-    figure.update_yaxes(title="distance [mm]")
-    figure.update_layout(barmode="group")
-    return style(figure, 440)
+    across, up = {"title": "measurement", **ticks}, {"title": "distance [mm]"}
+    return drawn(traces, 440, xaxis=across, yaxis=up, barmode="group")
 
 
 def intervals(found: IdentifiedResult) -> go.Figure:
@@ -128,17 +132,17 @@ def intervals(found: IdentifiedResult) -> go.Figure:
         value = entry.value or _far(entry)
         low, high = entry.low or 0.1 * value, entry.high or _far(entry)
         rows.append(ShownInterval(label(entry), value, low, high, entry.identified))
-    figure = interval_figure(rows, "identified, 95 % interval", "not identified", 34)
-    figure.add_scatter(
-        x=[entry.start for entry in entries if not entry.added],
-        y=[label(entry) for entry in entries if not entry.added],
-        mode="markers",
-        name="start file",
-        marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
-    )
+    starts = {
+        "x": [entry.start for entry in entries if not entry.added],
+        "y": [label(entry) for entry in entries if not entry.added],
+        "mode": "markers",
+        "name": "start file",
+        "marker": {"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
+    }
     units = "N m/rad (backlash, slip angle: rad; hysteresis: N m)"
-    figure.update_xaxes(title=units, exponentformat="power")
-    return figure
+    axis = {"title": units, "exponentformat": "power"}
+    words = "identified, 95 % interval", "not identified"
+    return interval_figure(rows, words, 34, axis, [starts])
 
 
 def _far(entry: IdentifiedParameterResult) -> float:

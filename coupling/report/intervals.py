@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, QUIET
-from coupling.report.style import style
+from coupling.report.style import Keys, drawn
 
 
 @dataclass(frozen=True)
@@ -30,33 +31,46 @@ class ShownInterval:
 
 
 def interval_figure(
-    rows: Sequence[ShownInterval], sure: str, unsure: str, height: int
+    rows: Sequence[ShownInterval],
+    words: tuple[str, str],
+    height: int,
+    xaxis: Keys,
+    more: Sequence[Keys] = (),
+    **layout: Any,
 ) -> go.Figure:
     """Draw intervals over a logarithmic axis, the first row at the top.
 
     Args:
         rows: Values with their intervals.
-        sure, unsure: Legends of those that are identifiable and of the others.
+        words: Legends of those that are identifiable and of the others.
         height: Height of a row [px].
+        xaxis: Other keys of the axis of the values.
+        more: Other traces, drawn at the names.
+        layout: Other keys of the layout.
     """
-    figure, upwards = go.Figure(), rows[::-1]
-    for words, certain, color in ((sure, True, AFTER), (unsure, False, QUIET)):
+    traces, upwards = [], rows[::-1]
+    for name, certain, color in zip(words, (True, False), (AFTER, QUIET), strict=True):
         own = [row for row in upwards if row.sure is certain]
-        figure.add_scatter(
-            x=[row.value for row in own],
-            y=[row.name for row in own],
-            mode="markers",
-            name=words,
-            marker={"color": color, "size": 9},
-            error_x={
-                "type": "data",
-                "symmetric": False,
-                "array": [row.high - row.value for row in own],
-                "arrayminus": [row.value - row.low for row in own],
-                "color": color,
-            },
-        )
-    figure.update_xaxes(type="log")
-    names = [row.name for row in upwards]
-    figure.update_yaxes(categoryorder="array", categoryarray=names, automargin=True)
-    return style(figure, 170 + height * len(rows))
+        ends = {
+            "type": "data",
+            "symmetric": False,
+            "array": [row.high - row.value for row in own],
+            "arrayminus": [row.value - row.low for row in own],
+            "color": color,
+        }
+        trace = {
+            "x": [row.value for row in own],
+            "y": [row.name for row in own],
+            "mode": "markers",
+            "name": name,
+            "marker": {"color": color, "size": 9},
+            "error_x": ends,
+        }
+        traces.append(trace)
+    return drawn(
+        [*traces, *more],
+        170 + height * len(rows),
+        xaxis={"type": "log", **xaxis},
+        yaxis={"categoryorder": "array", "categoryarray": [row.name for row in upwards]},
+        **layout,
+    )

@@ -11,7 +11,7 @@ from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.run_tables import gear_loads
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import UM, DrawnLine, over_time
+from coupling.report.style import UM, DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
 
 
@@ -103,8 +103,7 @@ def _left(one: LearnedRunResult) -> go.Figure:
         DrawnLine("robot file", BEFORE, one.time, UM * np.array(one.left_robot_file_m)),
         DrawnLine("learned robot", AFTER, one.time, UM * np.array(one.left_learned_m)),
     ]
-    figure = over_time(lines, "distance [um]", 360, "time of the run [s]")
-    return figure.update_yaxes(rangemode="tozero")
+    return over_time(lines, "distance [um]", 360, "time of the run [s]", {"rangemode": "tozero"})
 
 
 def _intervals(found: LearnedResult) -> go.Figure:
@@ -112,10 +111,13 @@ def _intervals(found: LearnedResult) -> go.Figure:
         ShownInterval(own.name, own.factor, own.factor_low, own.factor_high, own.identifiable)
         for own in found.parameters
     ]
-    figure = interval_figure(rows, "identifiable, 95 % interval", "not identifiable", 24)
-    figure.add_vline(x=1.0, line={"color": DESIRED, "width": 1})
-    figure.update_xaxes(title="factor of the robot file's value")
-    return figure
+    return interval_figure(
+        rows,
+        ("identifiable, 95 % interval", "not identifiable"),
+        24,
+        {"title": "factor of the robot file's value"},
+        shapes=[rule("x", 1.0, color=DESIRED, width=1)],
+    )
 
 
 def _left_note(found: LearnedResult) -> Note:

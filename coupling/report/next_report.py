@@ -119,8 +119,8 @@ def _distances(found: NextResult) -> go.Figure:
         color = JOINTS[(len(found.runs) - number) % len(JOINTS)]
         distance = UM * np.array(own.distance_m)
         lines.append(DrawnLine(f"run {number}: {own.measured}", color, own.time, distance, 1.2))
-    figure = over_time(lines, "distance from the desired path [um]", 380, _TIME)
-    return figure.update_yaxes(rangemode="tozero")
+    label = "distance from the desired path [um]"
+    return over_time(lines, label, 380, _TIME, {"rangemode": "tozero"})
 
 
 def _correction(own: PathCorrectionResult) -> go.Figure:

@@ -15,7 +15,7 @@ from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.section import Note, Part, Section, Table, warned
-from coupling.report.style import UM, style
+from coupling.report.style import UM, Keys, drawn
 from coupling.results.placement_result import PlacementResult, SettingResult
 
 # What the page is called.
@@ -115,36 +115,37 @@ def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figur
     """Draw maps of one plane: for each setting displacement and exposure, each on one scale for all."""
     moved = "process" if figures.forced else "100 N"
     tops = [_top([own.moved for own in maps]), _top([own.exposure for own in maps])]
-    drawn = []
+    views = []
     for own in maps:
         for values, what, top in zip(
             (own.moved, own.exposure), (moved, figures.unknown), tops, strict=True
         ):
-            figure = go.Figure()
-            figure.add_heatmap(
-                x=own.first,
-                y=own.second,
-                z=UM * values,
-                zmin=0.0,
-                zmax=top,
-                colorscale="Viridis",
-                colorbar={"title": "um", "thickness": 14},
-                text=[
+            heat = {
+                "type": "heatmap",
+                "x": own.first,
+                "y": own.second,
+                "z": UM * values,
+                "zmin": 0.0,
+                "zmax": top,
+                "colorscale": "Viridis",
+                "colorbar": {"title": "um", "thickness": 14},
+                "text": [
                     [_hint(own, i, j) for j in range(len(own.first))]
                     for i in range(len(own.second))
                 ],
-                hoverinfo="text",
-            )
-            _mark(figure, figures, own)
-            figure.update_xaxes(title=f"{own.across} [m]")
-            figure.update_yaxes(title=f"{own.up} [m]")
-            title = {
-                "text": f"{_SETTINGS.get(own.name, own.name)}: {what}",
-                "font": {"size": 14},
-                "x": 0.5,
+                "hoverinfo": "text",
             }
-            drawn.append(style(figure, 420).update_layout(title=title, margin_t=46))
-    return tuple(drawn)
+            text = f"{_SETTINGS.get(own.name, own.name)}: {what}"
+            figure = drawn(
+                [heat, *_marks(figures, own)],
+                420,
+                margin={"t": 46},
+                xaxis={"title": f"{own.across} [m]"},
+                yaxis={"title": f"{own.up} [m]"},
+                title={"text": text, "font": {"size": 14}, "x": 0.5},
+            )
+            views.append(figure)
+    return tuple(views)
 
 
 def _top(values: list[np.ndarray]) -> float:
@@ -153,24 +154,22 @@ def _top(values: list[np.ndarray]) -> float:
     return max(float(np.quantile(flat, 0.95)), 1e-9) if len(flat) else 1.0
 
 
-def _mark(figure: go.Figure, figures: PlacementResult, own: PartMap) -> None:
-    """Mark where the part is, and where the best settings have it."""
+def _marks(figures: PlacementResult, own: PartMap) -> list[Keys]:
+    """Return where the part is, and where the best settings have it."""
     marks = [("best", [entry.setting for entry in figures.best[:1]], "star", AFTER)]
     marks.insert(0, ("as it is", [figures.present_setting], "x", BEFORE))
-    for name, settings, symbol, color in marks:
-        figure.add_scatter(
-            x=[setting[f"{own.across}_m"] for setting in settings],
-            y=[setting[f"{own.up}_m"] for setting in settings],
-            mode="markers",
-            marker={
-                "symbol": symbol,
-                "size": 13,
-                "color": color,
-                "line": {"color": "white", "width": 1.5},
-            },
-            name=name,
-            showlegend=True,
-        )
+    line = {"color": "white", "width": 1.5}
+    return [
+        {
+            "x": [setting[f"{own.across}_m"] for setting in settings],
+            "y": [setting[f"{own.up}_m"] for setting in settings],
+            "mode": "markers",
+            "marker": {"symbol": symbol, "size": 13, "color": color, "line": line},
+            "name": name,
+            "showlegend": True,
+        }
+        for name, settings, symbol, color in marks
+    ]
 
 
 def _hint(own: PartMap, i: int, j: int) -> str:

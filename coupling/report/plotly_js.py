@@ -16,7 +16,8 @@ from itertools import pairwise
 
 from plotly.offline import get_plotlyjs
 
-_NAME = r"[\w$]+"
+# No part of a name is tried as a name again.
+_NAME = r"[A-Za-z0-9_$]++"
 _REGISTERED = re.compile(rf"\.register\(\[({_NAME}\(\)(?:,{_NAME}\(\))*)\]\)")
 _LAST = re.compile(rf"return ({_NAME})\(\);?\}}\)\(\);")
 _REQUIRED = re.compile(rf"({_NAME})\(\)")

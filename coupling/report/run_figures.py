@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
+from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
@@ -15,11 +15,14 @@ from coupling.report.style import (
     FLOOR_UM,
     UM,
     DrawnLine,
+    Keys,
     curve,
+    drawn,
     log_axis,
     over_time,
+    row,
+    rows,
     shown_distance,
-    style,
 )
 from coupling.results.run_result import ReversalResult
 from coupling.run.stored_run import StoredRobot
@@ -37,63 +40,70 @@ def deviation(run: StoredRobot) -> go.Figure:
     gears = sorted({change.joint for change in changes})
     below = _GEAR * len(gears)
     height = _CURVES + _LABEL * len(gears) + below
-    shares = [height - below, below] if gears else [1.0]
-    figure = make_subplots(
-        rows=len(shares), cols=1, shared_xaxes=True, row_heights=shares, vertical_spacing=0.06
-    )
+    traces: list[Keys] = []
     own, other = mode_names(run.figures.mode)
     for (stage, path), color in zip(run.actual.items(), _STAGES, strict=False):
         paths = [(f"{stage}, {own}", path, "solid", 1.5)]
         if stage in run.other:
             paths.append((f"{stage}, {other}", run.other[stage], "dot", 1.0))
-        for name, drawn, dash, width in paths:
+        for name, path, dash, width in paths:
             line = {"color": color, "dash": dash, "width": width}
-            points = curve(drawn.time, shown_distance(drawn.distance_to(run.desired)))
-            figure.add_scatter(**points, name=name, mode="lines", line=line, row=1, col=1)
+            traces.append(_distance(run, name, path, line))
     if run.plant is not None:
-        points = curve(run.plant.time, shown_distance(run.plant.distance_to(run.desired)))
         line = {"color": PLANT, "width": 1.5}
-        figure.add_scatter(**points, name="on the plant", mode="lines", line=line, row=1, col=1)
-    _label(figure, run, gears)
+        traces.append(_distance(run, "on the plant", run.plant, line))
+    ends, labels = _labels(traces, run, gears)
+    closer = {"dtick": "D2"} if ends[1] - ends[0] < 2.0 else {}
+    upright: list[Keys] = [log_axis(title="distance [um]", range=ends, **closer)]
+    shares = [1.0]
     if gears:
-        _add_gears(figure, changes, gears)
-    low, high = figure.layout.yaxis.range
-    ticks = log_axis(title="distance [um]", **({"dtick": "D2"} if high - low < 2.0 else {}))
-    figure.update_yaxes(ticks, row=1, col=1)
-    figure.update_xaxes(title="time [s]", row=len(shares), col=1)
-    return style(figure, height + 74)
+        traces += _gears(changes, gears)
+        upright.append(_gear_axis(gears))
+        shares = [height - below, below]
+    axes = rows(shares, 0.06, upright)
+    return drawn(traces, height + 74, annotations=labels, **axes)
 
 
-def _label(figure: go.Figure, run: StoredRobot, gears: list[int]) -> None:
-    """Name the gears at the largest spikes of their reversals, each in a row above the curves."""
-    drawn = np.log10(np.concatenate([trace.y for trace in figure.data]))
-    smallest, largest = float(drawn.min()), float(drawn.max())
+def _distance(run: StoredRobot, name: str, path: ToolPath, line: Keys) -> Keys:
+    """Return the curve of a path's distance to the desired one."""
+    points = curve(path.time, shown_distance(path.distance_to(run.desired)))
+    return {**points, "name": name, "mode": "lines", "line": line, **row(1)}
+
+
+def _labels(
+    traces: Sequence[Keys], run: StoredRobot, gears: list[int]
+) -> tuple[list[float], list[Keys]]:
+    """Name the gears at the largest spikes of their reversals, each in a row above the curves.
+
+    Returns:
+        Ends of the upright axis, decimal logarithms, and the labels.
+    """
+    shown = np.log10(np.concatenate([trace["y"] for trace in traces]))
+    smallest, largest = float(shown.min()), float(shown.max())
     span = max(largest - smallest, 1.0)
-    row = _LABEL * span / _CURVES
+    high = _LABEL * span / _CURVES
     top = largest + 0.05 * span
-    ends = [smallest - 0.05 * span, top + row * (len(gears) + 0.3)]
-    figure.update_yaxes(range=ends, row=1, col=1)
-    # At once: one that is added alone has all before it checked again.
-    figure.layout.annotations += tuple(
-        go.layout.Annotation(
-            x=time,
-            y=np.log10(max(UM * distance, FLOOR_UM)),
-            ax=time,
-            ay=top + row * (number + 0.5),
-            axref="x",
-            ayref="y",
-            text=f"joint {joint}",
-            font={"size": 11},
-            showarrow=True,
-            arrowhead=6,
-            arrowsize=0.6,
-            arrowwidth=1,
-            arrowcolor=QUIET,
-            standoff=2,
-        )
+    ends = [smallest - 0.05 * span, top + high * (len(gears) + 0.3)]
+    return ends, [
+        {
+            "x": time,
+            "y": np.log10(max(UM * distance, FLOOR_UM)),
+            "ax": time,
+            "ay": top + high * (number + 0.5),
+            "axref": "x",
+            "ayref": "y",
+            "text": f"joint {joint}",
+            "font": {"size": 11},
+            "showarrow": True,
+            "arrowhead": 6,
+            "arrowsize": 0.6,
+            "arrowwidth": 1,
+            "arrowcolor": QUIET,
+            "standoff": 2,
+        }
         for number, joint in enumerate(reversed(gears))
         for time, distance in labelled(run, joint)
-    )
+    ]
 
 
 def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
@@ -110,40 +120,42 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     return found
 
 
-def _add_gears(figure: go.Figure, changes: Sequence[ReversalResult], gears: list[int]) -> None:
-    """Add when which gear is in its backlash, and which flank it reaches."""
-    rows = {joint: number for number, joint in enumerate(gears)}
-    figure.add_scatter(
-        x=[time for c in changes for time in (c.begins_s, c.ends_s, None)],
-        y=[rows[c.joint] for c in changes for _ in range(3)],
-        mode="lines",
-        name="gear in its backlash",
-        line={"color": QUIET, "width": 6},
-        hoverinfo="skip",
-        row=2,
-        col=1,
-    )
+def _gears(changes: Sequence[ReversalResult], gears: list[int]) -> list[Keys]:
+    """Return when which gear is in its backlash, and which flank it reaches."""
+    heights = {joint: number for number, joint in enumerate(gears)}
+    in_backlash = {
+        "x": [time for c in changes for time in (c.begins_s, c.ends_s, None)],
+        "y": [heights[c.joint] for c in changes for _ in range(3)],
+        "mode": "lines",
+        "name": "gear in its backlash",
+        "line": {"color": QUIET, "width": 6},
+        "hoverinfo": "skip",
+        **row(2),
+    }
+    traces: list[Keys] = [in_backlash]
     for side, symbol, color in ((1, "triangle-up", BEFORE), (-1, "triangle-down", AFTER)):
         own = [c for c in changes if c.after == side]
-        figure.add_scatter(
-            x=[c.ends_s for c in own],
-            y=[rows[c.joint] for c in own],
-            mode="markers",
-            name=f"reaches its {'upper' if side > 0 else 'lower'} flank",
-            marker={"symbol": symbol, "color": color, "size": 7},
-            text=[_hint(c) for c in own],
-            hoverinfo="text",
-            row=2,
-            col=1,
-        )
-    figure.update_yaxes(
-        tickvals=list(rows.values()),
-        ticktext=[f"joint {joint}" for joint in gears],
-        range=[-0.7, len(gears) - 0.3],
-        zeroline=False,
-        row=2,
-        col=1,
-    )
+        reached = {
+            "x": [c.ends_s for c in own],
+            "y": [heights[c.joint] for c in own],
+            "mode": "markers",
+            "name": f"reaches its {'upper' if side > 0 else 'lower'} flank",
+            "marker": {"symbol": symbol, "color": color, "size": 7},
+            "text": [_hint(c) for c in own],
+            "hoverinfo": "text",
+            **row(2),
+        }
+        traces.append(reached)
+    return traces
+
+
+def _gear_axis(gears: list[int]) -> Keys:
+    return {
+        "tickvals": list(range(len(gears))),
+        "ticktext": [f"joint {joint}" for joint in gears],
+        "range": [-0.7, len(gears) - 0.3],
+        "zeroline": False,
+    }
 
 
 def _hint(change: ReversalResult) -> str:
@@ -164,23 +176,25 @@ def components(run: StoredRobot) -> go.Figure:
 def wrench(run: StoredRobot) -> go.Figure:
     """Force and moment on the tool over time."""
     moments = bool(np.any(run.wrench.wrench[..., 3:]))
-    figure = make_subplots(rows=1 + moments, cols=1, shared_xaxes=True, vertical_spacing=0.08)
-    for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True)):
-        for row, letter in enumerate("fm"[: 1 + moments]):
-            points = curve(run.wrench.time, run.wrench.wrench[0, :, k + 3 * row])
-            line = {"color": color, "width": 1.5, "dash": ("solid", "dot")[row]}
-            name = f"{letter}{axis}"
-            figure.add_scatter(**points, name=name, mode="lines", line=line, row=row + 1, col=1)
-    figure.update_yaxes(title="force [N]", row=1, col=1)
-    if moments:
-        figure.update_yaxes(title="moment [N m]", row=2, col=1)
-    figure.update_xaxes(title="time [s]", row=1 + moments, col=1)
-    return style(figure, 300 + 180 * moments)
+    kinds = (("f", "force [N]", "solid"), ("m", "moment [N m]", "dot"))[: 1 + moments]
+    traces = [
+        {
+            **curve(run.wrench.time, run.wrench.wrench[0, :, k + 3 * number]),
+            "name": f"{letter}{axis}",
+            "mode": "lines",
+            "line": {"color": color, "width": 1.5, "dash": dash},
+            **row(number + 1),
+        }
+        for k, (axis, color) in enumerate(zip("xyz", (AFTER, GREEN, BEFORE), strict=True))
+        for number, (letter, _, dash) in enumerate(kinds)
+    ]
+    axes = rows([1.0] * len(kinds), 0.08, [{"title": title} for _, title, _ in kinds])
+    return drawn(traces, 300 + 180 * moments, **axes)
 
 
 def convergence(run: StoredRobot) -> go.Figure:
     """Path change of every process evaluation and deviation of every iteration, logarithmic."""
-    figure = go.Figure()
+    traces: list[Keys] = []
     count = 0
     ends: list[tuple[int, float]] = []
     for entry in run.figures.iterations:
@@ -189,25 +203,25 @@ def convergence(run: StoredRobot) -> go.Figure:
             ("max", [own.path_change_max_m for own in entry.evaluations], "solid"),
             ("rms", [own.path_change_rms_m for own in entry.evaluations], "dot"),
         ):
-            figure.add_scatter(
-                x=numbers,
-                y=[max(UM * change, FLOOR_UM) for change in changes],
-                mode="lines+markers",
-                name=f"path change, {name}",
-                legendgroup=f"path_change_{name}_m",
-                showlegend=count == 0,
-                line={"color": DESIRED, "dash": dash, "width": 1.5},
-            )
+            change = {
+                "x": numbers,
+                "y": [max(UM * change, FLOOR_UM) for change in changes],
+                "mode": "lines+markers",
+                "name": f"path change, {name}",
+                "legendgroup": f"path_change_{name}_m",
+                "showlegend": count == 0,
+                "line": {"color": DESIRED, "dash": dash, "width": 1.5},
+            }
+            traces.append(change)
         count += len(numbers)
         ends.append((count, UM * entry.deviation_m.maximum))
-    figure.add_scatter(
-        x=[number for number, _ in ends],
-        y=[max(value, FLOOR_UM) for _, value in ends],
-        mode="lines+markers",
-        name="deviation from the desired path, max",
-        line={"color": AFTER, "width": 3},
-        marker={"size": 10},
-    )
-    figure.update_xaxes(title="evaluation of the process", dtick=max(count // 12, 1))
-    figure.update_yaxes(log_axis(title="[um]"))
-    return style(figure, 300)
+    corrections = {
+        "x": [number for number, _ in ends],
+        "y": [max(value, FLOOR_UM) for _, value in ends],
+        "mode": "lines+markers",
+        "name": "deviation from the desired path, max",
+        "line": {"color": AFTER, "width": 3},
+        "marker": {"size": 10},
+    }
+    across = {"title": "evaluation of the process", "dtick": max(count // 12, 1)}
+    return drawn([*traces, corrections], 300, xaxis=across, yaxis=log_axis(title="[um]"))

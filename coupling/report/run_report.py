@@ -25,7 +25,7 @@ from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import shares_of
-from coupling.report.style import DrawnLine, over_time
+from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
@@ -195,9 +195,9 @@ def gap_figure(cell: StoredRun) -> go.Figure:
     time = cell.first.desired.time
     stages = zip(cell.figures.stages, (BEFORE, AFTER), cell.gap.T, strict=False)
     lines = [DrawnLine(name, color, time, 1e3 * values, 2.0) for name, color, values in stages]
-    figure = over_time(lines, "gap [mm]", 320)
     commanded = 1e3 * cell.figures.pinch_gap_m.commanded
-    return figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    level = rule("y", commanded, color=DESIRED, dash="dash", width=1)
+    return over_time(lines, "gap [mm]", 320, shapes=[level])
 
 
 def _page(figures_: RunResult, sections: list[Section], case: str) -> str:

@@ -14,7 +14,7 @@ from coupling.files.atomic_file import write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM, style
+from coupling.report.style import UM, Keys, drawn, rule, style
 from coupling.results.study_result import StudyResult
 from coupling.study.folder import REPORT, RUN
 from coupling.study.robot_pool import PARTS
@@ -73,63 +73,67 @@ def study_summary(figures: StudyResult) -> list[Section]:
 
 def bands(study: StoredStudy) -> go.Figure:
     """Quantiles of the deviation along the path."""
-    figure, time, share = go.Figure(), study.time, study.figures.coverage
+    time, share = study.time, study.figures.coverage
     low, median, high, everywhere = (
         UM * study.band[name] for name in ("low", "median", "high", "everywhere")
     )
-    figure.add_scatter(x=time, y=low, line={"width": 0}, showlegend=False, hoverinfo="skip")
-    figure.add_scatter(
-        x=time,
-        y=high,
-        fill="tonexty",
-        fillcolor=_BAND,
-        line={"width": 0},
-        name=f"{100 * share:g} % of robots, at each place",
-    )
-    figure.add_scatter(x=time, y=median, name="median", line={"color": AFTER})
-    figure.add_scatter(
-        x=time,
-        y=everywhere,
-        name=f"{100 * share:g} % of robots stay below, everywhere at once",
-        line={"color": BEFORE, "dash": "dot", "width": 1.5},
-    )
-    figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title="distance [um]", rangemode="tozero")
-    return style(figure, 440)
+    band = {
+        "fill": "tonexty",
+        "fillcolor": _BAND,
+        "line": {"width": 0},
+        "name": f"{100 * share:g} % of robots, at each place",
+    }
+    together = {
+        "name": f"{100 * share:g} % of robots stay below, everywhere at once",
+        "line": {"color": BEFORE, "dash": "dot", "width": 1.5},
+    }
+    traces: list[Keys] = [
+        {"x": time, "y": low, "line": {"width": 0}, "showlegend": False, "hoverinfo": "skip"},
+        {"x": time, "y": high, **band},
+        {"x": time, "y": median, "name": "median", "line": {"color": AFTER}},
+        {"x": time, "y": everywhere, **together},
+    ]
+    up = {"title": "distance [um]", "rangemode": "tozero"}
+    return drawn(traces, 440, xaxis={"title": "time [s]"}, yaxis=up)
 
 
 def distribution(study: StoredStudy) -> go.Figure:
     """Share of robots whose largest deviation stays below a limit."""
-    figure = go.Figure()
+    traces = []
     for name, words, color in (("maximum", "max", AFTER), ("rms", "rms", DESIRED)):
         values = np.sort(UM * study.measures[name])
         shares = np.arange(1, len(values) + 1) / (len(values) + 1)
         line = {"color": color, "shape": "hv"}
-        figure.add_scatter(x=values, y=100.0 * shares, name=words, line=line)
-    share = study.figures.coverage
-    figure.add_hline(y=100.0 * share, line={"color": DESIRED, "dash": "dash", "width": 1})
-    figure.update_xaxes(title="deviation [um]", rangemode="tozero")
-    figure.update_yaxes(title="robots below [%]", range=[0, 100])
-    return style(figure)
+        traces.append({"x": values, "y": 100.0 * shares, "name": words, "line": line})
+    level = rule("y", 100.0 * study.figures.coverage, color=DESIRED, dash="dash", width=1)
+    across = {"title": "deviation [um]", "rangemode": "tozero"}
+    up = {"title": "robots below [%]", "range": [0, 100]}
+    return drawn(traces, xaxis=across, yaxis=up, shapes=[level])
 
 
 def influence(study: StoredStudy) -> go.Figure:
     """Share of each parameter in the variance of the deviation."""
-    figure = go.Figure()
     entries = study.figures.ordered[::-1]
-    for name, words, color in (("rms", "rms", DESIRED), ("maximum", "max", AFTER)):
-        figure.add_bar(
-            y=[entry.name for entry, _ in entries],
-            x=[100.0 * shares[name].share for _, shares in entries],
-            orientation="h",
-            name=words,
-            marker={"color": color},
-        )
-    figure.update_xaxes(title="share of the variance [%]", range=[0, 100])
-    figure.update_layout(legend_traceorder="reversed", barmode="group")
-    style(figure, 170 + 46 * len(entries)).update_layout(margin_l=10)
-    figure.update_yaxes(automargin=True)
-    return figure
+    traces = [
+        {
+            "type": "bar",
+            "y": [entry.name for entry, _ in entries],
+            "x": [100.0 * shares[name].share for _, shares in entries],
+            "orientation": "h",
+            "name": words,
+            "marker": {"color": color},
+        }
+        for name, words, color in (("rms", "rms", DESIRED), ("maximum", "max", AFTER))
+    ]
+    return drawn(
+        traces,
+        170 + 46 * len(entries),
+        margin={"l": 10},
+        xaxis={"title": "share of the variance [%]", "range": [0, 100]},
+        yaxis={},
+        legend={"traceorder": "reversed"},
+        barmode="group",
+    )
 
 
 def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:

@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, QUIET
-from coupling.report.style import FLOOR_UM, UM, decades, style
+from coupling.report.style import FLOOR_UM, UM, Keys, decades, drawn
 from coupling.report.thinning import extremes
 from coupling.results.run_result import RobotResult
 
@@ -79,7 +79,7 @@ def from_above(views: Sequence[PathView]) -> tuple[go.Figure, ...]:
 
 def _coloured(view: PathView, values: np.ndarray, scale: tuple[float, float]) -> go.Figure:
     """Draw one path from above, coloured by the decimal logarithms of its deviation in um."""
-    figure = go.Figure()
+    traces: list[Keys] = []
     rows = rows_in_space(view.desired.time, values)
     x, y, _ = view.in_part.T
     # A piece between two rows is as bad as its worse end; the worst are drawn last, and so on top.
@@ -93,21 +93,28 @@ def _coloured(view: PathView, values: np.ndarray, scale: tuple[float, float]) ->
             np.concatenate([_with_end(v[rows], run, gap) for run in np.split(own, begin)])
             for v in (x, y)
         )
-        figure.add_scatter(
-            x=across,
-            y=up,
-            mode="lines",
-            showlegend=False,
-            name=f"{10.0 ** ends[k]:.2g} to {10.0 ** ends[k + 1]:.2g} um",
-            line={"color": _colour((k + 0.5) / _COLOURS), "width": 2.5},
-            hovertemplate="x %{x:.1f} mm, y %{y:.1f} mm",
-        )
-    figure.add_scatter(
-        x=[None],
-        y=[None],
-        mode="markers",
-        showlegend=False,
-        marker={
+        piece = {
+            "x": across,
+            "y": up,
+            "mode": "lines",
+            "showlegend": False,
+            "name": f"{10.0 ** ends[k]:.2g} to {10.0 ** ends[k + 1]:.2g} um",
+            "line": {"color": _colour((k + 0.5) / _COLOURS), "width": 2.5},
+            "hovertemplate": "x %{x:.1f} mm, y %{y:.1f} mm",
+        }
+        traces.append(piece)
+    labels = ("x in the part [mm]", "y in the part [mm]")
+    return _as_drawn(traces, view.title, labels, (x, y), scale)
+
+
+def _bar(scale: tuple[float, float], height: float) -> Keys:
+    """Return the bar of colours below a view of a height [px]."""
+    return {
+        "x": [None],
+        "y": [None],
+        "mode": "markers",
+        "showlegend": False,
+        "marker": {
             "color": [scale[0]],
             "cmin": scale[0],
             "cmax": scale[1],
@@ -118,12 +125,12 @@ def _coloured(view: PathView, values: np.ndarray, scale: tuple[float, float]) ->
                 "orientation": "h",
                 "thickness": 12,
                 "len": 1.0,
+                "y": -56.0 / height,
                 "yanchor": "top",
                 **decades(*scale),
             },
         },
-    )
-    return _as_drawn(figure, view.title, ("x in the part [mm]", "y in the part [mm]"), (x, y), _BAR)
+    }
 
 
 def _with_end(values: np.ndarray, pieces: np.ndarray, gap: float) -> np.ndarray:
@@ -138,13 +145,13 @@ def _colour(part: float) -> str:
 
 
 def _as_drawn(
-    figure: go.Figure,
+    traces: list[Keys],
     title: str,
     labels: tuple[str, str],
     points: tuple[np.ndarray, np.ndarray],
-    below: int = 0,
+    colours: tuple[float, float] | None = None,
 ) -> go.Figure:
-    """Give both axes of a view one scale, a title, and a height that suits; `below` is left free [px].
+    """Return a view with one scale on both axes, a title, a height that suits, and a bar of `colours`.
 
     What is narrower than a part of the other extent gets that much.
     """
@@ -154,14 +161,19 @@ def _as_drawn(
     middle = [0.5 * (v.min() + v.max()) for v in points]
     ends = [[m - 0.5 * s, m + 0.5 * s] for m, s in zip(middle, spans, strict=True)]
     height = min(_WIDTH * spans[1] / spans[0], _HIGHEST)
-    figure.update_xaxes(title=labels[0], range=ends[0], constrain="domain", zeroline=False)
-    figure.update_yaxes(
-        title=labels[1], range=ends[1], scaleanchor="x", constrain="domain", zeroline=False
+    x, y = (
+        {"title": label, "range": own, "constrain": "domain", "zeroline": False}
+        for label, own in zip(labels, ends, strict=True)
     )
-    if below:
-        figure.update_traces(marker_colorbar_y=-56.0 / height, selector={"mode": "markers"})
-    figure.update_layout(title={"text": title, "font": {"size": 14}, "x": 0.5, "y": 0.985})
-    return style(figure, int(height) + 74 + below).update_layout(margin_b=46 + below)
+    bars, below = ([], 0) if colours is None else ([_bar(colours, height)], _BAR)
+    return drawn(
+        [*traces, *bars],
+        int(height) + 74 + below,
+        margin={"b": 46 + below},
+        xaxis=x,
+        yaxis={**y, "scaleanchor": "x"},
+        title={"text": title, "font": {"size": 14}, "x": 0.5, "y": 0.985},
+    )
 
 
 def robot_views(
@@ -196,29 +208,30 @@ def _seen(
     tools: Sequence[np.ndarray],
 ) -> go.Figure:
     """Draw what is seen along two axes, (2, 3)."""
-    figure = go.Figure()
+    traces: list[Keys] = []
     points = []
     for name, chain, tool, color in zip(names, chains, tools, (DESIRED, QUIET), strict=False):
         links, path = axes @ chain.T, axes @ tool.T
         points += [links, path]
         words = "robot" if len(names) == 1 else f"{name} robot"
-        figure.add_scatter(
-            x=links[0],
-            y=links[1],
-            mode="lines+markers",
-            name=words,
-            line={"color": color, "width": 7},
-            marker={"color": AFTER, "size": 10, "line": {"width": 0}},
-            text=["base", *(f"joint {k + 1}" for k in range(len(chain) - 2)), "TCP"],
-            hovertemplate="%{text}<extra></extra>",
-        )
-        figure.add_scatter(
-            x=path[0],
-            y=path[1],
-            mode="lines",
-            name="desired path" if len(names) == 1 else f"desired path of its tool, {name}",
-            line={"color": BEFORE, "width": 1.5},
-            hoverinfo="skip",
-        )
+        robot = {
+            "x": links[0],
+            "y": links[1],
+            "mode": "lines+markers",
+            "name": words,
+            "line": {"color": color, "width": 7},
+            "marker": {"color": AFTER, "size": 10, "line": {"width": 0}},
+            "text": ["base", *(f"joint {k + 1}" for k in range(len(chain) - 2)), "TCP"],
+            "hovertemplate": "%{text}<extra></extra>",
+        }
+        desired = {
+            "x": path[0],
+            "y": path[1],
+            "mode": "lines",
+            "name": "desired path" if len(names) == 1 else f"desired path of its tool, {name}",
+            "line": {"color": BEFORE, "width": 1.5},
+            "hoverinfo": "skip",
+        }
+        traces += [robot, desired]
     x, y = np.hstack(points)
-    return _as_drawn(figure, title, labels, (x, y))
+    return _as_drawn(traces, title, labels, (x, y))

@@ -10,7 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from coupling.path.workpiece import Workpiece
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.style import style
+from coupling.report.style import Keys, drawn
 
 _MM = 1e3
 # Points of a cut.
@@ -19,20 +19,14 @@ _SAMPLES = 400
 
 def cut(workpieces: Mapping[str, Workpiece]) -> go.Figure:
     """Heights in the part's x-z plane, by what the pieces are called."""
-    figure = go.Figure()
+    traces = []
     for (name, piece), color in zip(workpieces.items(), (BEFORE, AFTER), strict=False):
         x = np.linspace(*_range(piece.points[:, 0]), _SAMPLES)
         height = LinearNDInterpolator(piece.points[:, :2], piece.points[:, 2])(x, 0.0)
-        figure.add_scatter(
-            x=_MM * x,
-            y=_MM * height,
-            name=name,
-            showlegend=True,
-            line={"color": color},
-        )
-    figure.update_xaxes(title="x in the part [mm]")
-    figure.update_yaxes(title="z [mm]")
-    return style(figure, 320)
+        line = {"color": color}
+        trace = {"x": _MM * x, "y": _MM * height, "name": name, "showlegend": True, "line": line}
+        traces.append(trace)
+    return drawn(traces, 320, xaxis={"title": "x in the part [mm]"}, yaxis={"title": "z [mm]"})
 
 
 def fields(workpieces: Mapping[str, Workpiece]) -> tuple[go.Figure, ...]:
@@ -48,9 +42,10 @@ def fields(workpieces: Mapping[str, Workpiece]) -> tuple[go.Figure, ...]:
 
 def _shaped(name: str, piece: Workpiece, limits: Mapping[str, tuple[float, float]]) -> go.Figure:
     """Draw one workpiece, coloured by one of its fields."""
-    figure = go.Figure()
-    for number, (label, ends) in enumerate(limits.items()):
-        figure.add_trace(_surface(piece, label, ends, visible=number == 0))
+    traces = [
+        _surface(piece, label, ends, visible=number == 0)
+        for number, (label, ends) in enumerate(limits.items())
+    ]
     buttons = [
         {
             "label": _as_drawn(label)[0],
@@ -59,19 +54,20 @@ def _shaped(name: str, piece: Workpiece, limits: Mapping[str, tuple[float, float
         }
         for label in limits
     ]
-    figure.update_layout(
+    scene = {
+        "aspectmode": "manual",
+        "aspectratio": {"x": 1.0, "y": 1.0, "z": 0.35},
+        "camera": {"eye": {"x": 1.2, "y": -1.2, "z": 1.1}},
+        **{f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"},
+    }
+    return drawn(
+        traces,
+        460,
+        margin={"l": 10, "r": 10, "b": 70},
         title={"text": name, "font": {"size": 14}, "x": 0.5, "y": 0.985},
         updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.0}],
+        scene=scene,
     )
-    figure.update_scenes(
-        aspectmode="manual",
-        aspectratio={"x": 1.0, "y": 1.0, "z": 0.35},
-        camera_eye={"x": 1.2, "y": -1.2, "z": 1.1},
-        xaxis_title="x [mm]",
-        yaxis_title="y [mm]",
-        zaxis_title="z [mm]",
-    )
-    return style(figure, 460).update_layout(margin={"l": 10, "r": 10, "b": 70})
 
 
 def _values(piece: Workpiece, label: str) -> np.ndarray:
@@ -86,7 +82,7 @@ def _as_drawn(label: str) -> tuple[str, float]:
     return (f"{name} [mm]", _MM) if unit == "m]" else (label, 1.0)
 
 
-def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible: bool) -> go.Mesh3d:
+def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible: bool) -> Keys:
     """Return the surface in triangles, coloured by a field of its points or cells."""
     x, y, z = np.round(_MM * piece.points.T, 3)
     triangles = _triangles(piece.cells)
@@ -95,28 +91,29 @@ def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible:
     if of_cells:
         values = np.tile(values, len(triangles) // len(values))
     title, scale = _as_drawn(label)
-    return go.Mesh3d(
-        x=x,
-        y=y,
-        z=z,
-        i=triangles[:, 0],
-        j=triangles[:, 1],
-        k=triangles[:, 2],
-        intensity=_as_seen(scale * values, scale * (limits[1] - limits[0])),
-        cmin=scale * limits[0],
-        cmax=scale * limits[1],
-        intensitymode="cell" if of_cells else "vertex",
-        colorscale="Viridis",
-        colorbar={
+    return {
+        "type": "mesh3d",
+        "x": x,
+        "y": y,
+        "z": z,
+        "i": triangles[:, 0],
+        "j": triangles[:, 1],
+        "k": triangles[:, 2],
+        "intensity": _as_seen(scale * values, scale * (limits[1] - limits[0])),
+        "cmin": scale * limits[0],
+        "cmax": scale * limits[1],
+        "intensitymode": "cell" if of_cells else "vertex",
+        "colorscale": "Viridis",
+        "colorbar": {
             "title": {"text": title, "side": "bottom"},
             "orientation": "h",
             "thickness": 12,
             "y": -0.02,
             "yanchor": "top",
         },
-        visible=visible,
-        flatshading=False,
-    )
+        "visible": visible,
+        "flatshading": False,
+    }
 
 
 def _as_seen(values: np.ndarray, span: float) -> np.ndarray:

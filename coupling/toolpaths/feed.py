@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import BPoly
 
 from coupling.errors import CaseError
@@ -54,6 +53,8 @@ def headings_along(path: ToolPath) -> np.ndarray:
     Raises:
         CaseError: If the tool never moves across its axis.
     """
+    from scipy.integrate import cumulative_trapezoid
+
     time = path.time
     velocity = path.rotations[0].inv().apply(InterpolatedPath(path).position(time, 1))
     speed = np.hypot(velocity[:, 1], velocity[:, 2])

@@ -59,6 +59,14 @@ def test_help_says_every_word_of_its_source(name):
         assert " ".join(told.help.split()) in shown
 
 
+def test_help_may_be_asked_for_again(command):
+    """The commands are made once in a process, and what help makes of their words does not stay."""
+    for arguments in (["study", "--help"], ["--help"]):
+        first, again = (command(*arguments).stdout for _ in range(2))
+        assert first == again
+        assert "[study]" in first or arguments == ["--help"]
+
+
 def test_help_names_what_there_is():
     """What a command says of the model is written twice: help does not load the model."""
     told = {name: {own.name: own for own in COMMANDS[name].params} for name in COMMANDS}

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+from scipy.linalg.lapack import dposv
 
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
@@ -35,7 +36,13 @@ def with_hysteresis(robot: Robot, torques: tuple[float, ...]) -> Robot:
 
 
 def replayed(
-    robot: Robot, curve: str, command: JointPath, wrench, deflection: np.ndarray, step: float
+    robot: Robot,
+    curve: str,
+    command: JointPath,
+    wrench,
+    deflection: np.ndarray,
+    step: float,
+    end: float = np.inf,
 ) -> tuple[ToolPath, np.ndarray]:
     """Return the tool's path and deflections (k, m) under a command, from a deflection at rest.
 
@@ -47,6 +54,7 @@ def replayed(
         wrench: Function from times to wrenches (k, 6).
         deflection: Elastic coordinates at the first time [rad], (m,).
         step: Length of a step [s].
+        end: Last time, where the command does not end before [s].
     """
     chain = build_chain(robot)
     model, data, rows = chain.model, chain.model.createData(), chain.elastic
@@ -63,7 +71,7 @@ def replayed(
     stiff = np.array([torque / angle for _, torque, angle in own])
     sums = np.zeros((len(damping), len(own)))
     sums[of, np.arange(len(own))] = stiff
-    first, last = float(command.time[0]), float(command.time[-1])
+    first, last = float(command.time[0]), min(float(command.time[-1]), end)
     count = round((last - first) / step)
     times = first + step / 2.0 * np.arange(2 * count + 1)
     times[-1] = min(times[-1], last)
@@ -84,7 +92,9 @@ def replayed(
             need = need - loads[j] @ tcp_jacobian(chain, data, theta)
         stretched = np.minimum(np.maximum(s + x[of] - before[of], -a), a)
         pull = need[rows] + law.torque(x) + damping * (v - rates[j, rows]) + sums @ stretched
-        return -np.linalg.solve(pin.crba(model, data, theta)[block], pull)
+        _, found, failed = dposv(pin.crba(model, data, theta)[block], -pull)
+        assert not failed
+        return found
 
     x = deflection
     y, v, s = drives[0, rows] + x, rates[0, rows].copy(), np.clip(x[of], -a, a)

@@ -55,7 +55,7 @@ def wanted(robot):
     return DesiredMotion(path, rigid, WrenchHistory(time, loads))
 
 
-def run(robot, curve, wanted, command, theta, step=5e-4):
+def run(robot, curve, wanted, command, theta, step=5e-4, end=END):
     """Path and deflections of the robot from rest in the pose of links theta, (angles,)."""
     chain = MovingRobot(robot, curve).model.chain
     rest = (theta - chain.theta(command.q[0][0]))[chain.elastic]
@@ -63,7 +63,7 @@ def run(robot, curve, wanted, command, theta, step=5e-4):
     def wrench(time):
         return wanted.wrench.at(np.minimum(time, END))[0]
 
-    return replayed(robot, curve, command, wrench, rest, step)
+    return replayed(robot, curve, command, wrench, rest, step, end)
 
 
 def missed(robot, curve, wanted, command, links: LinkMotion):
@@ -109,10 +109,11 @@ def test_the_tool_answers_a_change_of_the_command_as_gears_that_stick_and_slip_l
     turned[begin, joint] += change
     other = joint_path(replace(inverse.command, coefficients=turned))
     first = theta.at(np.zeros(1))[0]
-    (path, x), (pushed, _) = (
-        run(robot, "backlash", wanted, own, first, 2.5e-4) for own in (command, other)
-    )
     here = slice(16 * (begin - 5), 16 * (begin + 20) + 1, 16)
+    (path, x), (pushed, _) = (
+        run(robot, "backlash", wanted, own, first, 2.5e-4, 2.5e-4 * (here.stop - 1))
+        for own in (command, other)
+    )
     seen = (pushed.position[0][here] - path.position[0][here]) / change
 
     def told(elements):
