@@ -74,14 +74,14 @@ def error(motion, steps, **options):
 
 def order():
     """At 64 steps a second 1.2 um; the order is the fourth."""
-    errors = [error(swing, (1.0 / rate,) * (rate // 2)) for rate in (64, 128)]
+    errors = [error(swing, (1.0 / rate,) * (rate // 4)) for rate in (64, 128)]
     assert errors[0] < 2e-6, errors
     assert np.log2(errors[0] / errors[1]) > 3.7, errors
 
 
 def uneven():
     """Steps of 4 to 16 ms in any order."""
-    steps = np.array([3, 1, 4, 2, 2, 4, 1, 3, 3, 4, 4, 1, 1, 2] * 3) / 256
+    steps = np.array([3, 1, 4, 2, 2, 4, 1, 3, 3, 4, 4, 1, 1, 2] * 2) / 256
     assert error(swing, tuple(steps)) < 2e-6
 
 
