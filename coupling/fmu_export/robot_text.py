@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import cache
 
 import numpy as np
 import pinocchio as pin
@@ -94,6 +95,7 @@ def _require(number: int, key: str, what: str, most: int, got: int) -> None:
         )
 
 
+@cache
 def _balancer_line(table: Table) -> str:
     """Points with the slopes of their curve, whose cubics are those through value and slope."""
     points = np.array(table)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,8 +11,10 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
+from coupling.errors import SimulationError
+from coupling.identification.motion.derivatives import GearSlopes, derivatives, jacobian
 from coupling.identification.motion.normal_blocks import NormalBlocks
-from coupling.identification.motion.problem import MotionProblem
+from coupling.identification.motion.problem import MotionProblem, Predicted
 from coupling.identification.motion.sensors import SensorParameter
 
 # Steps of a fit at most, and of one that only looks where it leads.
@@ -20,6 +24,8 @@ _SETTLED, _CONVERGED = 1e-4, 1e-2
 # A step that gains less than this part of the predicted gain is shortened: its damping, in parts of the
 # columns' squares, where it is first needed, and the factor by which it grows.
 _GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
+# Derivatives are simulated again after a step that gains less than this part of the predicted gain.
+_TRUSTED = 0.5
 # Damping of directions that are not observable, in the same parts.
 _UNOBSERVABLE = 1e-9
 # An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
@@ -48,19 +54,22 @@ class MotionFit:
         problem: The problem with the last weights.
         x: Values as the fit counts, parts of usual sizes [1], (P,).
         converged: Whether another step would make what was measured hardly likelier.
+        slopes: Derivatives of the gears' motion there; nearby, unless they are exact.
     """
 
     problem: MotionProblem
     x: np.ndarray
     converged: bool
+    slopes: GearSlopes
 
     @cached_property
     def blocks(self) -> NormalBlocks:
         """Its normal equations, block by block."""
         problem, x = self.problem, self.x
-        residual, jacobian = problem.residual(x), problem.jacobian(x)
+        slopes = self.slopes if self.slopes.exact else GearSlopes.of(problem, x)
+        residual = np.vstack(problem.residuals_of(problem.loaded)).ravel()
         rows = [len(moved.recording.time) for moved in problem.moved]
-        blocks = NormalBlocks.of(jacobian, residual, rows, len(residual) // sum(rows))
+        blocks = NormalBlocks.of(jacobian(problem, x, slopes), residual, rows, problem.channels)
         away = problem.start - x
         return replace(blocks, prior=problem.prior, away=away, correlated=problem.correlated)
 
@@ -68,35 +77,59 @@ class MotionFit:
 def fitted(
     problem: MotionProblem,
     x: np.ndarray | None = None,
+    near: GearSlopes | None = None,
     steps: int = _STEPS,
     settled: float = _SETTLED,
 ) -> MotionFit:
-    """Return the fit of a problem's parameters, from given values [1], (P,), or those of the start.
+    """Return the fit of a problem's parameters.
 
     Gauss-Newton between the bounds, damped where a step gains less than predicted (Marquardt).
-    Weights of channels, the state of friction and loops are those of the last step.
+    Weights of channels, the state of friction and loops are those of the last step.  Derivatives of the
+    gears' motion are kept up by steps that gain as predicted, and simulated where they do not or end.
+
+    Args:
+        problem: The problem.
+        x: Values to begin with [1], (P,); None: those of the start.
+        near: Derivatives of the gears' motion near them; None: they are simulated.
+        steps: Steps at most.
+        settled: Predicted gain of log likelihood below which it ends.
     """
     lowest, highest = problem.bounds
     x = np.clip(_with_beside(problem, problem.start) if x is None else x, lowest, highest)
     problem, damping, predicted = reweighed(problem, x), 0.0, 0.0
-    rows = _turned(problem, x) if len(x) else None
-    for _ in range(steps):
-        if rows is None:
-            break
+    slopes = GearSlopes.of(problem, x, near)
+    moving = np.array([p.moves_gears for p in problem.parameters], dtype=bool)
+    rows = _turned(problem, x, slopes) if len(x) else None
+    while rows is not None:
         matrix, rest, before = rows
         step, gain = _step(matrix, rest, lowest - x, highest - x, damping)
         predicted = predicted if damping else gain
-        if gain < settled * problem.correlated:
+        settles = gain < settled * problem.correlated
+        if (settles and slopes.exact) or not steps:
             break
-        there = _with_prior(problem, x + step)
-        if before - 0.5 * there @ there > _GAINS * gain:
+        gained, there = -np.inf, problem.loaded
+        if not settles:
+            steps -= 1
+            with suppress(SimulationError):  # a step that leads too far for the solver
+                there = problem.predictions(x + step)
+                gained = before - _squares(problem, x + step, there)
+        if gained > _GAINS * gain:
+            earlier, now = ([one.gears.rows for one in own] for own in (problem.loaded, there))
+            effect = np.linalg.norm(matrix[:, moving], axis=0)
+            slopes = slopes.changed(step[moving], effect, earlier, now)
             x = x + step
             damping = damping / _GROWS if damping > _DAMPING else 0.0
-            problem = reweighed(problem, x)
-            rows = _turned(problem, x)
+            problem = reweighed(problem, x, there)
+            if gained < _TRUSTED * gain:
+                slopes = GearSlopes.of(problem, x)
+        elif not slopes.exact:
+            slopes = GearSlopes.of(problem, x)
         else:
             damping = max(_GROWS * damping, _DAMPING)
-    return MotionFit(problem, x, predicted < _CONVERGED * problem.correlated)
+            continue
+        rows = _turned(problem, x, slopes)
+    converged = slopes.exact and predicted < _CONVERGED * problem.correlated
+    return MotionFit(problem, x, converged, slopes)
 
 
 def _step(
@@ -115,34 +148,37 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
     own = np.array([isinstance(p, SensorParameter) for p in problem.parameters], dtype=bool)
     if not own.any():
         return x
-    matrix, rest, _ = _turned(reweighed(problem, x).only(own), x[own])
+    beside = reweighed(problem.only(own), x[own])
+    matrix, rest, _ = _turned(beside, x[own], GearSlopes.of(beside, x[own]))
     found = x.copy()
     found[own] -= solve_triangular(matrix, rest)
     return np.clip(found, *problem.bounds)
 
 
-def looked(problem: MotionProblem, x: np.ndarray | None = None) -> MotionFit:
-    """Return the first steps of a fit, from given values [1], (P,), or those of the start."""
-    return fitted(problem, x, _LOOKS, _CONVERGED)
+def looked(
+    problem: MotionProblem, x: np.ndarray | None = None, near: GearSlopes | None = None
+) -> MotionFit:
+    """Return the first steps of a fit, with the arguments of `fitted`."""
+    return fitted(problem, x, near, _LOOKS, _CONVERGED)
 
 
-def likeliest(problem: MotionProblem, x: np.ndarray) -> MotionFit:
-    """Return the likeliest of the fits from values x [1], (P,), and from each gear stiffer in turn.
+def likeliest(problem: MotionProblem, first: MotionFit) -> MotionFit:
+    """Return the likeliest of the fits from where a first one led, and from each gear stiffer in turn.
 
     An arm of another stiffness swings out of phase with what was measured, so that the squares have
     several minima, and least squares find the nearest.  Behind a stiff gear it hardly swings: from there
     they go down to the first.
     """
-    found = looked(problem, x)
+    found = looked(problem, first.x, first.slopes)
     least = unlikely(problem, found.x)
     for k in np.flatnonzero([p.inverse for p in problem.parameters]):
         stiff = found.x.copy()
         stiff[k] *= _STIFF
-        other = looked(problem, stiff)
+        other = looked(problem, stiff, found.slopes)
         likely = unlikely(problem, other.x)
         if likely < least:
             found, least = other, likely
-    return fitted(problem, found.x)
+    return fitted(problem, found.x, found.slopes)
 
 
 def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
@@ -162,9 +198,9 @@ def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
         values = dict(zip((p.name for p in fit.problem.parameters), fit.x.tolist(), strict=True))
         none = np.array([values.get(p.name, 0.0) for p in wider.parameters])
         own = np.array([p.name not in values for p in wider.parameters])
-        found = looked(wider, np.where(own, wider.start, none))
+        found = looked(wider, np.where(own, wider.start, none), fit.slopes)
         if unlikely(wider, none) - unlikely(wider, found.x) > _SUPPORTED:
-            gone, fit = tried, fitted(wider, found.x)
+            gone, fit = tried, fitted(wider, found.x, found.slopes)
     return fit
 
 
@@ -222,31 +258,46 @@ def sized(fit: MotionFit) -> MotionProblem:
     return replace(problem, parameters=tuple(replace(p, prior=own) for p, own in parameters))
 
 
-def _with_prior(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
-    """Return weighed residuals [1], (rows + P,), with what is known before beneath."""
-    return np.append(problem.residual(x), np.sqrt(problem.prior) * (x - problem.start))
+def _squares(problem: MotionProblem, x: np.ndarray, predicted: Iterable[Predicted]) -> float:
+    """Return half of all squares [1] by predictions at x [1], (P,), with what is known before."""
+    known = problem.prior @ (x - problem.start) ** 2
+    return 0.5 * float(known + sum(np.sum(own**2) for own in problem.residuals_of(predicted)))
 
 
-def _turned(problem: MotionProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def _turned(
+    problem: MotionProblem, x: np.ndarray, slopes: GearSlopes
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return derivatives, (P, P), and residual, (P,), of rows turned to P, and half of all squares [1].
 
     Products of the derivatives with each other and with the residual are all that least squares need.
     A direction that is not observable is damped, so that it stays.
     """
-    matrix = np.vstack([problem.jacobian(x), np.diag(np.sqrt(problem.prior))])
-    rest = _with_prior(problem, x)
-    products = matrix.T @ matrix
+    products, gradient = np.diag(problem.prior), problem.prior * (x - problem.start)
+    left = problem.residuals_of(problem.loaded)
+    for own in derivatives(problem, x, slopes):
+        products[np.ix_(own.numbers, own.numbers)] += own.columns @ own.columns.T
+        gradient[own.numbers] += own.columns @ left[own.recording][:, own.channel]
     size = np.sqrt(np.diag(products))
     size[size == 0.0] = 1.0
     scaled = products / np.outer(size, size) + _UNOBSERVABLE * np.eye(len(x))
     turned = cholesky(scaled) * size
-    left = solve_triangular(turned, matrix.T @ rest, trans="T")
-    return turned, left, float(0.5 * rest @ rest)
+    rest = solve_triangular(turned, gradient, trans="T")
+    return turned, rest, _squares(problem, x, problem.loaded)
 
 
-def reweighed(problem: MotionProblem, x: np.ndarray) -> MotionProblem:
-    """Return the problem with channels weighed by the rms of what is left of them at x [1], (P,)."""
-    loaded = tuple(problem.predicted(moved, x) for moved in problem.moved)
+def reweighed(
+    problem: MotionProblem, x: np.ndarray, there: Sequence[Predicted] = ()
+) -> MotionProblem:
+    """Return the problem with channels weighed by the rms of what is left of them at x [1], (P,).
+
+    Args:
+        there: Predictions at x with other friction; none: gears are simulated.
+    """
+    if there:
+        pairs = zip(problem.moved, there, strict=True)
+        loaded = tuple(problem.reloaded(moved, x, own) for moved, own in pairs)
+    else:
+        loaded = tuple(problem.predicted(moved, x) for moved in problem.moved)
     wind_up, torque = zip(*map(problem.left, problem.moved, loaded), strict=True)
     measured = np.vstack([moved.recording.torque for moved in problem.moved])
     least = _LEAST_PART * rms(measured)

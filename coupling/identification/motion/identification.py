@@ -164,12 +164,12 @@ def identify_motion(
         moved = tuple(replace(one, lines=lines) for one in moved)
         others = tuple(replace(one, lines=lines) for one in others)
         bare, problem = (replace(one, moved=moved) for one in (bare, problem))
-        fit = first = supported(problem, likeliest(bare, first.x))
+        fit = first = supported(problem, likeliest(bare, first))
         for _ in range(_MOST_ITERATIONS):
             own = identifiable(fit) & ~(_drowned(fit) & (fit.problem.prior == 0.0))
             if own.all() and fit is not first:
                 break
-            fit = fitted(sized(fit).only(own), fit.x[own])
+            fit = fitted(sized(fit).only(own), fit.x[own], fit.slopes)
         identified = narrow(fit) & ~_drowned(fit)
         identified &= returns(
             fit, identified & np.array([p.of_gear for p in fit.problem.parameters])

@@ -34,12 +34,20 @@ class GearMotion:
     """What the gears of a moved robot do, n rows of j joints.
 
     Attributes:
-        wind_up: Angles of the links less those of the drives [rad], (n, j); 0 of a rigid joint.
-        torque: Torques of the gears on their links [N m], (n, j).
+        rows: Wind-ups, then torques, (n, 2 j).
     """
 
-    wind_up: np.ndarray
-    torque: np.ndarray
+    rows: np.ndarray
+
+    @property
+    def wind_up(self) -> np.ndarray:
+        """Angles of the links less those of the drives [rad], (n, j)."""
+        return self.rows[:, : self.rows.shape[1] // 2]
+
+    @property
+    def torque(self) -> np.ndarray:
+        """Torques of the gears on their links [N m], (n, j)."""
+        return self.rows[:, self.rows.shape[1] // 2 :]
 
 
 class MovedRobot:
@@ -54,9 +62,9 @@ class MovedRobot:
 
     def __init__(self, robot: Robot) -> None:
         self._torsions = build_chain(robot).torsions
-        self._count = len(build_chain(robot).elastic_names)
         self._folder = ScratchFolder()
         self._kept: deque[tuple[str, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
+        self._motions: list[SmoothedMotion] = []
         self._worker: WorkerProcess | None = None
         file = build_fmu(robot, self._folder.path / "moved.fmu")
         try:
@@ -100,14 +108,12 @@ class MovedRobot:
             if text == own and moved is motion:
                 return gears
         self._text.write_text(own + _END + self._variables, encoding="utf-8")
-        trajectory = Path(self._folder.path, "trajectory.npz")
-        save_trajectory(trajectory, JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,)))
         joints = range(1, motion.q.shape[1] + 1)
         outputs = [f"deflection[{k + 1}]" for k in self._torsions]
         outputs += [f"gear_torque[{i}]" for i in joints]
         job = SimulationJob(
             {
-                "trajectory": str(trajectory),
+                "trajectory": str(self._trajectory(time, motion)),
                 "torque_curve": "backlash",
                 "mode": "dynamic",
                 "tcp_tolerance": _TOLERANCE,
@@ -123,6 +129,15 @@ class MovedRobot:
             rows = self._worker.receive(lambda done, total: None)
         except (FmuError, WorkerEndedError) as cause:
             raise SimulationError(f"{robot.name}: {cause}") from cause
-        gears = GearMotion(rows[:, : len(joints)], rows[:, len(joints) :])
-        self._kept.append((own, motion, gears))
-        return gears
+        self._kept.append((own, motion, GearMotion(rows)))
+        return GearMotion(rows)
+
+    def _trajectory(self, time: np.ndarray, motion: SmoothedMotion) -> Path:
+        """Return the file of a motion, written once."""
+        known = [one is motion for one in self._motions]
+        if True not in known:
+            self._motions.append(motion)
+            known.append(True)
+            path = JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,))
+            save_trajectory(self._folder.path / f"{known.index(True)}.npz", path)
+        return self._folder.path / f"{known.index(True)}.npz"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.signal import correlate
@@ -104,20 +105,28 @@ class NormalBlocks:
             self.correlated,
         )
 
-    @property
-    def _whole(self) -> tuple[np.ndarray, np.ndarray]:
-        matrix = self.matrices.sum(axis=0) + np.diag(self.prior)
-        return matrix, self.vectors.sum(axis=0) + self.prior * self.away
+    @cached_property
+    def _matrix(self) -> np.ndarray:
+        return self.matrices.sum(axis=0) + np.diag(self.prior)
 
-    @property
+    @cached_property
+    def _root(self) -> np.ndarray:
+        return _root_of_inverse(self._matrix)
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        """Inverse of the whole problem's matrix, zero along what it does not see."""
+        return self._root @ self._root.T
+
+    @cached_property
     def step(self) -> np.ndarray:
         """Solution of the whole problem [1], (P,)."""
-        return _solved(*self._whole)
+        return self._inverse @ (self.vectors.sum(axis=0) + self.prior * self.away)
 
     @property
     def spread(self) -> np.ndarray:
         """Variances of the solution, were so many rows one and of size 1 [1], (P,)."""
-        return self.correlated * np.diag(_inverse(self._whole[0]))
+        return self.correlated * np.diag(self._inverse)
 
     @property
     def deviation(self) -> np.ndarray:
@@ -127,16 +136,15 @@ class NormalBlocks:
         [BellMcCaffrey2002].  A fit without the block, the jackknife, counts it by that information
         itself: too much, where a few blocks carry what tells a parameter.
         """
-        matrix, _ = self._whole
-        solution, root = self.step, _root_of_inverse(matrix)
-        variance = self.correlated * _inverse(matrix) ** 2 @ self.prior
+        solution, root = self.step, self._root
+        variance = self.correlated * self._inverse**2 @ self.prior
         for own, vector in zip(self.matrices, self.vectors, strict=True):
             share, axes = np.linalg.eigh(root.T @ own @ root)
             turned = root @ axes
             others = np.maximum(1.0 - share, _ALONE)
             moved = turned @ (turned.T @ (vector - own @ solution) / np.sqrt(others))
             variance += moved**2
-        return np.where(np.diag(matrix) > 0.0, np.sqrt(variance), np.inf)
+        return np.where(np.diag(self._matrix) > 0.0, np.sqrt(variance), np.inf)
 
     @property
     def half(self) -> np.ndarray:
@@ -144,17 +152,10 @@ class NormalBlocks:
 
         Student's, with the number of blocks that carry the information on a parameter, which may be few.
         """
-        inverse = _inverse(self._whole[0])
-        carried = np.einsum("ij,gjk,ki->gi", inverse, self.matrices, inverse)
+        carried = np.sum((self._inverse @ self.matrices) * self._inverse, axis=2)
         whole = np.maximum(np.sum(carried**2, axis=0), 1e-300)
         count = np.maximum(np.sum(carried, axis=0) ** 2 / whole, 2.0)
         return np.array([quantile(own - 1.0) for own in count.tolist()])
-
-
-def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse of normal equations, zero along what they do not see."""
-    root = _root_of_inverse(matrix)
-    return root @ root.T
 
 
 def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
@@ -165,8 +166,3 @@ def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
     observable = values > _UNOBSERVABLE * values.max(initial=0.0)
     part = np.divide(1.0, np.sqrt(np.abs(values)), out=np.zeros_like(values), where=observable)
     return axes * part / scale[:, None]
-
-
-def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return the solution of normal equations, none along what they do not see."""
-    return _inverse(matrix) @ vector

@@ -33,7 +33,7 @@ class MotionParameter:
         none: Its value where its term is left out; the start's where a robot needs one.
         signed: Whether it may be negative.
         inverse: Whether the fit counts by its inverse, of which the motion is nearly linear.
-        moves: Whether the links' motion follows it, not the motors' torque alone.
+        moves_gears: Whether the gears' motion follows it.
         vanishes: Whether it may turn out to be none, which a narrow interval around none shows.
         most: Highest value, in usual sizes.
         prior: Standard deviation around the start, as the fit counts [1]; infinite if nothing is known.
@@ -48,7 +48,7 @@ class MotionParameter:
     none: float = 0.0
     signed: bool = False
     inverse: bool = False
-    moves: bool = True
+    moves_gears: bool = True
     vanishes: bool = False
     most: float = 30.0
     prior: float = np.inf
@@ -72,6 +72,11 @@ class MotionParameter:
     def of_gear(self) -> bool:
         """Whether it is a number of the gear's wind-up."""
         return self.name.endswith((".stiffness", ".backlash", ".hysteresis"))
+
+    @property
+    def of_torque(self) -> bool:
+        """Whether a motor's torque alone follows it."""
+        return not self.moves_gears
 
     def inward(self, value: float) -> float:
         """Return what the fit counts by: parts of its usual size."""
@@ -126,7 +131,7 @@ def _of_motor(joint: Joint) -> Iterator[_Row]:
     drive = joint.drive
     if drive is None:
         return
-    alone: dict[str, Any] = {"moves": False}
+    alone: dict[str, Any] = {"moves_gears": False}
     dry = alone | {"size": max(dry_friction(drive)[0], 1.0)}
     yield "drive.friction.coulomb_Nm", "friction", dry
     yield "drive.friction.more_at_rest", "Stribeck", dry

@@ -1,4 +1,4 @@
-"""Measured less predicted wind-up and motor torque of recordings, and their derivatives.
+"""Measured less predicted wind-up and motor torque of recordings.
 
     wind-up   d = q(t) - phi(t - lag) + slow error(q) + loop + a recording's offset and lines
     torque    tau = T(t) + J q'' + f(s/a, q') + friction after a rest + J_f r'' - K r'
@@ -10,13 +10,13 @@ their smoothed motion; e and T are the FMU's along q, f and s/a those of
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from coupling.errors import SimulationError
+from coupling.identification.motion.moved_motors import friction_part, motor_torques
 from coupling.identification.motion.moved_robot import GearMotion, MovedRobot
 from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
@@ -28,21 +28,14 @@ from coupling.identification.motion.sensors import (
     torque_column,
     worn,
 )
-from coupling.inverse.servo import presliding
 from coupling.robot.parameters import dry_friction, with_joints, with_values
 from elastic_robot.description import Robot
 from elastic_robot.kinematic_errors import KinematicErrors
 
-# Rows at the start from which the friction's elongation there is estimated.
-_FIRST = 25
-# Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
-_CHANGE = 1e-2
 # A stiffness may be so many times the start's: least of what the fit counts by.
 _LEAST_INVERSE = 0.02
 # Rows closer than this [s] count as one beside what is known before: what is left is so long correlated.
 _CORRELATED = 0.2
-# Weighed residual of a robot that cannot be simulated.
-_IMPOSSIBLE = 1e3
 
 
 @dataclass(frozen=True)
@@ -87,7 +80,8 @@ class Predicted:
         wind_up: Motor less link [rad], (n, j); the sensors' lag, slow error and loop are in it.
         torque: Torques of the motors [N m], (n, j).
         beside: Their part that the model has not [N m], (n, j).
-        gears: Motion of the gears by the FMU.
+        robot: The robot.
+        gears: Motion of its gears by the FMU.
         part: Friction over its largest [1], (n, j).
         dry: Dry friction over that of the start's slipping motor [1], (n, j): more after a rest.
         shares: Shares of the wind-up [rad], (n, j) each: the gear's, the lag's, the loop's, the slow
@@ -97,6 +91,7 @@ class Predicted:
     wind_up: np.ndarray
     torque: np.ndarray
     beside: np.ndarray
+    robot: Robot
     gears: GearMotion
     part: np.ndarray
     dry: np.ndarray
@@ -158,11 +153,16 @@ class MotionProblem:
         none = {p.name: p.none for p, own in zip(self.parameters, gone, strict=True) if own}
         return replace(self.only(~gone), robot=with_values(self.robot, none))
 
+    @property
+    def channels(self) -> int:
+        """Number of wind-ups and torques of a recording."""
+        return len(self.moved[0].recording.with_link) + len(self.robot.joints)
+
     def robot_of(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
         return with_values(self.robot, self._values(x, range(len(self.robot.joints))))
 
-    def _with_joint(self, here: Robot, x: np.ndarray, i: int) -> Robot:
+    def with_joint(self, here: Robot, x: np.ndarray, i: int) -> Robot:
         """Return a robot whose joint i, from 0, has values as the fit counts [1], (P,)."""
         bare = with_joints(here, {i: self.robot.joints[i]})  # a balancer is scaled from the start's
         return with_values(bare, self._values(x, (i,)))
@@ -184,16 +184,28 @@ class MotionProblem:
         """
         robot = self.robot_of(x)
         gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
-        errors = KinematicErrors.of(robot)
-        passed = errors.slope(moved.motion.q) * gears.torque
+        return self._beside(moved, x, robot, gears, loaded)
+
+    def reloaded(self, moved: MovedRecording, x: np.ndarray, there: Predicted) -> Predicted:
+        """Return a prediction by x [1], (P,), with friction, as it is loaded, and loops of its own."""
+        return self._beside(moved, x, there.robot, there.gears, None)
+
+    def _beside(
+        self,
+        moved: MovedRecording,
+        x: np.ndarray,
+        robot: Robot,
+        gears: GearMotion,
+        loaded: Predicted | None,
+    ) -> Predicted:
         if loaded is None:
-            part = _friction_part(moved, robot, passed)
+            part = friction_part(moved.recording, moved.motion, robot, gears)
             dry = self._dry(moved, robot, x, part)
         else:
             part, dry = loaded.part, loaded.dry
-        torque = _motor_torque(moved.motion, robot, gears, passed, part)
+        torque = motor_torques(moved.motion, robot, gears, part)
         beside = np.zeros_like(torque)
-        links = errors.output_angle(moved.motion.q) + gears.wind_up
+        links = KinematicErrors.of(robot).output_angle(moved.motion.q) + gears.wind_up
         shares = {"gear": moved.motion.q - links}
         for p, value in zip(self.parameters, x.tolist(), strict=True):
             if not isinstance(p, SensorParameter):
@@ -209,7 +221,7 @@ class MotionProblem:
             share = shares.setdefault(p.term.rpartition(" ")[0], np.zeros_like(links))
             share[:, i] += own
         wind_up = np.sum(list(shares.values()), axis=0)
-        return Predicted(wind_up, torque + beside, beside, gears, part, dry, shares)
+        return Predicted(wind_up, torque + beside, beside, robot, gears, part, dry, shares)
 
     def _dry(
         self, moved: MovedRecording, robot: Robot, x: np.ndarray, part: np.ndarray
@@ -244,94 +256,30 @@ class MotionProblem:
         """Return weighed rows of wind-ups and torques [1], (n, channels).
 
         Args:
-            wind_up, torque: Rows of wind-ups [rad] and torques [N m], (n, j); channels with nan do
-                not count.
+            wind_up, torque: Rows of wind-ups [rad] and torques [N m], (n, j); wind-ups of joints without
+                an encoder do not count.
         """
-        channels = np.hstack([wind_up / self.wind_up_deviation, torque / self.torque_deviation])
-        return channels[:, np.isfinite(channels).all(axis=0)]
+        linked = self.moved[0].recording.with_link
+        links = wind_up[:, linked] / self.wind_up_deviation[linked]
+        return np.hstack([links, torque / self.torque_deviation])
 
     def residual(self, x: np.ndarray) -> np.ndarray:
-        """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,)."""
-        parts = []
-        for moved, loaded in zip(self.moved, self.loaded, strict=True):
-            try:
-                left = self.left(moved, self.predicted(moved, x, loaded))
-                parts.append(self.rows(*left).ravel())
-            except SimulationError:  # a step of the solver that led too far
-                channels = moved.recording.motor.shape[1] + len(moved.recording.with_link)
-                parts.append(np.full(len(moved.recording.time) * channels, _IMPOSSIBLE))
-        return np.concatenate(parts)
+        """Return weighed residuals of all recordings [1], (rows,), at values as the fit counts, (P,).
 
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `residual` by x, as the fit counts, (P,): [1], (rows, P)."""
-        blocks = []
-        for moved, loaded in zip(self.moved, self.loaded, strict=True):
-            base, here = self.predicted(moved, x, loaded), self.robot_of(x)
-            columns = [self._column(moved, x, base, here, k) for k in range(len(x))]
-            blocks.append(np.column_stack(columns))
-        return np.vstack(blocks)
+        Friction, as it is loaded, and loops are those of `loaded`.
+        """
+        return np.concatenate([rows.ravel() for rows in self.residuals_of(self.predictions(x))])
 
-    def _column(
-        self, moved: MovedRecording, x: np.ndarray, base: Predicted, here: Robot, k: int
-    ) -> np.ndarray:
-        parameter = self.parameters[k]
-        wind_up, torque = np.zeros_like(base.wind_up), np.zeros_like(base.torque)
-        missing = np.isnan(moved.recording.link).any(axis=0)
-        wind_up[:, missing] = np.nan
-        if isinstance(parameter, SensorParameter):
-            i = parameter.joint
-            if parameter.of_torque:
-                step = moved.recording.step
-                by_one = torque_column(parameter, moved.motion, base.part[:, i], step)
-                torque[:, i] = -parameter.size * by_one
-                return self.rows(wind_up, torque).ravel()
-            own = column(parameter, moved.motion, base.dry[:, i])
-            wind_up[:, i] = -parameter.size * moved.without_own(own, i)
-            return self.rows(wind_up, torque).ravel()
-        # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
-        back = min(0.5 * _CHANGE, x[k] - self.bounds[0][k]) if parameter.of_gear else 0.0
-        for change, sign in ((_CHANGE - back, 1.0), (-back, -1.0)):
-            gears, there = base.gears, base.torque - base.beside
-            if change:
-                further = x.copy()
-                further[k] += change
-                robot = self._with_joint(here, further, parameter.joint)
-                if parameter.moves:
-                    gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
-                passed = KinematicErrors.of(robot).slope(moved.motion.q) * gears.torque
-                there = _motor_torque(moved.motion, robot, gears, passed, base.part)
-            wind_up += sign / _CHANGE * gears.wind_up
-            torque -= sign / _CHANGE * there
-        for i in moved.recording.with_link:
-            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
-        return self.rows(wind_up, torque).ravel()
+    def predictions(self, x: np.ndarray) -> tuple[Predicted, ...]:
+        """Return those of all recordings, with the friction and loops of `loaded`.
 
+        Raises:
+            SimulationError: If the solver cannot step there.
+        """
+        pairs = zip(self.moved, self.loaded, strict=True)
+        return tuple(self.predicted(moved, x, loaded) for moved, loaded in pairs)
 
-def _friction_part(moved: MovedRecording, robot: Robot, passed: np.ndarray) -> np.ndarray:
-    """Return motors' friction over its largest, (n, j), loaded at the start as torques there say."""
-    part = np.zeros_like(passed)
-    for i, joint in enumerate(robot.joints):
-        drive = joint.drive
-        if drive is None:
-            continue
-        started = 0.0
-        if drive.friction > 0.0:
-            needed = passed[:_FIRST, i] + drive.inertia * moved.motion.qdd[:_FIRST, i]
-            left = np.mean(moved.recording.torque[:_FIRST, i] - needed)
-            started = float(np.clip(left / drive.friction, -1.0, 1.0))
-        part[:, i] = presliding(moved.motion.q[:, i], drive.slip_angle, started)
-    return part
-
-
-def _motor_torque(
-    motion: SmoothedMotion, robot: Robot, gears: GearMotion, passed: np.ndarray, part: np.ndarray
-) -> np.ndarray:
-    """Return torques of motors [N m], (n, j), that turn rotors, gears and friction."""
-    torque = passed.copy()
-    for i, joint in enumerate(robot.joints):
-        drive = joint.drive
-        if drive is not None:
-            torque[:, i] += drive.inertia * motion.qdd[:, i] + drive.friction_torque(
-                drive.friction, part[:, i], motion.qd[:, i], gears.torque[:, i]
-            )
-    return torque
+    def residuals_of(self, predicted: Iterable[Predicted]) -> list[np.ndarray]:
+        """Return the weighed residuals of all recordings [1], (n, channels) each, by predictions."""
+        pairs = zip(self.moved, predicted, strict=True)
+        return [self.rows(*self.left(moved, own)) for moved, own in pairs]

@@ -43,6 +43,7 @@ class SensorParameter(MotionParameter):
 
     start: float = 0.0
     signed: bool = True
+    moves_gears: bool = False
     prior: float = 1.0
     kind: str = ""
     harmonic: int = 0
@@ -215,12 +216,15 @@ def encoder_lines(left: Sequence[np.ndarray], angle: Sequence[np.ndarray]) -> tu
 def _taken(
     left: Sequence[np.ndarray], angle: Sequence[np.ndarray], lines: np.ndarray
 ) -> np.ndarray:
-    """Return the part of the squares that each line takes, (len(lines),)."""
+    """Return the part of the squares that each of lines in equal steps takes, (len(lines),)."""
     whole = sum(float(own @ own) for own in left)
     taken = np.zeros(len(lines))
+    # exp(i (l + k d) q) is a product, of every few-th line's and of that of few steps.
+    few = round(np.sqrt(len(lines)))
+    coarse, fine = lines[::few, None], lines[:few, None] - lines[0]
     for own, turn in zip(left, angle, strict=True):
-        for k, line in enumerate(lines.tolist()):
-            taken[k] += 2.0 * abs(np.exp(1j * line * turn) @ own) ** 2 / len(own)
+        sums = (np.exp(1j * coarse * turn) * own) @ np.exp(1j * fine * turn).T
+        taken += 2.0 * np.abs(sums.ravel()[: len(lines)]) ** 2 / len(own)
     return taken / max(whole, 1e-300)
 
 

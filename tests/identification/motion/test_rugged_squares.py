@@ -42,6 +42,8 @@ def test_a_trillionth_of_a_radian_moves_nothing_that_is_identified():
         identify_motion(start, [own], [], BANDWIDTH, leave_out=False)
         for own in (recording, changed)
     )
+    assert one.fit.converged
+    assert one.fit.slopes.exact
     assert not any(p.name.endswith("backlash") for p in one.fit.problem.parameters)
     assert {"joint[1].stiffness", "joint[2].stiffness"} <= one.identified
     assert one.identified == other.identified

@@ -1,0 +1,205 @@
+"""Derivatives of what is left of recordings by a robot's numbers, and of the gears' motion in them.
+
+Gears' motion takes a simulation for every number, or two; all else follows from it without one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identification.motion.moved_motors import beside_gear, motor_torques
+from coupling.identification.motion.moved_robot import GearMotion
+from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
+from coupling.identification.motion.sensors import SensorParameter, column, torque_column
+from coupling.robot.parameters import with_values
+
+# Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
+_CHANGE = 1e-2
+
+
+@dataclass(frozen=True)
+class GearSlopes:
+    """Derivatives of the gears' motion in every recording.
+
+    Attributes:
+        names: Names of the parameters by which, m of them.
+        by_one: Change of `GearMotion.rows` by 1 of each, as the fit counts, (m, n, 2 j) each.
+        exact: Whether all were simulated where the fit is.
+    """
+
+    names: tuple[str, ...]
+    by_one: tuple[np.ndarray, ...]
+    exact: bool = True
+
+    @classmethod
+    def of(
+        cls, problem: MotionProblem, x: np.ndarray, near: GearSlopes | None = None
+    ) -> GearSlopes:
+        """Return those of a problem at values as the fit counts [1], (P,), that it is weighed for.
+
+        Args:
+            near: Derivatives nearby, which stay where they are known; None: all are simulated.
+        """
+        own = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
+        names = tuple(problem.parameters[k].name for k in own)
+        kept = {} if near is None else {name: m for m, name in enumerate(near.names)}
+        by_one = []
+        for r, base in enumerate(problem.loaded):
+            rows = np.empty((len(own), *base.gears.rows.shape))
+            for m, (k, name) in enumerate(zip(own, names, strict=True)):
+                if near is not None and name in kept:
+                    rows[m] = near.by_one[r][kept[name]]
+                else:
+                    rows[m] = _simulated(problem, r, x, k)
+            by_one.append(rows)
+        return cls(names, tuple(by_one), not kept.keys() & set(names))
+
+    def changed(
+        self,
+        step: np.ndarray,
+        effect: np.ndarray,
+        before: Sequence[np.ndarray],
+        there: Sequence[np.ndarray],
+    ) -> GearSlopes:
+        """Return those after a step, with the least change that explains it [Broyden1965].
+
+        Args:
+            step: Change of the parameters [1], (m,).
+            effect: Sizes of what is left by 1 of each [1], (m,): without one its derivative stays.
+            before, there: `GearMotion.rows` of each recording before and after it, (n, 2 j) each.
+
+        Example:
+            >>> slopes = GearSlopes(("a", "b"), (np.zeros((2, 1, 2)),))
+            >>> step, effect, rows = np.array([9.0, 2.0]), np.array([0.0, 1.0]), np.array([[3.0, 4.0]])
+            >>> slopes.changed(step, effect, [np.zeros((1, 2))], [rows]).by_one[0].round(3).tolist()
+            [[[0.0, 0.0]], [[1.5, 2.0]]]
+        """
+        # A step with less effect than the change of differences would bring in what the FMU rounds.
+        least = _CHANGE * effect.max(initial=1e-300)
+        part = effect**2 * step / (np.sum((effect * step) ** 2) + least**2)
+        by_one = tuple(
+            own + np.multiply.outer(part, new - old - np.tensordot(step, own, 1))
+            for own, old, new in zip(self.by_one, before, there, strict=True)
+        )
+        return GearSlopes(self.names, by_one, exact=False)
+
+
+def _simulated(problem: MotionProblem, r: int, x: np.ndarray, k: int) -> np.ndarray:
+    """Return the derivative of the gears' motion in recording r by parameter k, (n, 2 j)."""
+    # Of a gear's numbers alone the motion is not nearly linear: they are changed both ways.
+    parameter, moved, base = problem.parameters[k], problem.moved[r], problem.loaded[r]
+    back = min(0.5 * _CHANGE, x[k] - problem.bounds[0][k]) if parameter.of_gear else 0.0
+    ends = []
+    for change in (_CHANGE - back, -back):
+        further, gears = x.copy(), base.gears
+        further[k] += change
+        if change:
+            robot = problem.with_joint(base.robot, further, parameter.joint)
+            gears = problem.fmu.moved(robot, moved.recording.time, moved.motion)
+        ends.append(gears.rows)
+    return (ends[0] - ends[1]) / _CHANGE
+
+
+@dataclass(frozen=True)
+class ChannelDerivatives:
+    """Derivatives of one channel of a recording, of those parameters that it follows, c of them.
+
+    Attributes:
+        recording, channel: Indices of the recording and of its channel.
+        numbers: Indices of the parameters, (c,).
+        columns: Derivatives of the weighed residual, as the fit counts [1], (c, n).
+    """
+
+    recording: int
+    channel: int
+    numbers: list[int]
+    columns: np.ndarray
+
+
+def derivatives(
+    problem: MotionProblem, x: np.ndarray, slopes: GearSlopes
+) -> list[ChannelDerivatives]:
+    """Return the derivatives of a problem's residual by x, as the fit counts, (P,).
+
+    Args:
+        problem: The problem, weighed for x.
+        x: Values as the fit counts [1], (P,).
+        slopes: Derivatives of the gears' motion there.
+    """
+    found = []
+    with_link = problem.moved[0].recording.with_link
+    gears = [k for k, p in enumerate(problem.parameters) if p.moves_gears]
+    for r, (moved, base) in enumerate(zip(problem.moved, problem.loaded, strict=True)):
+        links, torques = _by_gears(moved, base, slopes.by_one[r])
+        for channel, i in enumerate([*with_link, *range(len(problem.robot.joints))]):
+            of_torque = channel >= len(with_link)
+            own = [
+                k
+                for k, p in enumerate(problem.parameters)
+                if not p.moves_gears and p.joint == i and p.of_torque == of_torque
+            ]
+            if of_torque:
+                deviation, of_gears = problem.torque_deviation[i], torques[:, :, i]
+                beside = [-_by_motor(problem, moved, base, x, k) for k in own]
+            else:
+                deviation, of_gears = problem.wind_up_deviation[i], links[:, :, i]
+                beside = [_by_sensor(problem, moved, base, k) for k in own]
+            columns = np.vstack([of_gears, *beside]) / deviation
+            found.append(ChannelDerivatives(r, channel, [*gears, *own], columns))
+    return found
+
+
+def _by_gears(
+    moved: MovedRecording, base: Predicted, by_one: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return changes of what is left of wind-ups [rad] and torques [N m], (m, n, j) each, by gears'."""
+    links, torques = [], []
+    for rows in by_one:
+        change, further = GearMotion(rows), GearMotion(base.gears.rows + _CHANGE * rows)
+        wind_up = change.wind_up.copy()
+        for i in moved.recording.with_link:
+            wind_up[:, i] = moved.without_own(wind_up[:, i], i)
+        links.append(wind_up)
+        there = motor_torques(moved.motion, base.robot, further, base.part)
+        torques.append((base.torque - base.beside - there) / _CHANGE)
+    shape = (len(by_one), *base.torque.shape)
+    return np.reshape(links, shape), np.reshape(torques, shape)
+
+
+def _by_motor(
+    problem: MotionProblem, moved: MovedRecording, base: Predicted, x: np.ndarray, k: int
+) -> np.ndarray:
+    """Return the change of a motor's torque [N m], (n,), by a number of it, or of beside it."""
+    p = problem.parameters[k]
+    part, carried = base.part[:, p.joint], base.gears.torque[:, p.joint]
+    if isinstance(p, SensorParameter):
+        return p.size * torque_column(p, moved.motion, part, moved.recording.step)
+    there = with_values(base.robot, {p.name: p.in_robot(x[k] + _CHANGE)})
+    ends = []
+    for robot in (base.robot, there):
+        drive = robot.joints[p.joint].drive
+        assert drive is not None
+        ends.append(beside_gear(moved.motion, p.joint, drive, carried, part))
+    return (ends[1] - ends[0]) / _CHANGE
+
+
+def _by_sensor(
+    problem: MotionProblem, moved: MovedRecording, base: Predicted, k: int
+) -> np.ndarray:
+    """Return the change of what is left of a wind-up [rad], (n,), by a number of its encoder."""
+    p = problem.parameters[k]
+    assert isinstance(p, SensorParameter)
+    return -p.size * moved.without_own(column(p, moved.motion, base.dry[:, p.joint]), p.joint)
+
+
+def jacobian(problem: MotionProblem, x: np.ndarray, slopes: GearSlopes) -> np.ndarray:
+    """Return `derivatives` as one matrix, rows of time with all channels [1], (rows, P)."""
+    counts = [len(one.recording.time) for one in problem.moved]
+    every = np.zeros((sum(counts), problem.channels, len(x)))
+    parts = np.split(every, np.cumsum(counts)[:-1])
+    for own in derivatives(problem, x, slopes):
+        parts[own.recording][:, own.channel, own.numbers] = own.columns.T
+    return every.reshape(-1, len(x))
