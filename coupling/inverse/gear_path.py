@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from coupling.inverse.gear_elements import NO_ELEMENTS, GearElements
+from coupling.inverse.recursion import recursion
 from elastic_robot.torque_curves import TorqueCurve
 
 # Chords of a spring that bends, between two of its knots.
@@ -208,13 +209,11 @@ def _within(pieces: _Pieces, angle: float, piece: int, torque: np.ndarray) -> np
         angle: Angle now [rad].
         torque: T now and at the next samples [N m], (k,).
     """
-    from scipy.signal import lfilter
-
     (first, second), d = pieces.weights[piece], pieces.damping
     pushed = (torque[:-1] - pieces.offsets[piece]) * (first / d)
     pushed += np.diff(torque) * (second / (pieces.spacing * d))
     keeps = 1.0 - pieces.slopes[piece] * first / d
-    angles, _ = lfilter([1.0], [1.0, -keeps], pushed, zi=[keeps * angle])
+    angles = recursion(pushed, keeps, angle)
     leaves = (angles < pieces.corners[piece - 1]) | (angles > pieces.corners[piece])
     stays: np.ndarray = angles[: np.argmax(leaves)] if leaves.any() else angles
     return stays

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.inverse.gear_elements import GearElements
+from coupling.inverse.recursion import recursion
 from elastic_robot.gear_parts import Drive
 
 
@@ -135,12 +136,8 @@ def low_pass(values: np.ndarray, step: float, time_constant: float, start: float
         time_constant: T [s], > 0.
         start: y at the first time.
     """
-    from scipy.signal import lfilter
-
     ratio = step / time_constant
     decay, mean = np.exp(-ratio), -np.expm1(-ratio) / ratio
     before, now = mean - decay, 1.0 - mean
-    passed, _ = lfilter(
-        [now, before], [1.0, -decay], values[1:], zi=[before * values[0] + decay * start]
-    )
-    return np.append(start, passed)
+    pushed = now * values[1:] + before * values[:-1]
+    return np.append(start, recursion(pushed, decay, start))

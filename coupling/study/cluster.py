@@ -14,7 +14,7 @@ from uuid import uuid4
 
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
-from coupling.study.robot_pool import RobotPool, StudyJob
+from coupling.study.robot_pool import RETRIES, RobotPool, StudyJob, ended_again
 from coupling.study.workers import Workers
 
 try:
@@ -37,8 +37,6 @@ except ImportError as cause:
 _NOTHING = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
 _PATIENCE = 10.0
-# Times that a sample is tried again after the process of its FMU has ended.
-_RETRIES = 3
 
 
 class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
@@ -104,7 +102,7 @@ def simulate(
                     number,
                     list(values),
                     key=f"{name}-{number}",
-                    retries=_RETRIES,
+                    retries=RETRIES,
                     pure=False,
                 )
                 for number, values in points.items()
@@ -118,9 +116,7 @@ def simulate(
                 " is enough; what is finished is kept, and the same command goes on"
             ) from cause
         except HostError as cause:
-            raise StudyError(
-                f"a robot ended its process in {_RETRIES + 1} tries of one sample: {cause}"
-            ) from cause
+            raise ended_again(cause) from cause
         except ModuleNotFoundError as cause:
             raise StudyError(
                 f"{workers.scheduler}: its workers cannot import this package: {cause}: install"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -26,7 +27,7 @@ from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.design import GROWS
 from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
 from coupling.study.parameters import StudyParameters
-from coupling.study.robot_pool import StudyJob
+from coupling.study.robot_pool import StudyJob, simulate_here
 from coupling.study.sample_table import SampleTable
 from coupling.study.statistics import samples_for
 from coupling.study.workers import Workers
@@ -144,15 +145,12 @@ def simulated(study: Study, workers: Workers, watch: Watch) -> list[StudySample]
 def _fill(
     rows: SampleTable, study: Study, todo: dict[int, list[float]], workers: Workers, watch: Watch
 ) -> None:
-    # Here, because Dask is needed nowhere else and may be missing.
-    from coupling.study.cluster import simulate
-
     count = len(study.points)
     what = "simulating sampled robots"
     watch(Progress(what, count - len(todo), count))
     missing = len(todo)
     try:
-        for sample in simulate(study.work, todo, workers, study.folder):
+        for sample in _simulate(study, todo, workers):
             rows.add(sample)
             missing -= 1
             watch(Progress(what, count - missing, count))
@@ -162,6 +160,18 @@ def _fill(
             kept = len(written.samples)
         stop.add_note(f"{kept} of {count} samples are kept: the same command goes on")
         raise
+
+
+def _simulate(
+    study: Study, todo: dict[int, list[float]], workers: Workers
+) -> Iterator[StudySample]:
+    """Give every missing sample as soon as it is done; one worker is this program itself."""
+    if not workers.scheduler and min(workers.count, len(todo)) == 1:
+        return simulate_here(study.work, todo)
+    # Here, because Dask is needed nowhere else and may be missing.
+    from coupling.study.cluster import simulate
+
+    return simulate(study.work, todo, workers, study.folder)
 
 
 def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from coupling.case.case import Case, PlacedRobot
 from coupling.case.file import load_case
-from coupling.errors import HostError, ProcessError, SimulationError
+from coupling.errors import HostError, ProcessError, SimulationError, StudyError
 from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder
 from coupling.path.deviation import measure
@@ -27,6 +27,8 @@ from coupling.study.statistics import largest_in_parts, parts_of_path
 
 # Parts of the path's time of which a sample keeps the largest deviation.
 PARTS = 400
+# Times that a sample is tried again after the process of its FMU has ended.
+RETRIES = 3
 
 
 @dataclass(frozen=True)
@@ -129,3 +131,32 @@ class RobotPool:
             models = self._models if description is robot.description else own
             simulated.append(models.of(description, robot.torque_curve, robot.drive))
         return differing(self._cell, simulated, sampled.differences, "sampled parameters")
+
+
+def simulate_here(work: StudyJob, points: Mapping[int, Sequence[float]]) -> Iterator[StudySample]:
+    """Give every sample as soon as it is done, simulated by this program, one after another.
+
+    Args:
+        points: Values of the parameters by sample.
+
+    Raises:
+        StudyError: If the process of an FMU ends again and again.
+    """
+    with RobotPool(work) as pool:
+        for number, values in points.items():
+            yield _tried(pool, number, values)
+
+
+def _tried(pool: RobotPool, number: int, values: Sequence[float]) -> StudySample:
+    for _ in range(RETRIES):
+        with suppress(HostError):
+            return pool.sample(number, values)
+    try:
+        return pool.sample(number, values)
+    except HostError as cause:
+        raise ended_again(cause) from cause
+
+
+def ended_again(cause: HostError) -> StudyError:
+    """Return what is said of a sample whose FMU has ended its process in all tries."""
+    return StudyError(f"a robot ended its process in {RETRIES + 1} tries of one sample: {cause}")

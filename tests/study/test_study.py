@@ -308,7 +308,7 @@ def test_a_coupling_is_no_command_to_study(case, tmp_path):
 def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, "coupling.study.cluster", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    done = command("study", case, "-o", tmp_path / "study", "--run", run)
+    done = command("study", case, "-o", tmp_path / "study", "--run", run, "--workers", 2)
     assert done.returncode == 2
     assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
     assert "Traceback" not in done.stderr
