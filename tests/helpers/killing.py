@@ -9,8 +9,9 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,10 +29,12 @@ _PRELOADED = "cli", "conduct", "export.exporting", "study.conduct"
 _context.set_forkserver_preload([*(f"coupling.{name}" for name in _PRELOADED), "distributed"])
 
 
-def _command(arguments: Sequence[str], output: Path) -> None:
+def _command(arguments: Sequence[str], output: Path, missing: Sequence[str]) -> None:
     """What the child does: the command, its output in a file."""
     from coupling.cli import main
 
+    for package in missing:
+        sys.modules[package] = None  # type: ignore[assignment]
     with output.open("a") as stream:
         for number in (1, 2):
             os.dup2(stream.fileno(), number)
@@ -47,7 +50,7 @@ class Started:
         output: File with all that it prints.
     """
 
-    process: multiprocessing.process.BaseProcess
+    process: BaseProcess
     output: Path
 
     def kill(self) -> None:
@@ -69,12 +72,28 @@ class Started:
         return self.process.exitcode
 
 
-def start(output: Path, *arguments: object, daemon: bool = True) -> Started:
-    """Start a command of elastic-robot; one that is no daemon may start processes of Python's."""
+def start(
+    output: Path, *arguments: object, daemon: bool = True, missing: Sequence[str] = ()
+) -> Started:
+    """Start a command of elastic-robot.
+
+    Args:
+        output: File for all that it prints.
+        arguments: What is typed behind the name.
+        daemon: Whether it may not start processes of Python's.
+        missing: Packages that are not installed where it runs.
+    """
     words = [str(argument) for argument in arguments]
-    process = _context.Process(target=_command, args=(words, output), daemon=daemon)
+    process = _context.Process(target=_command, args=(words, output, missing), daemon=daemon)
     process.start()
     return Started(process, output)
+
+
+def begin(work: Callable[..., None], *arguments: object) -> BaseProcess:
+    """Let a function work in a process of its own."""
+    process = _context.Process(target=work, args=arguments, daemon=True)
+    process.start()
+    return process
 
 
 def wait_until(condition, seconds: float = 60.0) -> None:

@@ -30,4 +30,18 @@ def external(workspace: Path, program: str, **keys: object):
     return ExternalTable.model_validate({"model": "external", **table}).process(task(workspace))
 
 
+def evaluate(workspace: Path, program: str, keys: dict[str, object]) -> None:
+    """Evaluate the task's path, in a process that a test kills."""
+    external(workspace, program, **keys).evaluate(task().desired)
+
+
 SPRINGS = (EXAMPLES / "process_template.py").read_text()
+# The same answer without NumPy, which takes longer to import than all else.
+PLAIN_SPRINGS = """
+import csv
+with open("path.csv", newline="") as asked, open("wrench.csv", "w", newline="") as answer:
+    answer.write("time,fx,fy,fz,mx,my,mz\\n")
+    for row in csv.DictReader(asked):
+        force = 2e5 * max(-float(row["z"]), 0.0)
+        answer.write(f"{row['time']},0,0,{force!r},0,0,0\\n")
+"""

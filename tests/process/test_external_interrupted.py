@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -14,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import command
-from killing import wait_until
-from own_program import SPRINGS, external, task
+from killing import begin, wait_until
+from own_program import PLAIN_SPRINGS, evaluate, external, task
 from places import EXAMPLES
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
@@ -37,20 +35,13 @@ from coupling.toolpaths import Task
 
 def unfinished(workspace: Path, program: str, **keys: object) -> Path:
     """Begin an evaluation in a process of its own, kill that, and return the evaluation's folder."""
-    begin = (
-        "import sys; sys.path[:0] = sys.argv[1:]\n"
-        "from pathlib import Path\n"
-        "import own_program\n"
-        f"own_program.external(Path({str(workspace)!r}), {program!r}, **{keys!r})"
-        ".evaluate(own_program.task().desired)\n"
-    )
-    run = subprocess.Popen([sys.executable, "-c", begin, *sys.path])
+    run = begin(evaluate, workspace, program, keys)
     folder = workspace / "evaluations" / "0001"
     while not (folder / "begun").exists():
-        assert run.poll() is None
+        assert run.is_alive()
         time.sleep(0.01)
     run.kill()
-    run.wait()
+    run.join()
     assert (folder / "unfinished.json").exists()
     return folder
 
@@ -68,7 +59,9 @@ def begun(workspace: Path) -> int:
 
 
 def test_a_program_whose_run_was_killed_is_waited_for(tmp_path):
-    program = BEGUN + "time.sleep(0.5); print('half way', flush=True); time.sleep(0.5)\n" + SPRINGS
+    program = (
+        BEGUN + "time.sleep(0.5); print('half way', flush=True); time.sleep(0.5)\n" + PLAIN_SPRINGS
+    )
     folder = unfinished(tmp_path, program)
     told: list[Event] = []
     process = replace(external(tmp_path, program), watch=told.append)
@@ -82,7 +75,7 @@ def test_a_program_whose_run_was_killed_is_waited_for(tmp_path):
 
 
 def test_a_program_that_has_ended_after_its_run_was_killed_is_not_run_again(tmp_path):
-    program = BEGUN + "time.sleep(0.2)\n" + SPRINGS
+    program = BEGUN + "time.sleep(0.2)\n" + PLAIN_SPRINGS
     folder = unfinished(tmp_path, program)
     wait_until(lambda: (folder / "exit_status").exists())
     assert external(tmp_path, program).evaluate(task().desired).wrench.peak_force > 399.0
@@ -92,7 +85,7 @@ def test_a_program_that_has_ended_after_its_run_was_killed_is_not_run_again(tmp_
 @pytest.mark.parametrize("other", ["path", "program"])
 def test_a_program_that_was_begun_for_something_else_is_ended(tmp_path, other):
     again = "0 if pathlib.Path('../0001.unfinished').exists() else 60"
-    program = BEGUN + f"time.sleep({again})\n" + SPRINGS
+    program = BEGUN + f"time.sleep({again})\n" + PLAIN_SPRINGS
     folder = unfinished(tmp_path, program)
     group = int((folder / "running").read_text())
     path = task().desired
@@ -117,7 +110,7 @@ def test_where_the_program_is_killed_too_it_finds_its_restart_files(tmp_path):
         "    first = step == 2 and pathlib.Path('../../begun').read_text() == 'x'\n"
         "    if first: pathlib.Path('begun').touch(); time.sleep(60.0)\n"
     )
-    program = BEGUN.replace("pathlib.Path('begun').touch()\n", "") + steps + SPRINGS
+    program = BEGUN.replace("pathlib.Path('begun').touch()\n", "") + steps + PLAIN_SPRINGS
     command = ["{python}", "-c", program, "{restart}"]
     folder = unfinished(tmp_path, program, command=command)
     os.killpg(int((folder / "running").read_text()), signal.SIGKILL)
@@ -136,7 +129,7 @@ def counted(limit: int) -> str:
     """Return the template, failing after so many evaluations."""
     return (
         "import pathlib, sys\n"
-        f"if int(pathlib.Path.cwd().name) > {limit}: sys.exit('licence lost')\n" + SPRINGS
+        f"if int(pathlib.Path.cwd().name) > {limit}: sys.exit('licence lost')\n" + PLAIN_SPRINGS
     )
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from command_line import command
 from killing import start, wait_until
-from places import EXAMPLES, LINE_CASE
+from own_program import PLAIN_SPRINGS
+from places import LINE_CASE
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -21,7 +22,6 @@ from coupling.process.retried import RetriedProcess
 from coupling.run.kept_process import checked_process
 
 PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
-SPRINGS = (EXAMPLES / "process_template.py").read_text()
 # Fails in every second try, and leaves what it was at.
 EVERY_SECOND = (
     "import pathlib, sys\n"
@@ -56,7 +56,7 @@ def names(folder: Path) -> list[str]:
 
 
 def test_a_program_that_fails_every_second_time_answers_with_one_retry(tmp_path):
-    case = loaded(tmp_path, EVERY_SECOND + SPRINGS, "retries = 1")
+    case = loaded(tmp_path, EVERY_SECOND + PLAIN_SPRINGS, "retries = 1")
     told: list[Event] = []
     process = checked_process(case, told.append)
     for number in (1, 2):
@@ -75,7 +75,7 @@ def test_a_program_that_fails_every_second_time_answers_with_one_retry(tmp_path)
 def test_a_run_with_such_a_program_leaves_the_same_bytes(tmp_path):
     runs = {}
     for name, failing in (("failing", EVERY_SECOND), ("sound", "")):
-        case = program_case(tmp_path / "case", failing + SPRINGS, "retries = 1")
+        case = program_case(tmp_path / "case", failing + PLAIN_SPRINGS, "retries = 1")
         out = tmp_path / name / "run"
         done = command("couple", case, "-o", out)
         assert done.returncode == 0, done.stderr
@@ -111,7 +111,7 @@ def test_one_that_always_fails_says_how_often_it_was_tried(tmp_path, program, ke
 
 
 def test_without_the_key_the_first_failure_is_the_last(tmp_path):
-    case = loaded(tmp_path, EVERY_SECOND + SPRINGS, "")
+    case = loaded(tmp_path, EVERY_SECOND + PLAIN_SPRINGS, "")
     with pytest.raises(ProcessError, match=r"^evaluation 0001: .*exit status 1"):
         checked_process(case).evaluate(case.desired)
     assert names(tmp_path / "work") == ["0001"]
@@ -125,7 +125,7 @@ def test_the_next_try_finds_the_restart_files_of_the_one_that_failed(tmp_path):
         "kept.write_text(str(done + 1))\n"
         "if done < 3: sys.exit(f'lost after {done} steps')\n"
     )
-    case = loaded(tmp_path, steps + SPRINGS, "retries = 3", "{restart}")
+    case = loaded(tmp_path, steps + PLAIN_SPRINGS, "retries = 3", "{restart}")
     process = checked_process(case)
     process.evaluate(case.desired)
     assert names(tmp_path / "work") == ["0001", *(f"0001.failed{k}" for k in (1, 2, 3))]
@@ -143,7 +143,7 @@ def test_a_run_that_is_killed_in_the_second_try_goes_on_with_it(tmp_path):
         "if begun.read_text() == 'x': sys.exit('node lost')\n"
         "if begun.read_text() == 'xx': time.sleep(1.5)\n"
     )
-    case = program_case(tmp_path / "case", program + SPRINGS, "retries = 1")
+    case = program_case(tmp_path / "case", program + PLAIN_SPRINGS, "retries = 1")
     arguments = ("couple", case, "-o", tmp_path / "run")
     run = start(tmp_path / "output.txt", *arguments)
     wait_until(lambda: (tmp_path / "begun").exists() and (tmp_path / "begun").read_text() == "xx")

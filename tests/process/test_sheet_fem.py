@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 from itertools import pairwise
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 from calculix_disc import Disc, disc_force
 from calculix_plate import CCX, Plate, plunge_force
+from killing import start
 from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
@@ -224,16 +223,10 @@ def test_bad_tables_say_what_is_needed():
 
 @pytest.mark.parametrize("package", ["numba", "threadpoolctl"])
 def test_without_its_packages_the_extra_is_named(tmp_path, package):
-    script = (
-        f"import sys; sys.modules[{package!r}] = None\n"
-        "from coupling.cli import main\n"
-        f"sys.argv = ['elastic-robot', 'couple', {str(CASES / 'cone_fem.toml')!r},"
-        f" '-o', {str(tmp_path / 'out')!r}]\n"
-        "main()"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 2, done.stderr
-    said = " ".join(done.stderr.split())
+    arguments = "couple", CASES / "cone_fem.toml", "-o", tmp_path / "out"
+    run = start(tmp_path / "output.txt", *arguments, missing=[package])
+    assert run.status() == 2
+    said = " ".join((tmp_path / "output.txt").read_text().split())
     assert f"needs the package {package}, which is not installed" in said
     assert "elastic-robot-fmu[fem]" in said
     assert "Traceback" not in said

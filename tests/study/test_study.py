@@ -192,26 +192,16 @@ def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
-    """A Dask cluster on this machine as an administrator would start it."""
-    scheduler = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    address = ""
-    while not address:
-        line = scheduler.stderr.readline()
-        assert line, "the scheduler has ended"
-        address = next((word for word in line.split() if word.startswith("tcp://")), "")
-    alone = "--nthreads", "1", "--no-nanny"
-    worker = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_worker", address, *alone],
-        stderr=subprocess.DEVNULL,
-    )
-    yield address
-    for process in (worker, scheduler):
-        process.terminate()
-        process.communicate()
+    """A Dask cluster on this machine, its worker as an administrator would start it."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as scheduler:
+        address = scheduler.scheduler_address
+        command_line = "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny"
+        worker = subprocess.Popen([sys.executable, *command_line], stderr=subprocess.DEVNULL)
+        yield address
+        worker.terminate()
+        worker.communicate()
 
 
 def test_a_study_grows_on_a_cluster_that_runs_already_to_the_same_bytes(
