@@ -42,17 +42,17 @@ def estimated(desired: ToolPath, controller: Controller, rounds: int, each: floa
         simulations = rounds * Inverter.simulations
         high += len(desired.pose) * simulations * _PER_SIMULATION * duration
         improved = (
-            f" (the most where rows of {1e3 * controller.cycle:.3g} ms miss the path: then commands are"
-            f" improved by up to {simulations} simulations)"
+            f" (the longest where rows every {1e3 * controller.cycle:.3g} ms are too far apart for the"
+            f" path: then up to {simulations} simulations improve the command)"
         )
     measured = (
-        ", whose time is unknown (--evaluate measures one)"
+        "of unknown duration (--evaluate measures one)"
         if each is None
-        else f", {each:.2g} s each (one was measured)"
+        else f"of {each:.2g} s each (one was measured)"
     )
     return (
-        f"Compensation: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
-        f"{improved}; 2 to {rounds + 1} evaluations of the process{measured}"
+        f"Estimated time of a compensation: {low:.0f} to {high:.0f} s for the robot{improved}, and"
+        f" 2 to {rounds + 1} evaluations of the process {measured}"
     )
 
 
@@ -72,10 +72,10 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
     """
     if seconds >= _ASKED_TWICE:
         return (
-            f"the process was evaluated once: an evaluation takes {seconds:.0f} s (twice below"
-            f" {_ASKED_TWICE:.0f} s), so its repeatability is not known"
+            f"the process was evaluated once, as an evaluation takes {seconds:.0f} s (twice below"
+            f" {_ASKED_TWICE:.0f} s): its repeatability is not known"
         )
     try:
         return Repeatability.of(first, process.evaluate(desired)).sentence()
     except ProcessError as error:
-        return f"evaluated again on the same path, the process failed: {error}"
+        return f"the process failed in a second evaluation on the same path: {error}"

@@ -65,18 +65,16 @@ class Start:
 
 
 STARTS = {
-    "isf-force-law": Start(
-        "cone", "a cone formed in a sheet, its force from a formula", "two_robots"
-    ),
+    "isf-force-law": Start("cone", "a cone formed in a sheet, force from a formula", "two_robots"),
     "sheet-fem": Start(
         "cone_fem",
-        "a cone formed in a sheet that is computed (pip install 'elastic-robot-fmu[fem]')",
+        "a cone formed in a sheet, force from finite elements (pip install 'elastic-robot-fmu[fem]')",
         "two_robots_fem",
     ),
-    "milling-force": Start("milling_20000", "a slot milled in aluminium, tooth by tooth"),
+    "milling-force": Start("milling_20000", "a slot milled in aluminium, force of every tooth"),
     "external": Start(
         "external_template",
-        "a process that is a program of your own, answering path.csv with wrench.csv",
+        "a program of your own, which reads path.csv and writes wrench.csv",
         files=(
             OwnFile(
                 "process_template.py", "process.py", "command", ["{python}", "{case}/process.py"]
@@ -85,7 +83,7 @@ STARTS = {
     ),
     "measured": Start(
         "measured_line",
-        "a force that was measured along the path",
+        "a force measured along the path",
         files=(OwnFile("measured/line_force.csv", "force.csv", "file", "force.csv"),),
     ),
 }

@@ -25,14 +25,14 @@ StoreFolder = Annotated[
     typer.Option("--store", help="Store of evaluations; 'store' beside the run folder."),
 ]
 NoStore = Annotated[
-    bool, typer.Option("--no-store", help="Evaluate the process every time and keep nothing.")
+    bool, typer.Option("--no-store", help="Evaluate the process every time, store nothing.")
 ]
 MeasuredRuns = Annotated[
     list[Path],
     typer.Argument(
         metavar="RUN MEASURED",
-        help="Run folder of a command and the tool's measured path under it, time, x, y, z in a"
-        " CSV file; later measured runs behind it.",
+        help="Run folder of a command and a CSV file of the tool's measured path under it, time, x, y,"
+        " z; then later measured runs.",
     ),
 ]
 OwnFrame = Annotated[
@@ -48,7 +48,7 @@ def pairs_of(runs: Sequence[Path]) -> list[tuple[Path, Path]]:
     """
     if len(runs) % 2:
         raise LearnError(
-            f"expected pairs of a run folder and what was measured, got {len(runs)} names"
+            f"expected pairs of a run folder and a measured path, got {len(runs)} names"
         )
     return list(zip(runs[::2], runs[1::2], strict=True))
 
@@ -68,8 +68,8 @@ def store_folder(run_folder: Path, store: Path | None, no_store: bool) -> Path |
     found = store or run_folder.parent / STORE
     if found.resolve().is_relative_to(run_folder.resolve()):
         raise StoreError(
-            f"{found}: the store lies in the run folder, which --overwrite replaces: name another"
-            " place with --store"
+            f"{found}: the store is in the run folder, which --overwrite replaces: name another folder"
+            " with --store"
         )
     if is_run(found):
         raise StoreError(f"{found}: expected a store of evaluations, got a run folder")

@@ -25,8 +25,8 @@ def check(
         bool,
         typer.Option(
             "--evaluate",
-            help="Evaluate the process on the desired path, twice where that takes less than a"
-            " minute; else the robot carries its weight alone.",
+            help="Evaluate the process on the desired path, twice if that takes less than a"
+            " minute. Without it the robot carries only its weight.",
         ),
     ] = False,
 ) -> None:
@@ -65,7 +65,7 @@ def check(
             if isinstance(loaded.process_table, ProcessTable):
                 alike = [repeated(process, desired, remembered.last.response, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
-        view.watch(Progress("looking at joints and gears", 0, 1))
+        view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
@@ -85,4 +85,6 @@ def _time(case: Case, each: float | None) -> str:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, InverseCorrection):
         return estimated(case.desired, case.controller, case.method.max_rounds, each)
-    return "Compensation: no estimate of the time for this method, which iterates robot and process"
+    return (
+        "Estimated time of a compensation: none for this method, which iterates robot and process"
+    )

@@ -24,31 +24,33 @@ _NEAR = 0.02
 
 def export(
     source: Annotated[
-        Path, typer.Argument(help="A run folder; or, with --robot, a command: time, q1..; CSV.")
+        Path, typer.Argument(help="A run folder; or, with --robot, a command as CSV: time, q1..")
     ],
     to: Annotated[str, typer.Option("--to", help="Language: krl, rapid, fanuc, csv.")],
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="Folder; RUN/<language>, or CSV's name/<language>, unless given."
+            "-o",
+            "--output",
+            help="Folder; RUN/<language>, or the CSV's name/<language>, unless given.",
         ),
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(help="Robot of a command's CSV: robot.toml or a shipped robot's name."),
+        typer.Option(help="Robot of a command as CSV: robot.toml or a shipped robot's name."),
     ] = None,
     wrench: Annotated[
         Path | None,
         typer.Option(
-            help="Wrench along the command, with --robot: time, fx, .. mz; CSV. None unless given."
+            help="Wrench along the command, with --robot: a CSV, time, fx, .. mz. None unless given."
         ),
     ] = None,
     command: Annotated[
         Path | None,
-        typer.Option(help="Command in place of the run's, such as an edited one; CSV."),
+        typer.Option(help="Command instead of the run's, such as an edited one; CSV."),
     ] = None,
     targets: Annotated[
-        str | None, typer.Option(help="cartesian or joints; csv has joints alone.")
+        str | None, typer.Option(help="cartesian or joints; csv only joints.")
     ] = None,
     name: Annotated[
         str | None,
@@ -119,7 +121,7 @@ def _reader(
         for option, given in (("--robot", robot), ("--wrench", wrench)):
             if given is not None:
                 raise ProgramError(
-                    f"{option}: expected it beside the CSV of a command alone, got the folder {source},"
+                    f"{option}: expected a command as CSV with this option, got the folder {source},"
                     " which has its own"
                 )
         return (
@@ -128,7 +130,7 @@ def _reader(
             else partial(command_in_run, source, command)
         )
     if command is not None:
-        raise ProgramError(f"--command: expected a run folder before it, got {source}")
+        raise ProgramError(f"--command: expected a run folder with this option, got {source}")
     if robot is None:
         what = "a file" if source.exists() else "nothing of that name"
         raise ProgramError(
@@ -145,16 +147,16 @@ def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Itera
     )
     loss = f"loss {1e6 * one.loss:.2f} um"
     if one.command is None or one.read_back is None:
-        yield f"  moving robot under the files, read back, against the command: {loss}"
+        yield f"  difference of the tool's paths under the program, read back, and the command: {loss}"
     else:
         yield (
-            f"  deviation of the moving robot: {1e6 * one.command.maximum:.2f} um under the command,"
-            f" {1e6 * one.read_back.maximum:.2f} um under the files, read back; {loss}"
+            f"  deviation: {1e6 * one.command.maximum:.2f} um under the command,"
+            f" {1e6 * one.read_back.maximum:.2f} um under the program, read back; {loss}"
         )
     if one.loss > options.tolerance:
         yield (
             f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: see which of cycle,"
-            " targets and tolerance can give way"
+            " targets and tolerance can be changed"
         )
     if one.remark:
         yield f"  Warning: {one.remark}"
@@ -165,6 +167,6 @@ def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Itera
     yield f"  {near}: {nearest.kind}, {nearest.value:.2g} at {nearest.time:.3f} s (0 is singular)"
     if not one.counted:
         yield (
-            "  joints, flange and base are those of the robot file, which has no [controller]: compare"
-            " with the controller's before use"
+            "  joint angles, flange and base are as defined in the robot file, which has no"
+            " [controller]: compare them with the controller's before use"
         )

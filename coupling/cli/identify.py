@@ -24,19 +24,21 @@ def identify(
     measurements: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Measured deflections, a CSV file, optional with --plan; or recordings of a motion."
+            help="A CSV file of measured deflections, optional with --plan; or recordings of a motion."
         ),
     ] = None,
     robot: Annotated[
-        str, typer.Option(help="Start: robot.toml or a shipped robot's name.")
+        str, typer.Option(help="Start values: robot.toml or a shipped robot's name.")
     ] = "icme2008",
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="Robot file; the report and figures are beside it. Or the plan."
+            "-o", "--output", help="Robot file, with the report in the same folder; or the plan."
         ),
     ] = None,
-    torque_curve: Annotated[str, typer.Option(help="linear, backlash or spline.")] = "backlash",
+    torque_curve: Annotated[
+        str, typer.Option(help="Torque curve of the gears: linear, backlash or spline.")
+    ] = "backlash",
     sd_m: Annotated[
         float | None, typer.Option("--sd-m", help="Standard deviation of positions [m].")
     ] = None,
@@ -49,39 +51,48 @@ def identify(
     sd_nm: Annotated[
         float | None, typer.Option("--sd-Nm", help="Standard deviation of moments [N m].")
     ] = None,
-    loss: Annotated[str, typer.Option(help="squares, or huber for outliers.")] = "squares",
+    loss: Annotated[
+        str, typer.Option(help="Loss function: squares, or huber for outliers.")
+    ] = "squares",
     add: Annotated[
         list[str] | None,
         typer.Option(help="Tilt or backlash to add, as listed, or 'supported'; may be repeated."),
     ] = None,
     hold_out: Annotated[
         list[Path] | None,
-        typer.Option(help="Recording to predict; may be repeated.", rich_help_panel=_MOTION),
+        typer.Option(
+            help="Recording that is predicted, not fitted; may be repeated.",
+            rich_help_panel=_MOTION,
+        ),
     ] = None,
     leave_out: Annotated[
         bool,
-        typer.Option("--leave-out", help="Leave out every term in turn.", rich_help_panel=_MOTION),
+        typer.Option(
+            "--leave-out",
+            help="Leave out each term of the model in turn.",
+            rich_help_panel=_MOTION,
+        ),
     ] = False,
     bandwidth: Annotated[
         float,
         typer.Option(
             "--bandwidth-Hz",
             min=0.1,
-            help="Bandwidth of the motors' smoothed motion.",
+            help="Low-pass filter of the motors' angles.",
             rich_help_panel=_MOTION,
         ),
     ] = 20.0,
     plan: Annotated[
-        bool, typer.Option("--plan", help="Choose what to measure next.", rich_help_panel=_PLAN)
+        bool, typer.Option("--plan", help="Plan further measurements.", rich_help_panel=_PLAN)
     ] = False,
     count: Annotated[
         int, typer.Option(min=1, help="Number of measurements.", rich_help_panel=_PLAN)
     ] = 20,
     force: Annotated[
-        float, typer.Option(min=1e-3, help="Size of the load [N].", rich_help_panel=_PLAN)
+        float, typer.Option(min=1e-3, help="Load [N].", rich_help_panel=_PLAN)
     ] = 500.0,
     down: Annotated[
-        bool, typer.Option("--down", help="Loads are weights.", rich_help_panel=_PLAN)
+        bool, typer.Option("--down", help="Loads are weights, downwards.", rich_help_panel=_PLAN)
     ] = False,
     lowest_m: Annotated[
         float | None, typer.Option(help="Least height of the tool [m].", rich_help_panel=_PLAN)

@@ -26,7 +26,7 @@ def _processes() -> list[str]:
 
 def init(
     folder: Annotated[
-        Path | None, typer.Argument(help="Folder to make; optional with --list.")
+        Path | None, typer.Argument(help="Folder to create; optional with --list.")
     ] = None,
     robot: Annotated[
         str,
@@ -40,10 +40,10 @@ def init(
     ] = False,
     listed: Annotated[
         bool,
-        typer.Option("--list", help="List processes and robots to begin with, and make nothing."),
+        typer.Option("--list", help="List available processes and robots, create nothing."),
     ] = False,
 ) -> None:
-    """Make a folder with a case that runs as it stands, to be changed into your own."""
+    """Create a folder with a case that runs as it is, to be changed into your own."""
     from coupling.check.new_case import new_case, write_case
 
     if listed:
@@ -51,12 +51,12 @@ def init(
             console.print(line)
         return
     if folder is None:
-        raise typer.BadParameter("expected the folder to make, or --list, got neither")
+        raise typer.BadParameter("expected the folder to create, or --list, got neither")
     case = new_case(robot, process, two_robots, folder)
     file = write_case(case, folder)
     for line in (
         f"{file}: {case.about}",
-        *(f"{folder / name}: beside it" for name in case.texts if name != file.name),
+        *(f"{folder / name}: used by it" for name in case.texts if name != file.name),
         f"Next: elastic-robot check {shlex.quote(str(file))}",
     ):
         console.print(line)

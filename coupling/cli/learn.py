@@ -28,18 +28,20 @@ def learn(
     runs: MeasuredRuns,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Robot file; report and figures are beside it."),
+        typer.Option("-o", "--output", help="Robot file, with the report in the same folder."),
     ] = None,
     own_frame: OwnFrame = False,
     next_run: Annotated[
         Path | None,
-        typer.Option("--next", help="Run folder of the next command; beside the robot file."),
+        typer.Option("--next", help="Run folder of the next command; named as the robot file."),
     ] = None,
     no_next: Annotated[bool, typer.Option("--no-next", help="Compute no next command.")] = False,
     draws: Annotated[
         int,
         typer.Option(
-            min=0, max=1000, help="Simulated robots for intervals; 0: the intervals of the fit."
+            min=0,
+            max=1000,
+            help="Number of simulated robots for the intervals; 0: those of the fit.",
         ),
     ] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of these robots.")] = 1,
@@ -75,7 +77,7 @@ def learn(
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     start = sources[0].file
     if start.resolve() == target.resolve():
-        raise LearnError(f"{target}: expected another file than the robot that is learned from")
+        raise LearnError(f"{target}: expected another file than the run's robot file")
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
     result = figures(found)

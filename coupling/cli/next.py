@@ -53,7 +53,7 @@ Known = Annotated[
         "--frame-known",
         metavar="LENGTH,ANGLE",
         help="Uncertainty of the measuring frame in the robot's base frame, as 0.05mm or"
-        " 0.05mm,0.05mrad: then the absolute position is corrected too.",
+        " 0.05mm,0.05mrad; with it the absolute position is corrected too.",
     ),
 ]
 Tip = Annotated[
@@ -61,8 +61,8 @@ Tip = Annotated[
     typer.Option(
         "--tip-known",
         metavar="LENGTH",
-        help="Uncertainty of the probe's tip at the TCP, as 0.5mm: it is identified where the tool"
-        " turns.",
+        help="Uncertainty of the position of the probe's tip relative to the TCP, as 0.5mm; it is"
+        " identified where the tool rotates.",
     ),
 ]
 Repeatability = Annotated[
@@ -81,7 +81,7 @@ def next_command(
     move: Annotated[
         str,
         typer.Option(
-            help="One of auto, parameters, path, both: what is learned; auto: what predicts best."
+            help="What is learned: auto, parameters, path, both; auto: what predicts best."
         ),
     ] = "auto",
     frame_known: Known = None,
@@ -227,7 +227,7 @@ def _advance(
     pairs = pairs_of(runs)
     require_free(output, overwrite)  # before the work that would be lost
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
-        raise LearnError(f"{output}: expected another folder than those that were measured")
+        raise LearnError(f"{output}: expected another folder than those of the measured runs")
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     place = inputs_folder(output)
     with (
@@ -252,7 +252,7 @@ def _advance(
         write_atomically(place / PLAN, result.text() + "\n", LearnError)
         write_atomically(place / REPORT, next_page(title, result), LearnError)
     print_run(done, output)
-    console.print(f"How it was found: {place / REPORT}")
+    console.print(f"Report on the learning: {place / REPORT}")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 

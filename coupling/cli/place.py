@@ -31,7 +31,7 @@ def place(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Find place of the part and attitude of the tool: a stiff robot, and gears that do not reverse."""
+    """Find the place of part and tool where the robot is stiff and its gears do not reverse."""
     from coupling.case.file import load_case
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed

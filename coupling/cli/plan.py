@@ -34,17 +34,18 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
 
 
 def print_plan(plan: MeasurementPlan, file: Path) -> None:
-    """Say what the planned measurements will tell."""
+    """Print the confidence intervals that the planned measurements are expected to give."""
     rows = [
         (own.name, f"{own.start:.4g}", _percent(own.before), _percent(own.after))
         for own in plan.expected
     ]
     away = np.linalg.norm(plan.measurements.deflection, axis=1)
     parts = (
-        "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:",
+        "Expected 95 % interval of each compliance relative to its value (+- %), if the start file"
+        " is right:",
         Table(("parameter", "start", "so far", "then"), rows),
-        f"Deflections to expect: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Look whether every"
-        " pose is free of collisions before you drive there.",
+        f"Expected deflections: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Check every pose"
+        " for collisions before you move the robot there.",
         f"{file}: {plan.measurements.count} poses and loads",
     )
     print_sections(console, [Section("", parts)])

@@ -34,7 +34,7 @@ def couple(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Iterate robot and process until the path they agree on no longer changes."""
+    """Evaluate robot and process in turn until path and forces no longer change."""
     from coupling.run.execute import run_coupling
 
     _run(case, output, overwrite, store, no_store, "couple", run_coupling)
@@ -54,9 +54,7 @@ def compensate(
 
 
 def report(
-    folder: Annotated[
-        Path, typer.Argument(help="A run folder, or that of a study or a placement.")
-    ],
+    folder: Annotated[Path, typer.Argument(help="Folder of a run, a study or a placement.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
     """Write the report of a run folder, a study or a placement anew."""
@@ -107,5 +105,5 @@ def print_run(done: FinishedRun, folder: Path) -> None:
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
     outlook = done.stored.figures.outlook
     if outlook is not None and not outlook.gains:
-        text = "Do not send this command to a robot yet: it may be worse than none, see above."
+        text = "Do not send this command to a robot: it may be worse than none, see above."
         console.print(text, style="yellow")

@@ -104,8 +104,8 @@ def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -
     apart = float(_undeflected(placed, stored.joints).distance_to(stored.command).max())
     if apart > _SAME:
         raise ProgramError(
-            f"{folder / 'command.csv'}: expected the poses of the robot file, got some that are"
-            f" {1e6 * apart:.3g} um off: the file has changed since the run, repeat it"
+            f"{folder / 'command.csv'}: expected the poses of the robot file, got a difference of up to"
+            f" {1e6 * apart:.3g} um: the file has changed since the run, repeat it"
         )
 
 
@@ -122,9 +122,9 @@ def require_poses(
     turned = np.linalg.norm(off[:, 3:], axis=1).max()
     if apart > _ROUNDED or turned > _ROUNDED:
         raise ProgramError(
-            f"{file}: expected poses that the robot has at q1.., got some that are {1e6 * apart:.3g} um"
-            f" and {1e3 * turned:.3g} mrad off: it is the command of another robot, tool or base, or its"
-            " poses were left as they were when the angles changed: leave out their columns"
+            f"{file}: expected the poses of the robot at q1.., got a difference of up to"
+            f" {1e6 * apart:.3g} um and {1e3 * turned:.3g} mrad: it is the command of another robot,"
+            " tool or base, or only its angles were edited: remove the columns of the poses"
         )
 
 

@@ -207,7 +207,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
         try:
             rows = _inverse(job, aim * tolerance)
         except (PlanningError, SimulationError) as cause:
-            why = f"other rows than samples of the command were sought in vain: {cause}"
+            why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
         best = min(best, _judged(job, rows), key=lambda one: one.loss)
     return best

@@ -58,7 +58,7 @@ def drive_motion(
     motions = {move.motion for move in timed[1:]}
     if len(timed) < 2 or len(motions) != 1 or any(move.duration is None for move in timed[1:]):
         raise ProgramError(
-            f"{program.name}: expected a start and timed motions of one kind behind it, got"
+            f"{program.name}: expected a start and then timed motions of one kind, got"
             f" {len(timed) - 1} of {', '.join(sorted(motions)) or 'none'}"
         )
     time = start + np.cumsum([0.0, *(move.duration or 0.0 for move in timed[1:])])
@@ -128,7 +128,7 @@ def _straight(curve: SampledCurve, time: np.ndarray, at: np.ndarray) -> np.ndarr
 
 def _joints(move: ProgramMove, program: RobotProgram) -> tuple[float, ...]:
     if move.joints is None:
-        raise ProgramError(f"{program.name}: expected poses or joint angles alone, got both")
+        raise ProgramError(f"{program.name}: expected either poses or joint angles, got both")
     return move.joints
 
 

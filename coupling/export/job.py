@@ -141,8 +141,9 @@ class ExportJob:
         nearest = self._nearest(sampled)
         if nearest.value < _SINGULAR:
             raise ProgramError(
-                f"{self.command.who}expected postures that poses determine, got a singular one at"
-                f" {nearest.time:.3f} s ({nearest.kind}): write joint angles with --targets joints"
+                f"{self.command.who}expected no singular posture, as poses do not determine its joint"
+                f" angles, got one at {nearest.time:.3f} s ({nearest.kind}): write joint angles with"
+                " --targets joints"
             )
 
     def _nearest(self, sampled: SampledCommand) -> NearestSingularity:

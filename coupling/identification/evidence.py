@@ -86,12 +86,12 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     without = with_it.only(~tested)
     more = with_it.rank - without.rank
     if not with_it.scale[tested].any():
-        return _untested(tests, "no measurement moves it")
+        return _untested(tests, "no effect on any measurement")
     if more == 0:
         return _untested(tests, "not distinguishable from the others")
     freedom = with_it.target.size - with_it.rank
     if freedom <= 0:
-        return _untested(tests, "cannot be tested: as many unknowns as numbers measured")
+        return _untested(tests, "cannot be tested: as many unknowns as measured values")
     squares = [
         float(np.sum(p.residual(p.solve()) ** 2))
         for p in (without.weighted(weight), with_it.weighted(weight))

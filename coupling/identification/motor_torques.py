@@ -135,7 +135,7 @@ def _require_own(torques: MotorTorques, error: type[Exception]) -> None:
         if max(other) < _EXPLAINED and other[0] < _OTHER * now[i] and other[1] < _OTHER * now[k]:
             raise error(
                 f"{name}: expected torques of joints {joints[i] + 1} and {joints[k] + 1}, each in its"
-                " column, got in each what the other needs: are the columns swapped?"
+                " column, got in each the torque of the other: are the columns swapped?"
             )
     lags = np.arange(-_LAGS, _LAGS + 0.5 * _LAG_STEP, _LAG_STEP)
     lags = lags[np.abs(lags) < 0.25 * np.ptp(torques.time)]
@@ -182,16 +182,19 @@ def _fault(
     usual = float(np.mean(np.abs(file)))
     size, needed = (float(np.sqrt(np.mean(own**2))) for own in (measured, load))
     lost = friction.sure and abs(friction.value) > _NO_FRICTION * size
-    got = f"got {factor.value:.3g} times what weight and acceleration of its links need"
+    got = f"got {factor.value:.3g} times the torque of weight and acceleration of its links"
     if not factor.sure:
-        got = f"got {friction.value:.3g} N m of friction, {usual:.3g} N m in the robot file"
+        got = f"got friction of {friction.value:.3g} N m, {usual:.3g} N m in the robot file"
     turned = factor.sure and -_MASSES < factor.value < -1.0 / _MASSES
     if lost:
         gained = friction.value < 0.0 and (turned or (friction.alone and not factor.sure))
     else:
         gained = turned and factor.alone
     if gained:
-        return f"positive where they turn it forwards, {got}: is the column's sign another?", True
+        return (
+            f"positive in the positive direction of the joint, {got}: is the sign reversed?",
+            True,
+        )
     ratios = [abs(factor.value)] if factor.sure else []
     if lost and usual > 0.0:
         ratios.append(abs(friction.value) / usual)
@@ -201,14 +204,14 @@ def _fault(
             len(ratios) == 2 or not _MASSES / _UNITS < size / max(needed, 1e-300) < _UNITS / _MASSES
         )
         return (
-            f"{got}: is the column in kN m or parts of a rated torque, or at the motor, not times the"
-            " gear ratio?",
+            f"{got}: is the column in kN m, relative to a rated torque, or not multiplied by the gear"
+            " ratio?",
             factor.sure and both,
         )
     if factor.sure and not 1.0 / _MASSES < factor.value < _MASSES:
         return (
-            f"{got}: is the column's unit or sign another, or is a payload or balancer not in the robot"
-            " file?",
+            f"{got}: is the unit or sign of the column wrong, or a payload or balancer missing in the"
+            " robot file?",
             False,
         )
     return "", False

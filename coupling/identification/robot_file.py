@@ -65,7 +65,7 @@ def fitted_text(
             table = {"axis": axis.tolist(), "stiffness": entry.value, "damping": new.damping}
             sources = {
                 "axis": "tested by elastic-robot identify",
-                "damping": "the ratio to the stiffness that the joint itself has",
+                "damping": "same ratio to the stiffness as of the joint itself",
             }
             file.add_tilt(joint, table, sources)
         if entry.added and entry.name.endswith(".hysteresis"):

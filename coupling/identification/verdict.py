@@ -53,8 +53,8 @@ class ParameterVerdict:
 
 
 def interval_words(low: float | None, high: float | None) -> str:
-    """Return a 95 % interval in words; None is no end."""
-    ends = ("no end" if own is None else f"{own:.4g}" for own in (low, high))
+    """Return a 95 % interval in words; None is no limit."""
+    ends = ("no limit" if own is None else f"{own:.4g}" for own in (low, high))
     return f"95 %: {' to '.join(ends)}"
 
 

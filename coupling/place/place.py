@@ -66,19 +66,19 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         return lambda done, total: watch(Progress(what, done, total))
 
     with _timed("selection", durations):
-        watch(Progress("choosing places of the path", 0, 1))
+        watch(Progress("choosing samples of the path", 0, 1))
         screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
-        report = reported("looking at settings")
+        report = reported("evaluating settings")
         found = filled(screen, ranges, goal, table.settings, table.seed, report)
     with _timed("last steps", durations):
-        report = reported("refining the best of them")
+        report = reported("refining the best settings")
         found = refined(screen, goal, ranges, found, table.seed, report)
     if len(found.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
         raise PlanningError(
-            f"{placing.case.name}: expected a setting that the robot can work in, got none of"
-            f" {found.looked_at} ({reasons}): widen the ranges in [place], or ask for less margin"
+            f"{placing.case.name}: expected a feasible setting, got none of {found.looked_at}"
+            f" ({reasons}): widen the ranges in [place], or require less margin"
         )
     with _timed("whole path", durations):
         present = _present(placing, process_of)
@@ -118,7 +118,7 @@ def best_of(
     """
     wanted, found, reasons = placing.case.place.cases, [], []
     for k, setting in enumerate(_distinct(placing, settings)):
-        watch(Progress("judging the best along the whole path", k, len(settings)))
+        watch(Progress("evaluating the best along the whole path", k, len(settings)))
         try:
             own = judged(placing, setting, process_of)
         except PlanningError as error:

@@ -110,7 +110,7 @@ def require_one_robot(case: Case) -> None:
         )
     if all(joint.stiffness is None for joint in robot.joints):
         raise CaseError(
-            f"{case.name}: expected a robot whose gears give way, got {robot.name} with rigid joints"
+            f"{case.name}: expected a robot with elastic gears, got {robot.name} with rigid joints"
         )
 
 
@@ -135,7 +135,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     ranges = _ranges(case, present, diameter is not None)
     if len(ranges.free) == 0:
         raise CaseError(
-            f"{case.name}: place: expected a range that is one, got nothing that is free"
+            f"{case.name}: place: expected a range with low < high, got none: nothing is free"
         )
     wanted = objective or table.optimise
     gears = GearLoops.of(MovingRobot(placed.description, placed.torque_curve))

@@ -108,9 +108,7 @@ class ExternalProgram(WithIdentity):
         """Return the answer of the program of a killed run; None where there is none."""
         if not self.identity or not place.can_be_taken_over:
             return None
-        self.watch(
-            ProcessMessage(f"going on with {place.path}, which a run that was killed has begun")
-        )
+        self.watch(ProcessMessage(f"continuing {place.path}, which a killed run has started"))
         try:
             wait_for_program(self.command[0], place.path, self.time_limit, self.watch)
             return self._read(place.path, path)
@@ -121,7 +119,7 @@ class ExternalProgram(WithIdentity):
         """Return times, wrenches and, if stated, stiffnesses that the program left, (n, 7 or 13)."""
         said = quoted(last_lines(folder)) if (folder / OUTPUT).exists() else ""
         if not (folder / WRENCH).is_file():
-            raise ProcessError(f"{self.command[0]!r} left no {WRENCH}{said}")
+            raise ProcessError(f"{self.command[0]!r} wrote no {WRENCH}{said}")
         try:
             known = set(STIFFNESS_COLUMNS) & set(read_header(folder / WRENCH, ProcessError))
             columns = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if known else ())
@@ -134,22 +132,22 @@ class ExternalProgram(WithIdentity):
         jumps = np.append(np.diff(table[:, 0]) == 0.0, False)
         if len(table) - np.count_nonzero(jumps) != len(path.time):
             raise ProcessError(
-                f"{WRENCH}: expected {len(path.time)} rows, as {PATH} has, and two of one time where"
+                f"{WRENCH}: expected {len(path.time)} rows, as in {PATH}, and two of the same time where"
                 f" the force jumps, got {len(table)} rows of"
                 f" {len(table) - np.count_nonzero(jumps)} times{said}"
             )
         if np.any(jumps[1:] & jumps[:-1]):
             row = int(np.argmax(jumps[1:] & jumps[:-1]))
             raise ProcessError(
-                f"{WRENCH}: expected two rows of one time where the force jumps, before and behind it,"
-                f" got more of {table[row, 0]:.9g} s{said}"
+                f"{WRENCH}: expected two rows of the same time where the force jumps, before and after"
+                f" it, got more of {table[row, 0]:.9g} s{said}"
             )
         rows_of = np.append(0, np.cumsum(~jumps[:-1]))
         late = np.abs(table[:, 0] - path.time[rows_of])
         if late.max() > _TIME_TOLERANCE * np.diff(path.time).min():
             row = int(late.argmax())
             raise ProcessError(
-                f"{WRENCH}: time: expected {path.time[rows_of[row]]:.9g} s, as {PATH} has, got"
+                f"{WRENCH}: time: expected {path.time[rows_of[row]]:.9g} s, as in {PATH}, got"
                 f" {table[row, 0]:.9g} s in row {row + 1}{said}"
             )
         table[:, 0] = path.time[rows_of]

@@ -61,6 +61,5 @@ class Repeatability:
         return (
             f"the process gave different forces on the same path, by up to {self.largest:.3g} N"
             f" ({self.rms:.3g} N rms) of {self.peak:.3g} N: noise or memory, which no iteration can"
-            " remove; make it repeatable (a fixed seed, a fresh start), let it average, or filter it"
-            " (cutoff_Hz)"
+            " remove; make it repeatable (a fixed seed, a fresh start), average or filter it (cutoff_Hz)"
         )

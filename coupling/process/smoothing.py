@@ -91,7 +91,7 @@ class ForceNoise:
     @property
     def sentence(self) -> str:
         """The level and what is done about it."""
-        what = f"of about {self.force:.3g} N" if self.significant else "that hardly counts"
+        what = f"of about {self.force:.3g} N" if self.significant else "that is negligible"
         left = self.filter is None or (self.adaptive and not self.significant)
         done = "not filtered" if left else f"{self.filter}, without delay"
         return f"The forces of the process have noise {what}; they are {done}."

@@ -18,8 +18,8 @@ from coupling.run.stored_run import CASE, StoredRun
 _LISTED = 12
 _KEY = 12
 _WHERE = {
-    "inverse": "first on the desired path, then on the path that the tool takes under each command",
-    "mirror": "on the paths that the tool takes, from iteration to iteration",
+    "inverse": "first on the desired path, then on the actual path under each command",
+    "mirror": "on the actual path of each iteration",
 }
 
 
@@ -32,10 +32,10 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
         answers: `answers` of run.json.
     """
     method = case.compensation.method if figures.kind == "compensate" else ""
-    where = _WHERE.get(method, "on the paths that the tool takes, until they agree")
+    where = _WHERE.get(method, "on the actual path of each iteration")
     text = [
-        f"{case.process.model}, evaluated {figures.process_evaluations} times, {where}; peak force"
-        f" {figures.peak_force_N:.1f} N."
+        f"Process {case.process.model}: evaluated {figures.process_evaluations} times, {where}; peak"
+        f" force {figures.peak_force_N:.1f} N."
     ]
     if answers:
         computed = [own.seconds for own in answers if own.origin == "computed"]
@@ -46,7 +46,7 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
             else "none computed"
         )
         text.append(
-            f"Of {len(answers)} evaluations {spent}, {len(answers) - len(computed)} from the store."
+            f"{len(answers)} evaluations: {spent}, {len(answers) - len(computed)} from the store."
         )
     return text
 
@@ -87,7 +87,7 @@ def inputs(figures: RunResult, case: str) -> list[Section]:
         ("FMU", figures.fmu_fingerprint),
         ("evaluations of the process (keys in the store)", keys or "not kept"),
     ]
-    text = Note("With every default filled in; it runs again to the same figures.")
+    text = Note("All defaults are filled in: running it reproduces these results.")
     return [
         *robots,
         Section("Inputs: programs", [Table(("", "version"), rows, "words")]),
@@ -111,9 +111,10 @@ def touched_off(robots: Iterable[tuple[str, TouchOffResult | None]]) -> list[str
             )
         )
         said.append(
-            f"{name} robot: touched off with its sag, the part is really at {part} m, roll, pitch,"
-            f" yaw {rpy} deg; there the controller shows a frame that is off by {shift} um and {turn}"
-            f" mrad, world axes. The touched points fit that to {UM * found.residual_m:.2f} um."
+            f"{name} robot: the part, touched off by the robot with its sag, is at {part} m, roll,"
+            f" pitch, yaw {rpy} deg. The frame that the controller shows deviates from that by"
+            f" {shift} um and {turn} mrad, world axes. Residual of the touched points:"
+            f" {UM * found.residual_m:.2f} um."
         )
     return said
 

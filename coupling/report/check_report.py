@@ -23,10 +23,10 @@ from coupling.run.motor_demands import COLD, WARM, MotorDemand
 
 _REACH = "#009E73"
 _NOTE = Note(
-    "Links from joint to joint at the path's first sample, no bodies. The thin lines are how far the TCP"
-    " can be led from the middle of the path, the tool held as it is there, in the vertical plane"
-    " through the robot's base and in the horizontal one: beyond, a joint passes its limit, the arm is"
-    " too short or the posture is singular. Collisions are not looked at."
+    "Posture at the path's first sample, links as straight lines between joints. Thin lines: reach"
+    " of the TCP from the middle of the path with the tool's orientation there, in the vertical"
+    " plane through the robot's base and in the horizontal plane. Beyond them a joint exceeds its"
+    " limit, the pose is out of reach or singular. Collisions are not checked."
 )
 
 
@@ -63,11 +63,11 @@ def check_summary(robots: Sequence[CheckedRobot], loads: str) -> list[Section]:
 def _of_robot(robot: CheckedRobot, loads: str) -> list[Section]:
     ways = ", ".join(f"{name} {1e3 * way:.0f}" for name, way in robot.clearance.free.items())
     sentences = (
-        f"{robot.path_length:.3f} m of path in {robot.path.time[-1]:.1f} s.",
+        f"Path: {robot.path_length:.3f} m in {robot.path.time[-1]:.1f} s.",
         joint_table(robot.demands),
-        f"The whole path can be moved by [mm], axes of the base: {ways}.",
-        f"Distance from singular postures {robot.clearance.conditioning:.3f} (1/|J^-1|; place requires"
-        " 0.03).",
+        f"Possible shift of the whole path [mm], base axes: {ways}.",
+        f"Smallest conditioning {robot.clearance.conditioning:.3f} (1/|J^-1|, 0 is singular; place"
+        " requires 0.03).",
     )
     return [
         Section(robot.name, sentences),
@@ -100,8 +100,8 @@ def motor_table(motors: Sequence[MotorDemand]) -> list[Section]:
 
 
 _MOTORS = Note(
-    "Largest torques at the gear's output, of rotor, friction and gear. The additional torque of a"
-    " rotor that crosses its gear's backlash is computed by a compensation."
+    "Largest torques of rotor, friction and gear at the gear's output. Only a compensation computes the"
+    " additional torque of a rotor that crosses its gear's backlash."
 )
 
 
@@ -110,7 +110,7 @@ def _of_gears(robot: CheckedRobot) -> Iterator[str]:
     if any(gear.backlash for gear in robot.gears):
         yield _left("backlash", robot.backlash, robot.unknown)
         if not any(gear.at_risk for gear in robot.gears):
-            yield "No gear reverses: an error of the backlash leaves little but a constant."
+            yield "No gear reverses: an error of the backlash causes little but a constant deviation."
     else:
         yield "No gear has backlash in this model."
     if robot.hysteresis is not None:
@@ -120,12 +120,12 @@ def _of_gears(robot: CheckedRobot) -> Iterator[str]:
 def _left(what: str, wrong: Sequence[Replay], unknown: str) -> str:
     """Return what an error of the gears leaves, or why that is not known."""
     if not wrong:
-        return f"What an error of the {what} leaves is not known: {unknown}"
+        return f"The effect of an error of the {what} is not known: {unknown}"
     most = 1e6 * max(own.deviation.maximum for own in wrong)
     rest = 1e6 * max(own.deviation.maximum_less_constant for own in wrong)
     return (
-        f"With {' or '.join(own.name for own in wrong)} in all gears the exact command leaves up to"
-        f" {most:.1f} um, {rest:.1f} um less a constant (simulated)."
+        f"With {' or '.join(own.name for own in wrong)} in all gears the deviation under the exact"
+        f" command is up to {most:.1f} um, {rest:.1f} um less a constant (simulated)."
     )
 
 

@@ -191,14 +191,14 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
     difference = command_difference(first, second)
     if difference is None:
         counts = [own.joints.q[0].shape[1] for own in (first, second)]
-        return f"Of {counts[0]} and {counts[1]} joints, not to be compared"
+        return f"Not comparable: {counts[0]} and {counts[1]} joints"
     angle, joint, time = difference.largest
     if angle == 0.0:
-        return "The same"
-    text = f"Apart by at most {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
+        return "Identical"
+    text = f"Largest difference {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
     ends = [float(own.joints.time[-1]) for own in (first, second)]
     if abs(ends[0] - ends[1]) > 1e-9:
-        text += f", while both last: they take {ends[0]:.3f} and {ends[1]:.3f} s"
+        text += f", in the time common to both: they take {ends[0]:.3f} and {ends[1]:.3f} s"
     return text
 
 

@@ -19,9 +19,9 @@ _PARTS = 400
 _NEAR = 2.0
 _KEYS = ("rate_limit_rad_s", "acceleration_limit_rad_s2")
 DRIVES_NOTE = Note(
-    "Angles from where they start, rates, accelerations, and torques of motors at their gears' output;"
-    " dashed: limits that are within twice the demand. The table has the largest values, between the"
-    " command's rows as well, and what they are of the limits."
+    "Angles relative to their start, rates, accelerations, and motor torques at the gears' output;"
+    " dashed: limits of up to twice the demand. Table: largest values, also between the command's rows,"
+    " and their share of the limits."
 )
 
 

@@ -28,13 +28,13 @@ def identify_page(title: str, found: IdentifiedResult) -> str:
         found: Figures of the identification, the content of identified.json.
     """
     factor = amplification(found)
-    arrows_note = Note(f"At each pose of the tool, {factor} times as large as they are.")
+    arrows_note = Note(f"Deflections at each pose of the tool, enlarged {factor} times.")
     sections = [
         *identify_summary(found),
         Section(
             "Deflections, measured and predicted", [arrows_note], "arrows", [arrows(found, factor)]
         ),
-        Section("Measured over predicted", [_AGREEMENT], "agreement", [agreement(found)]),
+        Section("Measured against predicted", [_AGREEMENT], "agreement", [agreement(found)]),
         Section("Residuals by pose", [_RESIDUALS], "residuals", [residuals(found)]),
         Section("Intervals", [_INTERVALS], "intervals", [intervals(found)]),
     ]
@@ -66,15 +66,15 @@ def _sizes(found: IdentifiedResult) -> Section:
     words = {
         "measured": "measured deflections",
         "start": "residual of the start file",
-        "fit": "left by the fit",
-        "left_out": f"{'loops' if found.loops else 'rows'} predicted by a fit of all others"
-        " (leave-one-out)",
-        "written": "residual of the robot as written",
+        "fit": "residual of the fit",
+        "left_out": f"leave-one-out: {'loops' if found.loops else 'rows'} predicted by a fit of all"
+        " others",
+        "written": "residual of the robot file as written",
     }
     rows = [(text, _size(getattr(found.rms_m, key))) for key, text in words.items()]
     worst = ", ".join(_worst(found, name) for name in found.worst)
     sizes = Table((f"{found.rows} measurements", "rms over all components [mm]"), rows)
-    return Section("", [sizes, f"Worst predicted when left out: {worst}."])
+    return Section("", [sizes, f"Largest leave-one-out errors: {worst}."])
 
 
 def _loops(found: IdentifiedResult) -> list[Section]:
@@ -85,7 +85,7 @@ def _loops(found: IdentifiedResult) -> list[Section]:
         (str(loop.number), *map(_size, (loop.fit_m, loop.left_out_m, loop.without_hysteresis_m)))
         for loop in found.loops
     ]
-    columns = ("loop", "fit", "left out", "left out, without hysteresis")
+    columns = ("loop", "fit", "leave-one-out", "leave-one-out without hysteresis")
     return [Section("Loops, rms over all components [mm]", [_LOOPS, Table(columns, rows)])]
 
 
@@ -129,9 +129,11 @@ def _number(value: float | None) -> str:
 
 
 def _separability(found: IdentifiedResult) -> Section:
-    lines = [f"Condition of the columns, each of length 1: {_number(found.condition)}."]
-    lines += [f"{name}: no measurement moves it." for name in found.without_effect]
-    lines += [f"Not identifiable: {d.in_words} changes nothing measured." for d in found.unseen]
+    lines = [f"Condition number of the normalised sensitivities: {_number(found.condition)}."]
+    lines += [f"{name}: no effect on any measurement." for name in found.without_effect]
+    lines += [
+        f"Not identifiable: {d.in_words} has no effect on any measurement." for d in found.unseen
+    ]
     lines += [
         f"Poorly identifiable (condition index {d.index:.0f}): {d.in_words}."
         for d in found.weak
@@ -161,19 +163,17 @@ def _further(found: IdentifiedResult) -> list[Section]:
 
 _AGREEMENT = Note("Displacements along the base axes.")
 _RESIDUALS = Note(
-    "How far the measured point is from where the robot predicts it; predicted by the fit of all rows,"
-    " and by a fit of all rows but that one."
+    "Distance of the measured point from its prediction by the fit of all rows, and by a fit of all"
+    " other rows."
 )
 _INTERVALS = Note(
-    "Bars that run far to the right have no upper end: the data do not distinguish the joint from"
-    " a rigid one."
+    "Bars to the right edge have no upper limit: the data do not distinguish the joint from a rigid one."
 )
 _LOOPS = Note(
-    "Left out: predicted by a fit of all other loops; beside it, by such a fit of a robot whose gears"
-    " have no hysteresis."
+    "Leave-one-out: predicted by a fit of all other loops; last column: with gears without hysteresis."
 )
 _NO_HYSTERESIS = "Gears whose loops show no hysteresis get no elements."
 _FURTHER = Note(
-    "Tilts and backlashes that the start file does not have, one at a time beside its own. Supported:"
-    " an F test (5 % over the number of tests) and a smaller leave-one-out error, both."
+    "Tilts and backlashes that the start file does not have, each added alone. Supported: a significant"
+    " F test (5 % over the number of tests) and a smaller leave-one-out error."
 )

@@ -67,10 +67,10 @@ def _sizes(found: LearnedResult) -> list[Table]:
         for one in found.runs
     ]
     columns = (
-        *("measurement", "run", "rows", "of the run [s]"),
-        *("frame off by [um]", "and [mrad]", "clock [ms]"),
+        *("measurement", "run", "rows", "time of the run [s]"),
+        *("offset of frame [um]", "and [mrad]", "offset of clock [ms]"),
     )
-    slow = (f"slower than {found.slow_below_Hz:g} Hz", "rms [um]")
+    slow = (f"deviation below {found.slow_below_Hz:g} Hz", "rms [um]")
     return [Table(slow, rows), Table(columns, frames)]
 
 
@@ -122,13 +122,12 @@ def _intervals(found: LearnedResult) -> go.Figure:
 
 def _left_note(found: LearnedResult) -> Note:
     return Note(
-        "Distance between where the tool was measured and where the simulated robot has it under the"
-        f" same command, what is slower than {found.slow_below_Hz:g} Hz, behind the measuring frame and"
-        " clock that fit each best."
+        "Distance between the measured and the simulated tool under the same command, below"
+        f" {found.slow_below_Hz:g} Hz, with the measuring frame and clock that fit each robot best."
     )
 
 
 _INTERVALS = Note(
-    "Where identifiable they are calibrated on simulated robots; elsewhere they are as wide as it was"
-    " known before."
+    "Intervals of identifiable parameters are calibrated on simulated robots; the others are as wide as"
+    " before the measurement."
 )

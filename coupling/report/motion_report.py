@@ -45,8 +45,9 @@ def motion_summary(found: MotionResult) -> list[Section]:
         words += " The fit has not converged: its values may still change."
     noise = max(found.noise_torque_Nm)
     remark = (
-        f"Motors' motion below {found.bandwidth_Hz:g} Hz; the noise of their encoders leaves at most"
-        f" {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks of time."
+        f"The motors' angles are low-passed at {found.bandwidth_Hz:g} Hz; the noise of their encoders"
+        f" then causes at most {noise:.2g} N m of rotor torque. Intervals from {found.blocks} blocks"
+        " of time."
     )
     sections = [
         Section("", [words, *found.remarks], good=good and not found.remarks),
@@ -55,13 +56,13 @@ def motion_summary(found: MotionResult) -> list[Section]:
     ]
     if found.lines:
         lines = [
-            f"Encoder of link {own.joint}: {', '.join(f'{n:g}' for n in own.periods)} periods a turn."
+            f"Encoder of link {own.joint}: {', '.join(f'{n:g}' for n in own.periods)} periods per turn."
             for own in found.lines
         ]
         sections.append(Section("Periodic errors of encoders", [*lines, _LINES]))
     slow = [f"{UM * own:.0f}" for own in found.slow_error_rad if own is not None]
     if slow:
-        words = f"Likely size of one period a turn: {', '.join(slow)} urad."
+        words = f"Estimated size of one period per turn: {', '.join(slow)} urad."
         sections.append(Section("Slow errors of encoders", [words, _SLOW]))
     if found.terms:
         sections.append(Section("Without each term", [_terms(found), _TERMS]))
@@ -74,15 +75,15 @@ def _sizes(found: MotionResult) -> Table:
         words = "predicted" if one.held_out else "fitted"
         for text, factor, values in (
             ("motor less link [urad]", UM, one.wind_up_rad),
-            ("- without lines of the encoder", UM, one.wind_up_without_lines_rad),
-            ("- by lag, offset and lines alone", UM, one.wind_up_lag_alone_rad),
+            ("- without the encoder's periodic errors", UM, one.wind_up_without_lines_rad),
+            ("- with lag, offset and periodic errors alone", UM, one.wind_up_lag_alone_rad),
             ("motor torque [% of its rms]", 100.0, one.torque_relative),
             (f"- below {found.bandwidth_Hz:g} Hz", 100.0, one.slow_torque_relative),
         ):
             if any(value is not None for value in values):
                 rows.append((one.name, words, text, *(_size(v, factor) for v in values)))
     joints = [f"joint {i + 1}" for i in range(len(found.recordings[0].wind_up_rad))]
-    return Table(("recording", "", "rms left of", *joints), rows)
+    return Table(("recording", "", "rms residual of", *joints), rows)
 
 
 def _size(value: float | None, factor: float) -> str:
@@ -98,7 +99,7 @@ def _parameters(found: MotionResult) -> Table:
 
 def _row(own: MotionParameterResult) -> tuple[str, ...]:
     if not own.identified:
-        return own.name, f"{own.start:.4g}", "not identifiable: kept", "", "", own.unit
+        return own.name, f"{own.start:.4g}", "kept, not identifiable", "", "", own.unit
     values = ("∞" if v is None else f"{v:.4g}" for v in (own.value, own.low, own.high))
     return own.name, f"{own.start:.4g}", *values, own.unit
 
@@ -149,21 +150,23 @@ def _beside(one: RecordingResult, measured: np.ndarray, left: np.ndarray, label:
     lines = [
         DrawnLine("measured", DESIRED, one.time, measured, 1.0),
         DrawnLine("predicted", AFTER, one.time, measured - left),
-        DrawnLine("left", BEFORE, one.time, left, 1.0),
+        DrawnLine("residual", BEFORE, one.time, left, 1.0),
     ]
     return over_time(lines, label, 300)
 
 
 _WIND_UP = Note(
-    "Predicted with lag, slow error and loop of the encoders, and the recording's own offset and"
-    " phases."
+    "Predicted with lag, slow error and loop (hysteresis) of the encoders, and the recording's own"
+    " offset and phases."
 )
-_LINES = Note("An incremental scale begins anywhere: each recording has its own phase of them.")
+_LINES = Note("An incremental encoder starts at any angle: each recording has its own phases.")
 _SLOW = Note(
-    "Up to eight periods a turn, of k a k-th; where the link was not, they are hardly determined."
+    "Up to eight periods per turn, k periods with a k-th of the size; hardly determined at angles that"
+    " the link did not reach."
 )
 _TERMS = Note(
-    "Residual of the recording held out last at the term's joint, if the others respond to first order;"
-    " stiffness, rotor and payload as in the start, all else none. With a term the recordings that are"
-    " fitted are likelier by so much; below e^2 they do not support it."
+    "Residual of the last held-out recording at the term's joint, with the term and without it; the"
+    " other parameters respond to first order. Without a stiffness, rotor or payload: its start"
+    " value; without another term: zero. Last column: logarithm of the likelihood ratio of the"
+    " fitted recordings, with to without the term; below 2 they do not support it."
 )

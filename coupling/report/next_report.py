@@ -75,8 +75,8 @@ def _runs(found: NextResult) -> list[Table]:
         *("faster than 15 Hz [um]", "forecast of the rms [um]"),
     )
     off = (
-        *("run", "noise [um]", "frame off by [um]", "and [mrad]", "tip off by [um]"),
-        *("clock off by [ms]", "samples left out"),
+        *("run", "noise [um]", "offset of frame [um]", "and [mrad]", "offset of tip [um]"),
+        *("offset of clock [ms]", "samples left out"),
     )
     return [Table(columns, sizes), Table(off, devices)]
 
@@ -107,8 +107,8 @@ def _moves(found: NextResult) -> Table:
 
 
 def _causes(found: NextResult) -> list[Section]:
-    rows = [(_um(own.rms_m), own.text.partition(" follow ")[2]) for own in found.causes]
-    table = Table(("rms [um]", "follows"), rows, "words")
+    rows = [(_um(own.rms_m), own.text.partition(": ")[2]) for own in found.causes]
+    table = Table(("rms [um]", "correlated with"), rows, "words")
     return [Section("Beyond the model", [table])] if rows else []
 
 

@@ -46,7 +46,7 @@ def place_page(stored: StoredPlacement) -> str:
     figures, sections = stored.figures, []
     for across, up in dict.fromkeys((own.across, own.up) for own in stored.maps):
         maps = [own for own in stored.maps if (own.across, own.up) == (across, up)]
-        title = f"The part in the plane of {across} and {up}"
+        title = f"Position of the part in the plane of {across} and {up}"
         drawn = map_figures(figures, maps)
         sections.append(Section(title, (_map_note(figures),), f"map_{across}{up}", drawn))
     return document(f"{figures.case}: place", [*place_summary(figures), _gears(figures), *sections])
@@ -63,26 +63,26 @@ def place_summary(figures: PlacementResult) -> list[Section]:
             f"{own.conditioning:.3f}",
             "-" if own.limit_margin_rad is None else f"{np.rad2deg(own.limit_margin_rad):.0f}",
             in_words(own.setting, figures.free)
-            + ("" if own.admitted else "; breaks a demand of [place]"),
+            + ("" if own.admitted else "; violates a limit of [place]"),
         )
         for name, own in figures.named
     ]
     moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
         *("setting", moved, f"{figures.unknown} [um]", "backlash reversals (gear: times)"),
-        *("conditioning", "from joint limits [deg]", "what is free"),
+        *("conditioning", "margin to joint limits [deg]", "free variables"),
     )
-    lost = "As it is, the robot cannot follow the path."
+    lost = "With the present setting the robot cannot follow the path."
     refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)
-    limits = "the robot file has no limits of its joints: look whether they are kept."
+    limits = "the robot file has no joint limits: check the joint angles yourself."
     parts: list[Part] = [
         *([lost] if figures.present is None else []),
         Table(header, rows),
         _TABLE,
-        f"{figures.settings} settings looked at; of the {figures.filling} that fill the ranges"
-        f" refused: {refused or 'none'}.",
+        f"{figures.settings} settings evaluated. Refused of the {figures.filling} spread over the"
+        f" ranges: {refused or 'none'}.",
     ]
-    collisions = "Look whether robot, tool and part are free of collisions before you drive there."
+    collisions = "Check robot, tool and part for collisions before you move the robot there."
     return [
         Section("", parts),
         *warned([] if figures.limited_joints else [limits]),
@@ -215,21 +215,20 @@ def _gears(figures: PlacementResult) -> Section:
 def _map_note(figures: PlacementResult) -> Note:
     what = "the process" if figures.forced else "100 N"
     return Note(
-        "Each place of the part with tool and base held as they are now, or as the best"
-        f" setting holds them: displacement by {what}, and what gears with {figures.unknown} do at rest."
-        " White: out of reach, too near to a limit or to a singular posture. The colours end where"
-        " 95 % of the places do."
+        "Positions of the part, with the other variables of the present or of the best setting:"
+        f" displacement by {what}, and effect of {figures.unknown} of the gears at rest. White: out"
+        " of reach, too near to a limit or to a singular posture. The colour scale ends at the 95 %"
+        " quantile."
     )
 
 
 _TABLE = Note(
-    "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
-    " rest at gears that may reverse (in motion several times as much), and slip torques of hysteresis"
-    " that are 30 % off wherever torques change, summed; backlash reversals"
-    " along the whole path; distance from singular postures (1 over the norm of the inverse Jacobian,"
-    " lengths in units of the reach)."
+    "Largest displacement of the tool by the process's wrench; sum of the effects at rest of an"
+    " error of 20 % of the backlash of gears that may reverse (in motion several times as much) and"
+    " of 30 % of the slip torques of hysteresis; backlash reversals along the whole path;"
+    " conditioning (1 over the norm of the inverse Jacobian, lengths in units of the reach)."
 )
 _GEARS = Note(
-    "From the torque that the links need along the whole path, with the inertia of starts and stops. A"
-    " negative figure: the torque changes sign by so much."
+    "From the torque of the links along the whole path, including starts and stops. A negative"
+    " margin: the torque changes its sign by that much."
 )

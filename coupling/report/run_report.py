@@ -138,7 +138,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     demands = (DRIVES_NOTE, drives_table(own))
     sections = [
         *robot_head(run, robot),
-        Section("The part from above", [_ABOVE], "above", from_above(views)),
+        Section("Top view of the part", [_ABOVE], "above", from_above(views)),
         Section(
             "Deviation along the path", along_text, "deviation", [run_figures.deviation(robot)]
         ),
@@ -168,7 +168,7 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
     if not workpieces:
         return []
     return [
-        Section("Workpiece, cut", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
+        Section("Section of the workpiece", [_CUT], "cut", [workpiece_figures.cut(workpieces)]),
         Section("Workpiece", [_WORKPIECE], "workpiece", workpiece_figures.fields(workpieces)),
     ]
 
@@ -211,47 +211,46 @@ _ABOVE = Note(
     " all on one logarithmic scale."
 )
 _FLANKS = Note(
-    "Below the curves: a bar while a gear is in its backlash, a mark where it reaches a flank. The"
-    " largest spikes of each gear are named."
+    "Bars below the curves: a gear is in its backlash; marks: it reaches a flank. The largest spikes of"
+    " each gear are labelled."
 )
-_ROBOT = Note("Links from joint to joint in the middle of the path, no bodies; the world frame.")
+_ROBOT = Note(
+    "Posture in the middle of the path, links as straight lines between joints; world frame."
+)
 _CONVERGENCE = Note(
-    "Thin lines: distance of the robot's path from that which the process was given, for each"
-    " evaluation of the process. Thick line: deviation from the desired path after each correction."
+    "Thin lines: distance of the robot's path from that on which the process was evaluated, for each"
+    " evaluation. Thick line: deviation from the desired path after each correction."
 )
 _THINNED = Note(
-    f"A curve over time is drawn through its smallest and largest value in each of up to {PARTS}"
-    " equal parts of the time, so that no peak is lost; the CSV files hold every sample."
+    f"Curves over time show the smallest and largest value in each of up to {PARTS} equal intervals;"
+    " the CSV files contain every sample."
 )
 _GAP = Note(
-    "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
+    "Gap between the surfaces of both tools, across the sheet; it varies with the deviations of both."
 )
-_CUT = Note("The workpiece, cut along the part's x axis.")
+_CUT = Note("Section of the workpiece along the part's x axis.")
 _WORKPIECE = Note(
-    "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
-    " ParaView."
+    "The same surface coloured by the field chosen in the menu. The files workpiece_*.vtu contain it"
+    " for ParaView."
 )
 
 
 def _deviation_note(run: StoredRobot) -> Note:
     text = "Distance between actual and desired TCP at equal times."
     if len(run.actual) > 1:
-        text += (
-            " After compensation it is measured in a simulation of the FMU with the process evaluated"
-            " on the tool's actual path."
-        )
+        text += " After compensation: simulated, with the process evaluated on the actual path."
     if run.other:
         text += " Dotted: the same command and wrench on the robot in the other mode."
         if len(run.actual) > 1 and run.figures.mode == "dynamic":
-            text += " After compensation they are apart by the command's share against inertia."
+            text += " After compensation they differ, as the command compensates inertia."
     if run.plant is not None:
-        text += " On the plant the same command is as good as model and plant agree."
+        text += " Plant: the same command on the robot that differs from the model."
     return Note(text)
 
 
 def _wrench_note(run: StoredRobot) -> Note:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
-    return Note(f"Acting on the tool at the TCP, base axes, along the {which}.")
+    return Note(f"Wrench on the tool at the TCP along the {which}, base axes.")
 
 
 def _axes_note(run: StoredRobot) -> Note:

@@ -67,16 +67,16 @@ def deviations(
     if figures.kind == "couple":
         return Section("", (found, *_of_tooth_passing(figures)))
     how = (
-        f"Before compensation the robot is {HOW[figures.before]}; after it, with the process on the"
-        " tool's actual path."
+        f"Before compensation: {HOW[figures.before]}. After compensation: with the process on the tool's"
+        " actual path."
     )
     return Section("", (how, found, _SHARES, *_of_tooth_passing(figures)))
 
 
 _SHARES = Note(
-    "Gravity alone after compensation is where the corrected command leads the tool without the process,"
-    " which then moves it by the process's share. Shares do not add up, as their directions differ."
-    " Less a constant: the rest once the part or the path is shifted by the mean deviation."
+    "Gravity alone, after compensation: deviation under the corrected command without the process. The"
+    " shares do not add up, as their directions differ. Less a constant: after subtraction of the mean"
+    " deviation, which a shift of the part can remove."
 )
 
 
@@ -107,9 +107,9 @@ def _of_tooth_passing(figures: RunResult) -> list[str]:
         for axis, (low, high) in found.envelope_m.items()
     )
     return [
-        f"A tooth passes every {1e3 * found.period_s:.3g} ms. Of the last deviation the slow part, its"
-        f" mean over a tooth passing, is at most {UM * found.slow_m:.2f} um, the ripple around it"
-        f" {UM * found.ripple_m:.2f} um; a surface cut at the extremes of every tooth passing lies off"
+        f"Tooth passing: {1e3 * found.period_s:.3g} ms. The mean of the last deviation over a tooth"
+        f" passing is at most {UM * found.slow_m:.2f} um, the ripple about it"
+        f" {UM * found.ripple_m:.2f} um. A surface cut at the extremes of each tooth passing deviates"
         f" by {walls} um, base axes."
     ]
 
@@ -119,8 +119,8 @@ def robustness(figures: RunResult) -> list[Section]:
     if not figures.robustness:
         return []
     text = (
-        "The command assumes the robot's parameters. What it leaves, as written and under the same"
-        " wrench, on dynamic robots whose gears and tilts, or motors, all differ:"
+        "Deviation under the command as written and under the same wrench, on dynamic robots of"
+        " which one parameter differs from the model, in all gears and tilts or in all motors:"
     )
     rows = [(row.name, row.deviation_m) for row in figures.robustness]
     return [Section("On robots that differ from the model", (text, _of_deviations(rows)))]
@@ -132,9 +132,9 @@ def plant(figures: RunResult) -> list[Section]:
     if found is None:
         return []
     differences = ", ".join(found.differences) or "nothing"
-    text = f"The same command on a robot that is not the model: {differences}. "
+    text = f"The same command on a robot that differs from the model by: {differences}. "
     text += (
-        "Its wrench is that on the model, times the factor of the force."
+        "The wrench is that on the model, times the factor of the force."
         if found.coupling is None
         else f"The process was evaluated on the plant's path: {found.coupling.reason}."
     )
@@ -159,12 +159,12 @@ def passages(figures: RunResult) -> list[Section]:
         rows.append((name, str(len(own)), str(other), f"{within:.2f}"))
     left = [own.deviation_m for own in figures.robustness if own.name.startswith("backlash")]
     most = max((UM * own.maximum for own in left), default=0.0)
-    much = f", by up to {most:.2f} um where all are 20 % off" if left else ""
+    much = f", of up to {most:.2f} um if all are wrong by 20 %" if left else ""
     text = (
-        f"Gears pass through their backlash {len(figures.reversals)} times: the command leads them"
-        f" through it according to the model; a wrong backlash would show there{much}."
+        f"Gears enter their backlash {len(figures.reversals)} times. The command compensates this with"
+        f" the backlash of the model; an error of the backlash causes a deviation there{much}."
     )
-    columns = ("gear", "times in its backlash", "to the other flank", "time in it [s]")
+    columns = ("gear", "times in backlash", "to the other flank", "in backlash [s]")
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]
 
 
@@ -230,15 +230,15 @@ def motor_limit(demand: float, limit: float | None) -> tuple[str, str]:
 
 
 _MOTORS = Note(
-    "At the gear's output: what rotor, friction and gear need, without the motor's limit. Friction"
-    " sticks at rest and behind a reversal, until the motor has turned by the presliding angle."
+    "Torque of rotor, friction and gear at the gear's output, without the motor's limit. Friction sticks"
+    " at rest and after a reversal, until the motor has turned by the presliding angle."
 )
 _LOADS = Note(
-    "From the torque that the links need along the path. Where a gear reverses, or is in its backlash"
-    " for want of a torque at rest, an error of the backlash counts: at rest by as much, in motion by"
-    " several times as much, as the link goes on with the rate that it has; the replays on robots with"
-    " another backlash show that for all gears together. The backlash of a gear whose torque keeps its"
-    " sign leaves no more than a constant."
+    "From the torque of the links along the path. Where a gear reverses, or is unloaded at rest, an"
+    " error of the backlash causes the deviation in the table at rest, and several times as much in"
+    " motion, as the link moves on freely; the simulations of robots with another backlash show it"
+    " for all gears together. If the torque of a gear keeps its sign, an error of its backlash"
+    " causes only a constant deviation."
 )
 
 

@@ -164,14 +164,12 @@ def _verdict(figures: StudyResult) -> Section:
     command, share = figures.command, figures.coverage
     text = [] if command.converged else [f"The command is NOT CONVERGED: {command.reason}."]
     limit = UM * figures.quantile("maximum", share)
-    text.append(
-        f"{100 * share:g} % of further robots stay below {limit:.2f} um along the whole path."
-    )
+    text.append(f"{100 * share:g} % of robots stay below {limit:.2f} um along the whole path.")
     if figures.failed:
         number, reason = next(iter(figures.failed.items()))
         text.append(
             f"Warning: {len(figures.failed)} of {figures.samples} robots could not be simulated and are"
-            f" left out, such as number {number}: {reason}"
+            f" omitted, for example number {number}: {reason}"
         )
     if figures.not_coupled:
         text.append(
@@ -202,13 +200,13 @@ def _quantiles(figures: StudyResult) -> Section:
     ]
     below = (f"{100 * float(share):g} % of robots below" for share in shares)
     how = (
-        f"the process evaluated for each of them, {figures.process_evaluations} times in all"
+        f"process evaluated for each of them, {figures.process_evaluations} times in all"
         if figures.wrench == "coupled"
-        else "the wrench that of the process on the model, times the factor of the force"
+        else "wrench of the process on the model, times the factor of the force"
     )
     text = (
-        f"{figures.samples} robots sampled from what is uncertain run the command as written,"
-        f" with inertia; {how}."
+        f"Command as written, simulated with inertia on {figures.samples} robots with sampled uncertain"
+        f" parameters; {how}."
     )
     return Section("", (text, Table(("deviation [um]", "model", *below), rows)))
 
@@ -224,27 +222,24 @@ def _parameters(figures: StudyResult) -> Section:
         )
         for entry in [entry for entry, _ in figures.ordered] or figures.parameters
     ]
-    header = ("uncertain", "distribution", "share in the variance of max", "rank correlation")
-    left = (
-        [f"Without effect here, left out: {', '.join(figures.silent)}."] if figures.silent else []
-    )
+    header = ("parameter", "distribution", "share of the variance of max", "rank correlation")
+    left = [f"Without effect in this case: {', '.join(figures.silent)}."] if figures.silent else []
     few = [] if shares_of else ["Too few samples for the sensitivity to each parameter."]
-    return Section("What is uncertain", (Table(header, rows), *left, *few))
+    return Section("Uncertain parameters", (Table(header, rows), *left, *few))
 
 
 _DISTRIBUTION = Note(
     "Share of robots whose deviation, the largest along the path or its rms, stays below a limit."
 )
-_SCATTER = Note("A dot is a sampled robot; of several parameters the most important ones.")
+_SCATTER = Note("Each dot is a sampled robot; only the most important parameters are shown.")
 
 
 def _bands_note(figures: StudyResult) -> Note:
     share = figures.coverage
     return Note(
-        f"At each place by itself, {100 * share:g} % of further robots lie in the band and"
-        f" {50 * (1 - share):.3g} % on each side of it, in the mean over studies. Below the dotted"
-        f" line {100 * share:g} % of robots stay all along the path. A place is one of {PARTS} equal"
-        " parts of the time, with the largest deviation in it."
+        f"Band: in each interval by itself, {100 * share:g} % of robots are expected in it and"
+        f" {50 * (1 - share):.3g} % on each side. Dotted line: {100 * share:g} % of robots stay below it"
+        f" along the whole path. Largest deviation in each of {PARTS} equal intervals of time."
     )
 
 
@@ -254,7 +249,6 @@ def _influence_note(figures: StudyResult) -> Note:
         for name in ("maximum", "rms")
     )
     return Note(
-        "First-order Sobol indices: the share of the variance that goes back to a parameter by itself."
-        f" The rest, {maximum:.0f} % of max and {rms:.0f} % of rms, is of several"
-        " together."
+        "First-order Sobol indices: share of the variance due to one parameter alone. The rest,"
+        f" {maximum:.0f} % of max and {rms:.0f} % of rms, is due to interactions of several."
     )

@@ -45,17 +45,17 @@ def sentence(figures: RunResult, process: str) -> str:
     before, after = (figures.deviation_before_m.maximum, figures.deviation_after_m.maximum)
     turned = _turned(figures.deviations[-1])
     if figures.kind == "couple":
-        what = f"Commanded along its path as it is, the tool is up to {_um(before)} off{turned}"
+        what = f"Uncorrected, the tool deviates from its path by up to {_um(before)}{turned}"
     else:
         what = (
-            f"The command leads the tool to within {_um(after)} of its path{turned}, {_um(before)}"
-            " without"
+            f"Under the command the tool deviates from its path by up to {_um(after)}{turned},"
+            f" uncorrected by {_um(before)}"
         )
     own, _ = mode_names(figures.mode)
-    count = "the file describes it" if len(figures.robots) == 1 else "the files describe them"
+    count = "its file" if len(figures.robots) == 1 else "their files"
     return (
-        f"{what}, for the {own} {robots} as {count}, under the process {process} on the tool's actual"
-        f" path; {_of_gears(figures)}."
+        f"{what}. Valid for the {own} {robots} with the parameters of {count}, and for the process"
+        f" {process} on the tool's actual path; {_of_gears(figures)}."
     )
 
 
@@ -65,7 +65,7 @@ def _turned(left: Deviation) -> str:
     if not moved > max(left.maximum, _TOLD):
         return ""
     angle = f"{float(f'{UM * left.largest_turn:.3g}'):g} urad"
-    return f" and turned by {angle} at most ({_um(moved)} at {_LEVER:g} m from the TCP)"
+    return f" and rotates by up to {angle} ({_um(moved)} at {_LEVER:g} m from the TCP)"
 
 
 def _of_gears(figures: RunResult) -> str:
@@ -80,7 +80,7 @@ def _of_gears(figures: RunResult) -> str:
 
 def _worst(rows: Sequence[ReplayResult], where: str = "gears") -> str:
     worst = max(rows, key=lambda row: row.deviation_m.maximum)
-    return f"{worst.name} in all {where} would leave {_um(worst.deviation_m.maximum)}"
+    return f"with {worst.name} in all {where} {_um(worst.deviation_m.maximum)} would remain"
 
 
 def _of_backlash(figures: RunResult) -> str:
@@ -95,10 +95,12 @@ def _of_backlash(figures: RunResult) -> str:
     if gears:
         names = ", ".join(dict.fromkeys(f"joint {gear.joint}" for gear in gears))
         return (
-            f"a wrong backlash would show, a compensation computes by how much: gears reverse or"
-            f" are unloaded in their backlash ({names})"
+            f"gears reverse or are unloaded in their backlash ({names}), so that an error of the"
+            " backlash has an effect, which a compensation computes"
         )
-    return "a wrong backlash would show as little but a constant: no gear reverses"
+    return (
+        "no gear reverses, so that an error of the backlash causes little but a constant deviation"
+    )
 
 
 def _um(length: float) -> str:

@@ -30,7 +30,7 @@ class RunForecast(ResultPart):
         ...     rms=9e-5, low=7e-5, high=1.2e-4, maximum=4e-4, absolute=True, before=3e-4
         ... )
         >>> print(forecast.sentence.partition(";")[0])
-        Expected on your robot: 90 um rms (70 um to 120 um in 90 of 100 runs), its largest about 400 um
+        Expected deviation on your robot: 90 um rms (90 % interval 70 um to 120 um), maximum about 400 um
     """
 
     rms: float
@@ -54,9 +54,9 @@ class RunForecast(ResultPart):
         """What to expect, in a sentence."""
         constant = "" if self.absolute else " less a constant"
         return (
-            f"Expected on your robot: {_um(self.rms)} rms{constant} ({_um(self.low)} to {_um(self.high)}"
-            f" in 90 of 100 runs), its largest about {_um(self.maximum)}; measured under the last"
-            f" command: {_um(self.before)} rms"
+            f"Expected deviation on your robot: {_um(self.rms)} rms{constant} (90 % interval"
+            f" {_um(self.low)} to {_um(self.high)}), maximum about {_um(self.maximum)}; measured"
+            f" under the last command: {_um(self.before)} rms"
         )
 
 

@@ -75,10 +75,11 @@ class Contraction:
     def sentence(self) -> str:
         """What it says, in a sentence."""
         return (
-            f"gain {self.gain:g}, below {self.cutoff:g} Hz (lowest mode {self.lowest_mode:.1f} Hz): at"
-            f" {self.robots} pairs of a robot that is possible and a posture of the path at most"
-            f" {100 * self.learned:.0f} % of a deviation up to there are left after the next run, and"
-            f" at most {100 * self.everywhere:.1f} % at {self.worst_frequency:.1f} Hz, where most is"
+            f"gain {self.gain:g} up to {self.cutoff:g} Hz (lowest eigenfrequency"
+            f" {self.lowest_mode:.1f} Hz): of a deviation below that at most {100 * self.learned:.0f}"
+            f" % remain after the next run, and at most {100 * self.everywhere:.1f} % at the worst"
+            f" frequency, {self.worst_frequency:.1f} Hz ({self.robots} pairs of a possible robot and"
+            " a posture of the path)"
         )
 
 

@@ -87,15 +87,14 @@ class WorstReplay(ResultPart):
         """What to expect, in a sentence."""
         figures = (
             f"up to {_um(self.deviation)} ({self.worst}), {_um(self.less_constant)} less a constant;"
-            f" the uncorrected command leaves {_um(self.nothing)}, {_um(self.nothing_less_constant)}"
-            " less a constant"
+            f" uncorrected {_um(self.nothing)}, {_um(self.nothing_less_constant)} less a constant"
         )
         if self.gains:
-            return f"To expect on a real robot: {figures}."
+            return f"Expected deviation on a real robot: {figures}."
         return (
-            f"This command may be WORSE THAN NONE: on robots and under forces that hardly differ it"
-            f" leaves {figures}. Measure the force and the gears' backlash more exactly, or place the"
-            " part where no gear reverses (elastic-robot place)."
+            "This command may be WORSE THAN NONE: with small errors of the robot's parameters or of the"
+            f" force the deviation is {figures}. Measure the force and the gears' backlash more exactly,"
+            " or place the part where no gear reverses (elastic-robot place)."
         )
 
 

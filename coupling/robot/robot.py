@@ -18,11 +18,11 @@ from elastic_robot.fmi.interface import Mode
 _PASSED = {
     "rate": "joint {joint} moves at {value:.3g} rad/s at t = {time:.3f} s; its maximum rate is"
     " {limit:.3g} rad/s",
-    "payload": "the tool is pushed with {value:.5g} N at t = {time:.3f} s; the robot's rated load is"
+    "payload": "the force on the tool is {value:.5g} N at t = {time:.3f} s; the robot's rated load is"
     " {limit:.5g} N",
     "gear-torque-peak": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its peak"
     " torque is {limit:.5g} N m",
-    "sampling": "between the process's samples its force is taken as straight, which costs an estimated"
+    "sampling": "linear interpolation of the force between the process's samples causes an estimated"
     " {value_um:.4g} um at t = {time:.3f} s; tolerance_m is {limit_um:.4g} um: lower sample_s, or give a"
     " path from a file more rows",
     "motor-torque": "joint {joint}: its motor needs {value:.5g} N m at t = {time:.3f} s; its torque"

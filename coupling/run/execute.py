@@ -314,7 +314,7 @@ def _within_motors(
     beyond = motor_warnings(case.robots, unlimited)
     if kind == "couple" or not beyond or not found.converged:
         return found
-    reason = f"the command exceeds what a motor has: {beyond[0]}: slow down the path"
+    reason = f"the command exceeds a motor's torque: {beyond[0]}: slow down the path"
     return replace(found, outcome=Outcome.ROBOT_FAILED, reason=reason)
 
 

@@ -47,6 +47,6 @@ def logged_folder(
             if store is not None and any(log.keys):
                 error.add_note(
                     f"evaluations so far, kept in {store}: {len(log.keys)}; the same"
-                    " command goes on from there"
+                    " command continues from there"
                 )
             raise

@@ -146,8 +146,8 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     stated = case.resolved["process"].get("stiffness_N_m") == 0.0
     if wrench is not None and wrench.peak_force == 0.0 and not stated:
         found.append(
-            "the process pushes with 0 N everywhere: expected a force somewhere along the path: look"
-            " whether the path goes into the part, and at its frame and units"
+            "process: expected a force along the path, got 0 N everywhere: check that the path is in"
+            " contact with the part, and its frame and units"
         )
     return (*found, *_of_ideal_drives(case))
 
@@ -160,9 +160,8 @@ def _of_ideal_drives(case: Case) -> Iterator[str]:
         if motors and own.drive == IDEAL and (moved is None or moved.drive == IDEAL):
             table = "robot" if own.name == "forming" else own.name
             yield (
-                f"robot {own.description.name}: its drives are taken as ideal, so that no figure holds"
-                f' following error and friction: drive = "servo" in [{table}] computes the command of'
-                " its servos"
+                f"robot {own.description.name}: its drives are ideal, all figures are without following"
+                f' error and friction: drive = "servo" in [{table}] computes the command of its servos'
             )
 
 

@@ -78,11 +78,11 @@ def repeated_evaluation(
     process = _anew(case, watch)
     if process is None:
         return None
-    watch(ProcessMessage("the last path is evaluated again: is the process repeatable?"))
+    watch(ProcessMessage("evaluating the last path again to check the repeatability"))
     try:
         return Repeatability.of(last.response, process.evaluate(last.path))
     except ProcessError as error:
-        watch(WarningEvent(f"evaluated again on the last path, the process failed: {error}"))
+        watch(WarningEvent(f"the process failed in a second evaluation on the last path: {error}"))
         return None
 
 
@@ -100,7 +100,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
         left, what = (
             (found.consistency, "the path still changes by up to")
             if kind == "couple"
-            else (measure(found.achieved, found.desired).maximum, "the tool is still off by up to")
+            else (measure(found.achieved, found.desired).maximum, "the deviation is up to")
         )
         reason = f"{repeated.sentence()}; {what} {1e6 * left:.4g} um"
     elif not repeated.identical:

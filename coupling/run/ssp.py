@@ -112,7 +112,7 @@ class SspSystem:
         if self.case.robots[0].drive != IDEAL:
             said.append("the safe step is estimated for drives without following error")
         if not self.limit.postures:
-            return [*said, "the desired path touches nothing: no limit of the step is known"]
+            return [*said, "no contact along the desired path: no limit of the step is known"]
         if self.step > self.safe_step:
             safe = f"{1e3 * self.safe_step:g} ms is" if self.safe_step else "none is"
             said.append(f"warning: this step is not safe, {safe}")
@@ -123,7 +123,7 @@ class SspSystem:
         limit = self.limit
         softest = max(limit.postures, key=lambda posture: posture.growth(STEP_SIZE))
         process, robot = softest.stiffnesses
-        met = f"a process of {process:.3g} N/m meets a robot of {robot:.3g} N/m"
+        met = f"stiffness of the process {process:.3g} N/m, of the robot {robot:.3g} N/m"
         touch = "touch and lift-off, noticed up to two steps late, are safe"
         if isfinite(limit.touch):
             touch += f" up to {1e3 * limit.touch:.3g} ms"
@@ -135,14 +135,14 @@ class SspSystem:
         times = f"{limit.growth(STEP_SIZE):.3g} times as large with every step"
         growth = f"at {1e3 * STEP_SIZE:g} ms deviations become {times}"
         if limit.lasting == 0.0:
-            first = f"{growth}, and they do at any step: let the process give its spring as well"
+            first = f"{growth}, and grow at any step: connect the contact spring of the process too"
         elif isfinite(limit.lasting):
             first = f"lasting contact is stable below {1e3 * limit.lasting:.3g} ms"
             if limit.growth(STEP_SIZE) >= 1.0:
                 first += f", {growth}"
         else:
             first = "lasting contact is stable at any step"
-        return f"{met}, which gets its force alone: {first}; {touch}"
+        return f"{met}, coupled by the force alone: {first}; {touch}"
 
     def write(self, file: Path, platforms: Sequence[str] = ()) -> Path:
         """Write the archive.

@@ -183,11 +183,11 @@ class InverseCorrection(Schema):
             count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
             return Outcome.CONVERGED, f"converged with {count} of the moving robot"
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
-        left = f"{1e6 * min(sizes):.4g} um are left, most at t = {worst:.3f} s"
+        left = f"{1e6 * min(sizes):.4g} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
         else:
-            advice = "see which limit or cycle holds it back (docs/inverse.md)"
+            advice = "see which limit or cycle is the cause (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):
             return Outcome.STAGNATED, f"another inverse does not help: {left}; {advice}"
         if len(sizes) >= self.max_rounds:

@@ -167,11 +167,11 @@ class Mirror(Schema):
     def _held_back(self, last: CorrectionIteration) -> str:
         """Return the reasons for which the correction is not complete."""
         if self.cutoff_Hz is not None:
-            return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
+            return f"; the rest is above cutoff_Hz = {self.cutoff_Hz:g}"
         limited = last.correction.limited_samples if last.correction is not None else 0
         if limited:
-            return f"; {limited} samples are held back by max_correction_rate_m_s"
-        return "; the robot's response jumps there, as at a gear that reverses"
+            return f"; {limited} samples are limited by max_correction_rate_m_s"
+        return "; the robot's response is discontinuous there, as at a gear that reverses"
 
     def _validated(
         self,

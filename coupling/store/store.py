@@ -201,7 +201,7 @@ class Store:
             aside = file.with_suffix(DAMAGED)
             with self._errors("written"):
                 os.replace(file, aside)
-            text = f"{file}: {cause}: it is set aside as {aside.name}, and computed anew"
+            text = f"{file}: {cause}: it is set aside as {aside.name} and computed again"
             self.watch(WarningEvent(text))
         return None
 

@@ -139,6 +139,6 @@ class StoredProcess(ProcessWrapper):
             except StoreError as cause:
                 self._pending[key] = response, about
                 self._watch(
-                    WarningEvent(f"{cause}; the result is used, and kept as soon as it can be")
+                    WarningEvent(f"{cause}; the result is used, and stored as soon as possible")
                 )
             return response, "computed"

@@ -112,8 +112,8 @@ def simulate(
                 future.release()
         except KilledWorker as cause:
             raise StudyError(
-                f"workers ended again and again on one sample ({cause.task}): see whether their memory"
-                " is enough; what is finished is kept, and the same command goes on"
+                f"workers ended repeatedly on one sample ({cause.task}): check that their memory"
+                " suffices; finished samples are kept, the same command continues"
             ) from cause
         except HostError as cause:
             raise ended_again(cause) from cause
@@ -165,8 +165,8 @@ def _reached(address: str) -> Client:
     except (OSError, ValueError, TimeoutError) as cause:
         raise StudyError(
             f"--scheduler: expected a Dask scheduler at {address}, got no answer within"
-            f" {_PATIENCE:.0f} s: start one (dask scheduler, dask worker ADDRESS), or leave"
-            " --scheduler away for a local cluster"
+            f" {_PATIENCE:.0f} s: start one (dask scheduler, dask worker ADDRESS), or omit"
+            " --scheduler for a local cluster"
         ) from cause
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)

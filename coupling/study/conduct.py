@@ -158,7 +158,7 @@ def _fill(
         # Of the last one it may be on the disk already and not yet among the rows.
         with SampleTable(study.folder / ROWS) as written:
             kept = len(written.samples)
-        stop.add_note(f"{kept} of {count} samples are kept: the same command goes on")
+        stop.add_note(f"{kept} of {count} samples are kept: the same command continues")
         raise
 
 

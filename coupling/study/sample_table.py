@@ -75,6 +75,6 @@ class SampleTable:
         except OSError as cause:
             raise StudyError(
                 f"{self._file}: cannot be written: {reason_of(cause)}: make room, and the same"
-                f" command goes on with the {len(self.samples)} samples that are kept"
+                f" command continues with the {len(self.samples)} samples that are kept"
             ) from cause
         self.samples[sample.number] = sample

@@ -9,6 +9,7 @@ import sys
 
 import pytest
 import typer
+from places import EXAMPLES
 from typer.testing import CliRunner
 
 import elastic_robot
@@ -135,3 +136,16 @@ def test_what_is_printed_stands_as_it_is():
     with console.capture() as said:
         console.print(text)
     assert said.get() == f"{text}\n"
+
+
+def test_a_reader_that_goes_costs_no_file(tmp_path):
+    """As `| head` does: nothing more is printed, and the robot file is written."""
+    measured, target = EXAMPLES / "identify" / "fanuc_r2000ic", tmp_path / "found.toml"
+    typed = [f"{measured}.csv", "--robot", measured.with_name("fanuc_start.toml"), "-o", target]
+    read, write = os.pipe()
+    os.close(read)
+    program = [sys.executable, "-m", "coupling.cli", "identify", *map(str, typed)]
+    done = subprocess.run(program, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert target.exists()

@@ -50,7 +50,7 @@ def test_result_holds_the_figures(finished):
     folder, done = finished
     result = json.loads((folder / "result.json").read_text())
     assert result["before"] == "coupled"
-    assert "Before compensation the robot is coupled with its process" in done.stdout
+    assert "Before compensation: coupled with its process" in done.stdout
     assert result["converged"] is True
     assert (
         result["deviation_after_m"]["maximum"]

@@ -241,14 +241,14 @@ def test_what_does_not_go_together_is_refused(run, edited, command):
     for typed, message in (
         ([way], "expected a run folder, or the CSV of a command with --robot, got a file"),
         ([nowhere], "with --robot, got nothing of that name"),
-        ([run, "--robot", "icme2008"], "--robot: expected it beside the CSV of a command alone"),
-        ([run, "--wrench", way], "--wrench: expected it beside the CSV of a command alone"),
+        ([run, "--robot", "icme2008"], "--robot: expected a command as CSV with this option"),
+        ([run, "--wrench", way], "--wrench: expected a command as CSV with this option"),
         (
             [run, "--robot", "icme2008", "--command", edited],
-            "--robot: expected it beside the CSV",
+            "--robot: expected a command as CSV with this option",
         ),
-        ([way, "--command", edited], "--command: expected a run folder before it, got"),
-        ([way, "--robot", "icme2008", "--command", way], "--command: expected a run folder before"),
+        ([way, "--command", edited], "--command: expected a run folder with this option, got"),
+        ([way, "--robot", "icme2008", "--command", way], "--command: expected a run folder with"),
         ([way, "--robot", "icme208"], "got 'icme208': did you mean 'icme2008'?"),
         ([nowhere.with_suffix(".csv"), "--robot", "icme2008"], "cannot be read: No such file"),
         ([run, "--command", nowhere], "cannot be read: No such file"),
@@ -268,7 +268,7 @@ def test_a_command_of_another_base_is_none_of_the_run(run, edited, tmp_path):
     names = edited.read_text().split("\n", 1)[0].split(",")
     table[:, 1] += 0.01
     off = written(tmp_path / "off.csv", table, tuple(names))
-    with pytest.raises(ProgramError, match=r"off\.csv: expected poses .* 1e\+04 um"):
+    with pytest.raises(ProgramError, match=r"off\.csv: expected the poses .* 1e\+04 um"):
         command_in_run(run, off)
     # Angles alone are taken for what they are.
     bare = written(tmp_path / "bare.csv", table[:, [0, *range(8, 14)]], NAMES)

@@ -53,7 +53,7 @@ def smooth_arm() -> Robot:
 @pytest.mark.parametrize("weight", [900.0, 0.0], ids=["level", "upright"])
 @pytest.mark.parametrize(
     ("factor", "says"),
-    [(-1.0, "is the column's sign another"), (1e-3, "in kN m"), (0.01, "the gear ratio")],
+    [(-1.0, "is the sign reversed"), (1e-3, "in kN m"), (0.01, "the gear ratio")],
 )
 def test_another_sign_another_unit_and_the_motors_side_are_refused(weight, factor, says):
     torque = load(weight) + friction()
@@ -83,7 +83,7 @@ def test_a_torque_that_masses_may_explain_is_told():
     for factor in (5.0, 0.2):
         (words,) = told(factor * load() + friction(), load() + friction())
         assert f"got {factor:.1g}" in words
-        assert "or is a payload or balancer not in the robot file?" in words
+        assert "or a payload or balancer missing in the robot file?" in words
 
 
 def test_a_weight_that_a_balancer_not_in_the_file_carries_is_told():
@@ -94,7 +94,7 @@ def test_a_weight_that_a_balancer_not_in_the_file_carries_is_told():
 
 
 def test_a_turned_sign_is_refused_without_friction():
-    with pytest.raises(IdentifyError, match=r"got -1 times .*sign another"):
+    with pytest.raises(IdentifyError, match=r"got -1 times .*sign reversed"):
         told(-load(), load(), robot=smooth_arm())
 
 

@@ -112,7 +112,7 @@ def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     lines = target.read_text().splitlines()
     (line,) = [line for line in lines if "NOT IDENTIFIED" in line]
     assert line.startswith("stiffness = ")
-    assert "no measurement moves it" in line
+    assert "no effect on any measurement" in line
     assert tomllib.loads(target.read_text())["sources"] == {
         "joint.stiffness": "a guess",
         "joint[1].stiffness": "identified, a test",
@@ -141,7 +141,7 @@ def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
     assert np.all(found.fit.values >= 0.0)
     assert found.refusal == "nothing is identified"
     assert {parameter.reason for parameter in found.parameters} == {
-        "deflections go against its load: it would be negative"
+        "deflections are opposite to its load: it would be negative"
     }
 
 

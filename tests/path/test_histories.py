@@ -150,7 +150,7 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
     np.testing.assert_array_equal(found.time, [0.0, 0.5, 0.5, 1.0])
     np.testing.assert_allclose(found.force[0, :, 2], [0.0, 0.0, -70.0, -70.0], atol=1e-12)
     program.write_text(text.format(extra=2))
-    with pytest.raises(ProcessError, match=r"two rows of one time .* got more of 0\.5 s"):
+    with pytest.raises(ProcessError, match=r"two rows of the same time .* got more of 0\.5 s"):
         process.evaluate(path)
 
 

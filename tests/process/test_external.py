@@ -54,7 +54,7 @@ def test_the_base_frame_is_passed_through(tmp_path):
 FAILURES = {
     "status": ("print('no licence'); exit(7)", ["exit status 7", "last lines:\nno licence"]),
     "silent": ("exit(1)", ["exit status 1", "it printed nothing"]),
-    "no answer": ("print('done')", ["left no wrench.csv", "last lines:\ndone"]),
+    "no answer": ("print('done')", ["wrote no wrench.csv", "last lines:\ndone"]),
     "columns": (
         "open('wrench.csv', 'w').write('time,fx\\n0,0\\n')",
         ["gave an invalid result", "columns fy, fz, mx, my, mz are missing"],
@@ -69,11 +69,11 @@ FAILURES = {
     ),
     "rows": (
         SPRINGS.replace('"wrench.csv", wrench', '"wrench.csv", wrench[1:]'),
-        ["expected 21 rows, as path.csv has, and two of one time", "got 20 rows of 20 times"],
+        ["expected 21 rows, as in path.csv, and two of the same time", "got 20 rows of 20 times"],
     ),
     "times": (
         SPRINGS.replace('path["time"]', '1.001 * path["time"]'),
-        ["expected 1 s, as path.csv has", "got 1.001 s in row 21"],
+        ["expected 1 s, as in path.csv", "got 1.001 s in row 21"],
     ),
 }
 

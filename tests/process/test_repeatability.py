@@ -192,4 +192,4 @@ def test_check_asks_once_what_takes_a_minute():
             raise AssertionError("asked again")
 
     said = repeated(Never(), None, answer(np.zeros((2, 3))), 61.0)  # type: ignore[arg-type]
-    assert "evaluated once: an evaluation takes 61 s (twice below 60 s)" in said
+    assert "evaluated once, as an evaluation takes 61 s (twice below 60 s)" in said

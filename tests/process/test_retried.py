@@ -93,7 +93,7 @@ def test_a_run_with_such_a_program_leaves_the_same_bytes(tmp_path):
     [
         ("import sys; sys.exit('no licence')", "", "exit status 1"),
         ("import time; time.sleep(60)", "time_limit_s = 0.5\n", "time limit of 0.5 s"),
-        ("print('done')", "", "left no wrench.csv"),
+        ("print('done')", "", "wrote no wrench.csv"),
     ],
 )
 def test_one_that_always_fails_says_how_often_it_was_tried(tmp_path, program, keys, cause):

@@ -54,7 +54,7 @@ def test_what_differs_is_found_and_nothing_else(runs):
         runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)
     )
     assert same.inputs() == []
-    assert [part for own in comparison_summary(same) for part in own.parts].count("The same.") == 1
+    assert [part for own in comparison_summary(same) for part in own.parts].count("Identical.") == 1
 
 
 def test_lines_and_page_tell_both(runs):
@@ -64,7 +64,7 @@ def test_lines_and_page_tell_both(runs):
     assert (first.title, second.title, first.good) == ("first", "second", True)
     after = f"{1e6 * own['deviation_after_m']['maximum']:.2f}"
     assert ("deviation after compensation, max [um]", after, after) in figures.parts[0].rows
-    assert commands.parts[0].startswith(f"Apart by at most {np.degrees(TURN):.4g} deg, joint 2")
+    assert commands.parts[0].startswith(f"Largest difference {np.degrees(TURN):.4g} deg, joint 2")
     assert inputs.parts[0].rows == [("tool_path.feed_m_s", "0.1", "0.2")]
     page = comparison_page(found)
     assert len(page) < 3_000_000

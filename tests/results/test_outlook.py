@@ -61,7 +61,9 @@ def test_the_worst_replay_of_all_is_told_whatever_differs():
     found = outlook(("backlash -20 %", 1.6e-4, 1.5e-4), ("stiffness +2 %", 3e-4, 1e-5))
     assert (found.worst, found.deviation, found.less_constant) == ("stiffness +2 %", 3e-4, 1.5e-4)
     assert found.gains
-    assert found.sentence.startswith("To expect on a real robot: up to 300 um (stiffness +2 %)")
+    assert found.sentence.startswith(
+        "Expected deviation on a real robot: up to 300 um (stiffness +2 %)"
+    )
 
 
 def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
@@ -77,7 +79,7 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     assert box.index("WORSE THAN NONE") < box.index("Converged")
     box = document("", [verdict(figures(outlook=good), "measured")])
     assert '<p class="verdict yes"><b>Converged' in box
-    assert "To expect on a real robot" in box
+    assert "Expected deviation on a real robot" in box
 
 
 def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):

@@ -342,7 +342,7 @@ def test_passages_of_a_cell_are_told_with_their_robot(told):
         figures = json.loads((told / place / "result.json").read_text())
         assert len(figures["backlash_reversals"]) == count
     said = on_terminal(told)
-    assert "Gears pass through their backlash 3 times" in said
+    assert "Gears enter their backlash 3 times" in said
     for row in ("forming joint 1 +1 +1 ", "support joint 1 +1 +0 ", "support joint 4 +1 +0 "):
         assert re.search(row, said)
     for name in ("forming", "support"):

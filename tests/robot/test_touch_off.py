@@ -175,7 +175,7 @@ def test_touch_off_takes_the_constant_out_of_the_deviation_and_of_the_correction
     (tmp_path / "run").mkdir()
     write_run(tmp_path / "run", touched, after)
     page = write_report(tmp_path / "run").read_text()
-    assert "touched off with its sag" in page
+    assert "touched off by the robot with its sag" in page
     assert "less a constant" in page
 
 

@@ -71,7 +71,7 @@ def test_drives_are_servos_where_the_file_has_motors_unless_the_case_says(
         return
     case = case_of(tmp_path, robot, keys)
     assert case.robots[0].drive == case.resolved["robot"]["drive"] == drive
-    said = any("taken as ideal" in remark for remark in remarks(case))
+    said = any("its drives are ideal" in remark for remark in remarks(case))
     assert said == (robot == SERVO and drive == "ideal")
 
 
@@ -139,7 +139,7 @@ def test_a_case_asks_for_the_command_of_a_robot_with_servos(finished, tmp_path):
     assert robot.drive == "servo"
     text = "\n".join(str(part) for s in run_summary(read_run(folder)) for part in s.parts)
     assert "torque curve backlash, motors under their servos)" in text
-    assert "taken as ideal" not in text
+    assert "its drives are ideal" not in text
     without_inertia = stored.figures.model_copy(update={"mode": "quasistatic"})
     assert "servos" not in sentence(without_inertia, "wall")
     again = load_case(folder / "case.toml")

@@ -94,7 +94,7 @@ def test_a_warning_says_joint_value_time_and_limit(example):
     ratings = Ratings(1500.0, {1: GearTorque(peak=3000.0)})
     force, gear = map(str, exceeded(ratings, wanted.wrench, gears, "support"))
     assert force == (
-        "support: the tool is pushed with 2000 N at t = 0.000 s; the robot's rated load is 1500 N"
+        "support: the force on the tool is 2000 N at t = 0.000 s; the robot's rated load is 1500 N"
     )
     assert gear.startswith("support: joint 1: its gear carries 32")
     assert gear.endswith("its peak torque is 3000 N m")
@@ -205,7 +205,7 @@ def test_a_force_of_zero_everywhere_is_remarked_upon_unless_there_is_no_contact_
     case = load_case(CASES / "cone.toml")
     none = WrenchHistory.none(case.desired.time)
     (said,) = remarks(case, none)
-    assert said.startswith("the process pushes with 0 N everywhere")
+    assert said.startswith("process: expected a force along the path, got 0 N everywhere")
     assert remarks(load_case(CASES / "iso9283.toml"), none) == ()
 
 
@@ -255,8 +255,8 @@ def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not
 
     usual = "5e-3", "position_gain = 20.0, rate_gain = 4e4"
     ideal = (
-        "robot icme2008-example: its drives are taken as ideal, so that no figure holds following error"
-        ' and friction: drive = "servo" in [robot] computes the command of its servos'
+        "robot icme2008-example: its drives are ideal, all figures are without following error and"
+        ' friction: drive = "servo" in [robot] computes the command of its servos'
     )
     assert said(*usual) == (ideal,)
     assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
@@ -297,7 +297,7 @@ def forced(tmp_path, monkeypatch, command):
     return run
 
 
-PUSHED = "Warning: the tool is pushed with 20000 N at t = "
+PUSHED = "Warning: the force on the tool is 20000 N at t = "
 
 
 def test_check_warns_of_the_process_s_force_when_it_is_asked_for(forced):
@@ -307,13 +307,13 @@ def test_check_warns_of_the_process_s_force_when_it_is_asked_for(forced):
     assert "its torque in an emergency stop is 6000 N m" in said
     assert "its rated load" not in said
     page = Path("check.html").read_text()
-    assert "the tool is pushed with 20000 N" in page
+    assert "the force on the tool is 20000 N" in page
 
 
 def test_check_without_the_process_judges_weight_and_motion_alone(forced):
     """Joint 2 carries 1.4 t at about a metre, more than the 3000 N m that its file allows."""
     said = forced("check", "line.toml")
-    assert "the tool is pushed" not in said
+    assert "the force on the tool" not in said
     assert "Warning: joint 2: its gear carries " in said
 
 
@@ -343,7 +343,7 @@ def test_a_run_warns_in_console_result_and_report(forced, kind):
 def test_a_remark_stands_in_console_result_and_report(forced):
     Path("force.csv").write_text("distance,fx,fy,fz\n0,0,0,0\n0.07,0,0,0\n")
     said = forced("couple", "line.toml")
-    assert "Remark: the process pushes with 0 N everywhere" in said
+    assert "Remark: process: expected a force along the path, got 0 N everywhere" in said
     (remark,) = json.loads(Path("out", "result.json").read_text())["remarks"]
     page = Path("out", "report.html").read_text()
     assert f"Remark: {remark}" in page

@@ -197,7 +197,7 @@ def test_a_command_for_ideal_drives_beyond_a_motor_has_not_converged(tmp_path):
     )
     text = f"its motor needs {most:.5g} N m at t = {asked[0]['motor_torque_time_s']:.3f} s; its"
     assert f"{text} torque limit is 5000 N m, {most - 5000.0:.3g} N m less" in warning["text"]
-    assert figures["reason"].startswith(f"the command exceeds what a motor has: joint 2: {text}")
+    assert figures["reason"].startswith(f"the command exceeds a motor's torque: joint 2: {text}")
     assert "NOT CONVERGED" in done.stdout
 
 

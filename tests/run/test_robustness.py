@@ -206,8 +206,8 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
     _, run, _, said = finished
     assert "largest step of the correction" not in said
-    assert "Before compensation the robot is under the wrench on the desired path" in said
-    assert "The command assumes the robot's parameters." in said
+    assert "Before compensation: under the wrench on the desired path" in said
+    assert "on dynamic robots of which one parameter differs from the model" in said
     for replay in run.robustness:
         assert re.search(rf"{re.escape(replay.name)} +{1e6 * replay.deviation.maximum:.2f} ", said)
 
@@ -220,9 +220,9 @@ def test_passages_through_the_backlash_are_counted_and_named(finished):
         (c.joint, c.begins, c.after) for c in changes
     ]
     assert {c["robot"] for c in told} == {"forming"}
-    assert f"Gears pass through their backlash {len(changes)} times" in said
+    assert f"Gears enter their backlash {len(changes)} times" in said
     left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
-    assert f"there, by up to {1e6 * max(left):.2f} um where all are 20 % off." in said
+    assert f"there, of up to {1e6 * max(left):.2f} um if all are wrong by 20 %." in said
     first = sum(c.joint == 1 for c in changes)
     assert re.search(rf"joint 1 +{first} ", said)
     page = (out / "report.html").read_text(encoding="utf-8")

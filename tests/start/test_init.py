@@ -117,7 +117,7 @@ def test_a_part_is_reached_at_its_corners_too():
         (["new one"], 0, r"Next: elastic-robot check 'new one/case\.toml'"),
         (["there"], 2, r"there/case\.toml: expected a new file"),
         (["--list"], 0, ".*".join((*STARTS, *shipped_robots()))),
-        ([], 2, "expected the folder to make, or --list"),
+        ([], 2, "expected the folder to create, or --list"),
         (["x", "--process", "y"], 2, "--process: expected one of"),
     ],
 )

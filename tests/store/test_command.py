@@ -150,7 +150,7 @@ def test_a_store_in_its_run_folder_is_refused(tmp_path, command):
     for store in (tmp_path / "run", tmp_path / "run" / "kept"):
         done = command("couple", case, "-o", tmp_path / "run", "--store", store)
         assert done.returncode == 2
-        assert "the store lies in the run folder" in done.stderr
+        assert "the store is in the run folder" in done.stderr
     done = command("couple", case, "-o", tmp_path / "run", "--store", store, "--no-store")
     assert done.returncode == 2
     assert "either --store or --no-store" in done.stderr

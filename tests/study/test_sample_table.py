@@ -110,7 +110,7 @@ def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
         simulated(study, Workers(2), lambda _: None)
-    assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command goes on"]
+    assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command continues"]
     assert simulated(study, Workers(2), lambda _: None) == [sample(k) for k in range(9)]
     assert asked == [[*range(9)], [*range(2, 9)]]
 

@@ -67,7 +67,7 @@ def undisturbed(case, run, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
     done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 1)
     assert done.returncode == 0, done.stderr + done.stdout
-    assert f"{SAMPLES} robots sampled" in done.stdout
+    assert f"on {SAMPLES} robots with sampled" in done.stdout
     return folder
 
 
@@ -186,7 +186,7 @@ def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case
     assert done.returncode == 2
     assert "another study works in it" in done.stderr
     assert "stopped; " in said
-    assert f"{rows(folder)} of 2000 samples are kept: the same command goes on" in said
+    assert f"{rows(folder)} of 2000 samples are kept: the same command continues" in said
     assert "Traceback" not in said
 
 
@@ -235,7 +235,7 @@ def test_report_and_figures_tell_the_same(undisturbed):
     assert done.returncode == 0, done.stderr
     page = (undisturbed / "report.html").read_text(encoding="utf-8")
     assert page.encode() == written
-    assert f"90 % of further robots stay below {1e6 * limit:.2f} um" in page
+    assert f"90 % of robots stay below {1e6 * limit:.2f} um" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
         "damping_factor",

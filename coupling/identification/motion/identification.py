@@ -90,9 +90,9 @@ class MotionIdentification:
         if np.median(left) > 1.0 or lost.any():
             worst = int(np.where(lost.any() & ~lost, 0.0, left).argmax())
             return (
-                f"of the torque of motor {worst + 1} {100.0 * left[worst]:.0f} % are left: are angles in"
-                " rad, and torques and angles those of this joint at the gear's output, counted from the"
-                " zero and in the direction of the robot file, here and of the joints beside it?"
+                f"the residual of the torque of motor {worst + 1} is {100.0 * left[worst]:.0f} % of"
+                " it: are angles in rad, torques and angles of this and the neighbouring joints"
+                " those at the gear's output, with the zero and the direction of the robot file?"
             )
         return ""
 
@@ -139,8 +139,8 @@ def identify_motion(
         if recording.with_link != with_link:
             got, needed = (_links(own) for own in (recording.with_link, with_link))
             raise IdentifyError(
-                f"{recording.name}: expected the links' angles that {recordings[0].name} has, {needed},"
-                f" got {got}: take out of each what the other has not"
+                f"{recording.name}: expected the links' angles of {recordings[0].name}, {needed}, got"
+                f" {got}: remove the columns that are not in both"
             )
     moved = tuple(MovedRecording.of(recording, bandwidth) for recording in recordings)
     others = tuple(MovedRecording.of(recording, bandwidth) for recording in held_out)
@@ -152,7 +152,7 @@ def identify_motion(
     if not parameters:
         raise IdentifyError(
             f"{robot.name}: expected drives or a payload in the robot file, or angles of links in the"
-            " recording, got none: nothing of it can be identified from a motion"
+            " recording, got none: nothing can be identified"
         )
     unit = np.ones(len(robot.joints))
     with MovedRobot(robot) as fmu:

@@ -94,7 +94,7 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     more = f"motor[{joints + 1}]"
     if more in table.header:
         raise IdentifyError(
-            f"{path}: expected the motors of a robot with {joints} joints, got {more}: --robot?"
+            f"{path}: expected the motors of a robot with {joints} joints, got {more}: is --robot right?"
         )
     if len(table.lines) < _FEWEST:
         raise IdentifyError(
@@ -103,14 +103,14 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     time = table.of([TIME])[:, 0]
     steps = np.diff(time)
     mean = (time[-1] - time[0]) / len(steps)
-    uneven = np.flatnonzero(~(np.abs(steps - mean) <= _UNEVEN * mean))
-    if not mean > 0.0 or len(uneven):
-        row = int(uneven[0]) + 1 if len(uneven) else 1
+    uneven = np.abs(steps - mean)
+    if not mean > 0.0 or uneven.max() > _UNEVEN * mean:
+        row = 1 + int(np.argmax(uneven >= 0.5 * uneven.max()))  # a gap changes the mean as well
         raise table.row_error(TIME, row, "equal steps of time")
     if mean > _SLOWEST:
         raise IdentifyError(
-            f"{path}: time: expected seconds, in steps of {_SLOWEST:g} s at most, got steps of"
-            f" {mean:.3g}: are they milliseconds?"
+            f"{path}: time: expected steps of {_SLOWEST:g} s at most, got {mean:.3g}: is it in"
+            " milliseconds?"
         )
     links = np.full((len(time), joints), np.nan)
     for k, name in enumerate(link):
@@ -120,8 +120,8 @@ def read_recording(path: Path, robot: Robot) -> Recording:
     turned = float(np.median(np.abs(moved).max(axis=0)))
     if turned > _TURNED:
         raise IdentifyError(
-            f"{path}: expected angles of motors over their gears' ratios in rad, got ones of up to"
-            f" {turned:.3g} on every other joint: are they in degrees, or at the motors?"
+            f"{path}: expected the motors' angles over the gear ratios in rad, got up to {turned:.3g}"
+            " rad at half of the joints: are they in degrees, or not divided by the gear ratio?"
         )
     if not np.ptp(moved, axis=0).any():
         raise IdentifyError(f"{path}: expected motors that move, got {', '.join(motor)} at rest")
@@ -152,11 +152,11 @@ def _require_own_links(path: Path, step: float, motor: np.ndarray, link: np.ndar
         if follows and clocked:
             continue
         best = min(range(motor.shape[1]), key=lambda k: followed(i, k)[2])
-        got = f"got one that is {np.std(link[:, i] - motor[:, i]):.2g} rad off (rms)"
+        got = f"got one that differs by {np.std(link[:, i] - motor[:, i]):.2g} rad rms"
         if follows:
             got = f"got it {in_ms(late)}: record both on one clock, or shift the column by that"
         elif left < _NOT_WOUND_UP * abs(factor):
-            got = f"got {factor:.3g} times that: are unit and sign those of the motor's?"
+            got = f"got {factor:.3g} times that: has it the motor's unit and sign?"
         elif abs(followed(i, best)[0] - 1.0) < _OTHER_UNIT:
             got += f" and follows motor[{best + 1}]: are columns swapped?"
         raise IdentifyError(

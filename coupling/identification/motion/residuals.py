@@ -124,14 +124,15 @@ def remarks_on(one: RecordingResiduals) -> list[str]:
     """Return a sentence on each torque of which most is left, and link that lag predicts better."""
     words, name = "predicted" if one.held_out else "fitted", one.moved.recording.name
     torques = [
-        f"{name}, {words}: {100.0 * one.torque[i]:.0f} % of the torque of motor {i + 1} are left: is its"
-        " column another joint's, late, or in another unit, or what does the model lack there?"
+        f"{name}, {words}: the residual of the torque of motor {i + 1} is {100.0 * one.torque[i]:.0f}"
+        " % of it: is the column of another joint, delayed or in another unit, or is the model"
+        " incomplete?"
         for i in np.flatnonzero(one.torque > _HALF)
     ]
     return torques + [
-        f"{name}, {words}: {_urad(one.wind_up[i])} of motor less link {i + 1} are"
-        f" left, more than {_urad(one.lag_alone[i])} of lag and offset without a robot: something"
-        " of this joint is missing in the model."
+        f"{name}, {words}: the residual of motor less link {i + 1} is {_urad(one.wind_up[i])}, more than"
+        f" with a lag and an offset alone, {_urad(one.lag_alone[i])}: the model of this joint is"
+        " incomplete."
         for i in one.moved.recording.with_link
         if one.wind_up[i] > one.lag_alone[i]
     ]

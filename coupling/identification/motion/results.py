@@ -211,8 +211,8 @@ def _left(figures: MotionResult) -> str:
         words = "predicted" if one.held_out else "fitted"
         left = ", ".join(f"{1e6 * own:.0f}" for own in one.wind_up_rad if own is not None)
         torque = ", ".join(f"{100.0 * (own or 0.0):.0f}" for own in one.torque_relative)
-        link = f"motor less link {left} urad rms left, " if left else ""
-        lines.append(f"{one.name}, {words}: {link}motor torque {torque} % of its rms.")
+        link = f"motor less link {left} urad rms, " if left else ""
+        lines.append(f"Residual of {one.name}, {words}: {link}motor torque {torque} % of its rms.")
     return "\n".join(lines)
 
 

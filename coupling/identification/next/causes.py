@@ -58,16 +58,16 @@ class Cause:
     def __str__(self) -> str:
         """Its sentence."""
         words = {
-            "constant": "a constant (the frame, the part, or the sag of the robot)",
-            "direction": f"the direction in which joint {self.joint} turns (hysteresis or friction)",
-            "turn": f"the angle of joint {self.joint}, {self.waves:g} waves a turn (kinematic error of"
+            "constant": "a constant (frame, part, or sag of the robot)",
+            "direction": f"direction of rotation of joint {self.joint} (hysteresis or friction)",
+            "turn": f"angle of joint {self.joint}, {self.waves:g} periods per turn (kinematic error of"
             " its gear)",
-            "torque": f"the torque in the gear of joint {self.joint} (its stiffness)",
-            "position": "the place (geometry of robot or frame)",
-            "time": "the time (heat, or a device that drifts)",
-            "rest": "nothing of this (gears in their backlash, modes, chance)",
+            "torque": f"torque in the gear of joint {self.joint} (its stiffness)",
+            "position": "position (geometry of robot or frame)",
+            "time": "time (heat, or drift of the measuring device)",
+            "rest": "none of these (gears in their backlash, vibration modes, random errors)",
         }
-        return f"{1e6 * self.size:.3g} um rms follow {words[self.kind]}"
+        return f"{1e6 * self.size:.3g} um rms: {words[self.kind]}"
 
 
 @dataclass(frozen=True)

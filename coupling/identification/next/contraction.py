@@ -168,8 +168,8 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
             return found[-1]
     if cutoff is None:
         raise LearnError(
-            "expected a robot of which a correction can be stated, got one whose stiffness is so unsure"
-            f" that at every cutoff down to {CUTOFFS[-1]:g} Hz a deviation may grow:"
+            "expected a robot on which a correction along the path converges, got one whose stiffness is"
+            f" so uncertain that at every cutoff down to {CUTOFFS[-1]:g} Hz a deviation may grow:"
             f" {found[-1].sentence}"
         )
     best = chosen(responses, gain)

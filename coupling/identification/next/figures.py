@@ -54,13 +54,13 @@ def sentences(found: CommandPlan) -> list[str]:
     for run in found.history.runs:
         lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
     if found.learned is not None and found.learned.refusal:
-        lines.append(sentence(f"Parameters are not learned: {found.learned.refusal}"))
+        lines.append(sentence(f"No parameters are learned: {found.learned.refusal}"))
     if found.move.learns_path:
         lines.append(f"Converges: {found.contraction.sentence}.")
     if not found.options.absolute:
         lines.append(
-            "The constant of the deviation is left as the robot file has it: give --frame-known where"
-            " the measuring frame is known, and the position is corrected too."
+            "The constant part of the deviation is not corrected, as the measuring frame is not known:"
+            " give its uncertainty by --frame-known to correct the absolute position too."
         )
     return lines
 
@@ -71,10 +71,10 @@ def frame_sentence(run: MeasuredRun, known: FrameAccuracy) -> str:
         return ""
     off = ", ".join(f"{1e3 * value:+.2g}" for value in run.offset)
     return (
-        f"CHECK THE FRAME: {run.measured.name} is off the robot's model by a constant of {off} mm (x, y,"
-        f" z of the base), more than a frame known to {1e3 * known.shift:.2g} mm and an industrial robot"
-        " are; it is corrected as the robot's: if it is the frame's, the next run is off by that, and"
-        " no measurement in this frame shows it."
+        f"CHECK THE FRAME: {run.measured.name} deviates from the robot's model by a constant of {off} mm"
+        f" (x, y, z of the base), more than an industrial robot and a frame known to"
+        f" {1e3 * known.shift:.2g} mm explain. It is corrected as an error of the robot: if it is one of"
+        " the frame, it becomes an error of the next run that no measurement in this frame shows."
     )
 
 
@@ -86,10 +86,11 @@ def clock_sentence(run: MeasuredRun) -> str:
     steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
     speed = float((steps / np.diff(path.time)).max())
     return (
-        f"The clock of {run.measured.name} was moved by {1e3 * run.clock:+.2g} ms, to where it fits"
-        " best: a robot that is late by a part of that is not distinguishable, is not corrected, and is"
-        f" not in any figure here, at up to {speed:.2g} m/s {_um(1e-3 * speed)} along the path for each"
-        " ms: measure on the controller's clock, to a cycle, and it is corrected."
+        f"The clock of {run.measured.name} was shifted by {1e3 * run.clock:+.2g} ms to fit best. A"
+        " delay of the robot of this order is not distinguishable from it: it is neither corrected"
+        f" nor contained in these figures, and is {_um(1e-3 * speed)} along the path per ms at up to"
+        f" {speed:.2g} m/s. To have it corrected, measure on the controller's clock, within one"
+        " cycle."
     )
 
 
@@ -99,19 +100,19 @@ def _verdict(found: CommandPlan) -> str:
     last, best = runs[judgement.last], runs[judgement.best]
     if judgement.worse:
         return (
-            f"WORSE: {last.source.folder.name} left {_rms(found, last)} rms, {best.source.folder.name}"
-            f" only {_rms(found, best)}: back to the command of {best.source.folder.name}, with half of"
-            " what was measured under it taken off"
+            f"WORSE: the deviation under {last.source.folder.name} was {_rms(found, last)} rms, under"
+            f" {best.source.folder.name} only {_rms(found, best)}: the next command is that of"
+            f" {best.source.folder.name}, corrected by half of the deviation measured under it"
         )
     forecast = last.source.forecast
     if forecast is None:
-        return f"The last command left {_rms(found, last)} rms."
+        return f"Deviation under the last command: {_rms(found, last)} rms."
     left = last.size.rms if forecast.absolute else last.size.rms_less_constant
     state = "as forecast" if forecast.low <= left <= forecast.high else "not as forecast"
     better = "better" if left < forecast.low else "worse"
     word = state if state == "as forecast" else f"{better} than forecast"
     ends = f"{_um(forecast.low)} to {_um(forecast.high)}"
-    return f"The last command left {_um(left)} rms, {word} ({ends})."
+    return f"Deviation under the last command: {_um(left)} rms, {word} ({ends})."
 
 
 def _move(found: CommandPlan) -> str:
@@ -120,20 +121,21 @@ def _move(found: CommandPlan) -> str:
     if found.judgement.again:
         best = found.history.runs[found.judgement.best]
         return (
-            f"the command of {best.source.folder.name} once more, since no other is expected to leave"
-            " less: what is left are gears in their backlash, noise, or what does not repeat"
+            f"the command of {best.source.folder.name} again, as no other is expected to be better: the"
+            " rest is due to gears in their backlash, to noise, or does not repeat"
         )
     if found.judgement.worse:
-        return f"{move.words}, by half, from the best run"
+        return f"{move.words}, with half the correction, from the best run"
     others = [own for own in found.moves if own is not move]
     left = found.left(move.size)
     if len(found.history.runs) > 1 and move.predicted:
-        why = f"forecast the last run before it was measured to {_um(left)} rms"
-        compared = ", ".join(f"{own.words} to {_um(found.left(own.size))}" for own in others)
+        why = (
+            f"fitted to the earlier runs it predicts the last one with an error of {_um(left)} rms"
+        )
     else:
-        why = f"would have left {_um(left)} rms of the last run"
-        compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
-    return f"{move.words}, which {why}" + (f" ({compared})" if compared else "")
+        why = f"of the last run it would leave {_um(left)} rms"
+    compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
+    return f"{move.words}; {why}" + (f" ({compared})" if compared else "")
 
 
 def _rms(found: CommandPlan, run: MeasuredRun) -> str:

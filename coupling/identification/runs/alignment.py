@@ -58,11 +58,11 @@ def aligned(
     covered = float(np.ptp(measured.time)) if len(measured.time) else 0.0
     if covered < _SHORTEST:
         moved = (
-            f", as its positions are most like the run's with the clock moved by {offset:.3g} s: is it"
-            " another command's, or a tool that stands?"
+            f", as its positions fit the run best with the clock shifted by {offset:.3g} s: was it"
+            " measured under another command, or with the tool at rest?"
         )
         raise LearnError(
-            f"{measured.name}: expected at least {_SHORTEST:g} s of the run, which goes from"
+            f"{measured.name}: expected at least {_SHORTEST:g} s of the run, which lasts from"
             f" {model.time[0]:.6g} to {model.time[-1]:.6g} s, got {covered:.3g} s of it"
             f"{moved if abs(offset) > _CLOCK_TOLD else ''}"
         )
@@ -71,14 +71,14 @@ def aligned(
     )
     if np.ptp(measured.time) < _SHORTEST:
         raise LearnError(
-            f"{measured.name}: expected at least {_SHORTEST:g} s of a tool that moves, got"
-            f" {np.ptp(measured.time):.3g} s, as all other positions repeat the one before: is it a tool"
-            " that stands, or has the device lost its target?"
+            f"{measured.name}: expected at least {_SHORTEST:g} s of a moving tool, got"
+            f" {np.ptp(measured.time):.3g} s, as all other positions repeat the previous one: was the"
+            " tool at rest, or has the device lost its target?"
         )
     there = path.position(measured.time)
     if np.ptp(there, axis=0).max() < _SMALLEST:
         raise LearnError(
-            f"{measured.name}: expected a tool that moves, got a part of the run in which it stands"
+            f"{measured.name}: expected a moving tool, got a part of the run in which it is at rest"
         )
     if own_frame:
         measured = _turned(measured, there)
@@ -90,9 +90,9 @@ def aligned(
     most = min(_LEFT, max(_SMALLEST, _LEFT_OF_PATH * _spread(there)))
     if left > most:
         raise LearnError(
-            f"{measured.name}: expected a measurement of the run's command, which the tool follows to"
-            f" some {1e3 * most:.2g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
-            " command's, another clock's by seconds, or in other axes (--own-frame)?"
+            f"{measured.name}: expected a path within about {1e3 * most:.2g} mm of the run's, got"
+            f" {1e3 * left:.3g} mm rms: was it measured under another command, on a clock that"
+            " differs by seconds, or in other axes (--own-frame)?"
         )
     require_steady(measured.name, measured.time, measured.position - there)
     return _mounted(measured, path)
@@ -117,9 +117,9 @@ def _mounted(measured: Measurement, path: SimulatedPath) -> Measurement:
     left = float(np.sqrt(np.mean((held * there.inv()).magnitude() ** 2)))
     if left > _TURNED:
         raise LearnError(
-            f"{measured.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad"
-            f" behind a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off"
-            " (rms): leave qx, qy, qz, qw out, or give them in the frame of x, y, z"
+            f"{measured.name}: expected the tool's orientations to {1e3 * _TURNED:g} mrad, but for a"
+            f" constant rotation of the probe on the tool, got a difference of {1e3 * left:.3g} mrad"
+            " rms: omit qx, qy, qz, qw, or give them in the frame of x, y, z"
         )
     return replace(measured, rotation=held)
 
@@ -176,8 +176,8 @@ def _turned(measured: Measurement, there: np.ndarray) -> Measurement:
     extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
     if extents[1] < _PLANE * extents[0]:
         raise LearnError(
-            f"{measured.name}: expected a path that is no line to find the measuring frame from, got"
-            " one: measure in the robot's base frame"
+            f"{measured.name}: expected a path that is not a line, to determine the measuring frame,"
+            " got a line: measure in the robot's base frame"
         )
     return measured.transformed(Frame.fitted(measured.position, there))
 
@@ -198,10 +198,10 @@ def _require_same_pace(measured: Measurement, path: SimulatedPath) -> None:
     pace = float(found[1])
     if abs(pace) * np.ptp(time) > _GAINED and left[1] < _EXPLAINED * left[0]:
         raise LearnError(
-            f"{measured.name}: expected times of the command's clock, got a tool that goes through the"
-            f" run {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, which is"
-            f" {1e3 * abs(pace) * np.ptp(time):.2g} ms at its end: is the device's clock another one, or"
-            " was the speed of the robot overridden?"
+            f"{measured.name}: expected the speed of the command, got a run that is"
+            f" {100.0 * abs(pace):.2g} % {'faster' if pace > 0.0 else 'slower'}, by"
+            f" {1e3 * abs(pace) * np.ptp(time):.2g} ms at its end: does the device's clock run at"
+            " another rate, or was the robot's speed overridden?"
         )
 
 
@@ -210,7 +210,7 @@ def _require_base_frame(measured: Measurement, there: np.ndarray) -> None:
     if np.linalg.norm(off) > _FRAME_OFF:
         x, y, z = off.tolist()
         raise LearnError(
-            f"{measured.name}: expected positions of the TCP in the robot's base frame, got ones that"
-            f" are off by {x:.3g}, {y:.3g}, {z:.3g} m in the mean: give --own-frame if the measuring"
-            " frame lies anywhere"
+            f"{measured.name}: expected positions of the TCP in the robot's base frame, got a mean"
+            f" difference of {x:.3g}, {y:.3g}, {z:.3g} m: give --own-frame if the pose of the measuring"
+            " frame is unknown"
         )

@@ -93,8 +93,8 @@ def _reason(parameter: RobotParameter, effect: float, gears: Sequence[GearDiagno
         return "not distinguishable from the others"
     stays = parameter.gear is not None and gears[parameter.gear].reversals == 0
     if stays and parameter.kind in ("backlash", "damping"):
-        return "the gear does not reverse here"
-    return "not significant here"
+        return "the gear does not reverse on this path"
+    return "not significant on this path"
 
 
 def mostly_in_backlash(gears: Sequence[GearDiagnosis], seconds: float) -> str:
@@ -109,7 +109,7 @@ def mostly_in_backlash(gears: Sequence[GearDiagnosis], seconds: float) -> str:
         return ""
     which = ", ".join(map(str, names))
     own = f"the gear{'s' * (len(names) > 1)} of joint{'s' * (len(names) > 1)} {which}"
-    return f"{own} carr{'y' if len(names) > 1 else 'ies'} nothing at rest for most of the path"
+    return f"{own} {'are' if len(names) > 1 else 'is'} unloaded at rest for most of the path"
 
 
 def discrepancy(before: float, after: float, noise: float) -> str:
@@ -124,8 +124,8 @@ def discrepancy(before: float, after: float, noise: float) -> str:
         return ""
     explained = float(np.sqrt(max(before**2 - after**2, 0.0)))
     return (
-        f"the model explains only {1e6 * explained:.3g} of {1e6 * before:.3g} um of the measurement's"
-        f" slow part; {1e6 * after:.3g} um are left, of which noise is {1e6 * noise:.2g} um"
+        f"the model explains only {1e6 * explained:.3g} of {1e6 * before:.3g} um of the slow part of the"
+        f" deviation; {1e6 * after:.3g} um remain, noise alone would be {1e6 * noise:.2g} um"
     )
 
 
@@ -147,19 +147,19 @@ def measurement_lacks(
     if later:
         names = ", ".join(map(str, later))
         return (
-            f"in the {seconds:.3g} s measured no gear reverses: measure on, as the"
-            f" gears of joints {names} are later in the run"
+            f"no gear reverses in the measured {seconds:.3g} s: measure longer, as those of joints"
+            f" {names} reverse later in the run"
         )
     if unknown:
         return (
-            f"{unknown}, and the rest, which is neither backlash nor stiffness nor damping (gear"
-            " errors, hysteresis, heat, another load), would be taken for these: correct the command by"
-            " the measured deviation itself"
+            f"{unknown}; the rest, which is neither backlash nor stiffness nor damping (gear errors,"
+            " hysteresis, heat, another load), would distort these: correct the command by the measured"
+            " deviation itself (elastic-robot mirror)"
         )
     if not any(gear.reversals for gear in gears):
         return (
-            "no gear reverses on this path, and nothing else moves the tool by more"
-            " than its frame explains: measure a path that loads them both ways, or leave the robot"
-            " as it is, as this path does not ask for more"
+            "no gear reverses on this path, and no other effect exceeds the uncertainty of the measuring"
+            " frame: measure a path on which gears reverse, or keep the robot file, which suffices for"
+            " this path"
         )
-    return "the noise hides what the gears do: measure longer, or with less noise"
+    return "the noise conceals the effect of the gears: measure longer, or with less noise"

@@ -135,15 +135,15 @@ class Learned:
             return f"nothing is identifiable: {lacks}"
         if after > _WORTH * before:
             return (
-                f"what is learned would leave {1e6 * after:.3g} um of the measurement's slow part, the"
-                f" robot file leaves {1e6 * before:.3g} um: there is nothing to be gained"
+                f"the slow part of the residual would be {1e6 * after:.3g} um with the learned"
+                f" parameters, with the robot file it is {1e6 * before:.3g} um: no improvement"
             )
         adrift = mostly_in_backlash(self.gears, last)
         if self.unexplained and adrift:
             return (
-                f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
-                f" and {adrift}: what a gear does that is unloaded in its backlash cannot be described"
-                " by parameters; place the part or the base so that it is loaded"
+                f"{1e6 * after:.3g} um remain, noise alone would be {1e6 * self.noise_left:.2g} um,"
+                f" and {adrift}: parameters cannot describe a gear that is unloaded in its backlash;"
+                " place the part or the base so that it is loaded"
             )
         return ""
 
@@ -152,7 +152,7 @@ class Learned:
         """What the user should look at."""
         remarks = [
             f"{own.measured.name}: its columns {own.measured.motors.names[0]} .. are not used, as drives"
-            f" are {IDEAL}, or no joint of theirs has a motor in the robot file"
+            f" are {IDEAL}, or their joints have no motor in the robot file"
             for own, one in zip(self.sources, self.runs, strict=True)
             if own.measured.motors is not None and one.measured.motors is None
         ]
@@ -166,11 +166,11 @@ class Learned:
             return remarks
         return [
             *remarks,
-            f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
-            f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
-            " backlash with rounded flanks, another load, heat), or a gear is in its backlash without"
-            f" load; the intervals are {self.widened:.2g} times as wide for it, and what is hardly"
-            " identifiable stays near the file",
+            f"{1e6 * self.left[1]:.3g} um of the slow part of the deviation remain, noise alone would"
+            f" be {1e6 * self.noise_left:.2g} um: an effect that is not in the model (a backlash with"
+            " rounded flanks, another load, heat), or a gear unloaded in its backlash; the intervals"
+            f" are therefore {self.widened:.2g} times as wide, and hardly identifiable parameters"
+            " stay near the file",
         ]
 
 
@@ -314,9 +314,9 @@ def _require_followed(name: str, motors: MeasuredMotors, predicted: np.ndarray) 
     for own, (kind, _), far, bound in zip(motors.names, motors.columns, off, most, strict=True):
         if kind == "motor" and far > bound:
             raise LearnError(
-                f"{name}: {own}: expected the motor's angle over the gear ratio in rad, at most"
-                f" {bound:.2g} rad off the model's, got one that is {far:.2g} rad off (rms): is it in"
-                " degrees, at the motor, another joint's or of another time?"
+                f"{name}: {own}: expected the motor's angle over the gear ratio in rad, within"
+                f" {bound:.2g} rad of the model's, got a difference of {far:.2g} rad rms: is it in"
+                " degrees, not divided by the gear ratio, of another joint or of another time?"
             )
 
 

@@ -55,8 +55,8 @@ def near_those_around(name: str, beyond: np.ndarray, far: float) -> np.ndarray:
     beside = len(near) - np.count_nonzero(near)
     if beside > _MOST_BESIDE * len(near):
         raise LearnError(
-            f"{name}: expected positions that follow each other, got {beside} of {len(near)} that are"
-            f" more than {1e3 * far:.3g} mm beside those around: has the device lost its target?"
+            f"{name}: expected a continuous path, got {beside} of {len(near)} positions that are more"
+            f" than {1e3 * far:.3g} mm off their neighbours: has the device lost its target?"
         )
     return near
 
@@ -91,7 +91,7 @@ def require_steady(name: str, time: np.ndarray, beyond: np.ndarray) -> None:
     if np.any(change > most):
         worst = int(np.argmax(change / most))
         raise LearnError(
-            f"{name}: expected positions of a tool, which moves steadily, got ones that jump by"
-            f" {1e3 * change[worst]:.3g} mm at {time[worst + 1]:.6g} s and stay there: has the device"
-            " lost its target and found it elsewhere? Give the rows before or behind that alone"
+            f"{name}: expected a continuous path, got a permanent jump by {1e3 * change[worst]:.3g}"
+            f" mm at {time[worst + 1]:.6g} s: has the device lost its target and found it elsewhere?"
+            " Give only the rows before or after it"
         )

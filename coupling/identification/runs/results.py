@@ -92,8 +92,8 @@ def learned_text(found: Learned, target: Path) -> str:
     ]
     before, after = found.left
     left = (
-        f"Of the measurement's slow part {start.name} leaves {1e6 * before:.1f} um rms, this file"
-        f" {1e6 * after:.1f} um, behind frame and clock."
+        f"Slow part of the residual, frame and clock fitted: {1e6 * before:.1f} um rms with"
+        f" {start.name}, {1e6 * after:.1f} um with this file."
     )
     return fitted_text(start, found.robot, entries, "learn", measured, left, target)
 
@@ -102,4 +102,4 @@ def remark(own: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
     if own.identifiable or own.written == own.start:
         return own.remark
-    return f"fits best beside the others, but {own.reason}; {interval_words(own.low, own.high)}"
+    return f"best fit with the others, but {own.reason}; {interval_words(own.low, own.high)}"

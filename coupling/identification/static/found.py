@@ -69,23 +69,25 @@ def _reason(fit: StaticFit, sure: ConfidenceIntervals, separable: Separability, 
         return "the fit has not converged"
     if name in separable.without_effect:
         if fit.elasticity.own[j].kind in ("hysteresis", "slip_angle"):
-            return "no loop turns the load of this gear back"
+            return "no loop reverses the load of this gear"
         if fit.elasticity.is_backlash[j]:
-            return "no measurement moves it: no load takes this gear to another flank"
-        return "no measurement moves it: no load turns it, or the measured point does not follow"
+            return "no effect on any measurement: no load brings this gear to its other flank"
+        return (
+            "no effect on any measurement: no load acts on it, or the measured point does not move"
+        )
     if fit.rigid.held[j]:
         mixed = [d.in_words() for d in separable.unseen if name in d.names]
-        return f"not distinguishable: {' and '.join(mixed)} change nothing measured"
+        return f"not distinguishable: {' and '.join(mixed)} have no effect on any measurement"
     if sure.against[j] and fit.elasticity.own[j].kind == "hysteresis":
-        return "its loops are narrower than none would be"
+        return "its loops are narrower than without hysteresis"
     if sure.against[j]:
-        return "deflections go against its load: it would be negative"
+        return "deflections are opposite to its load: it would be negative"
     if not np.isfinite(sure.high[j]):
-        return "as many unknowns as numbers measured: no error can be estimated"
+        return "as many unknowns as measured values: no error can be estimated"
     if sure.low[j] <= 0.0 and not fit.elasticity.is_compliance[j]:
-        return "its interval reaches to none"
+        return "its confidence interval includes zero"
     if sure.low[j] <= 0.0:
-        return "its interval reaches to rigid"
+        return "its confidence interval includes a rigid joint"
     return ""
 
 
@@ -173,11 +175,13 @@ class Identification:
         if not any(parameter.identifiable for parameter in self.parameters):
             return "nothing is identified"
         if not np.isfinite(self.rms_written):
-            return "with the values that would be kept the robot finds no rest under these loads"
+            return (
+                "with the start values that would be kept there is no equilibrium under these loads"
+            )
         if self.rms_written > _WORSE * self.rms_start:
             return (
-                "with the values that would be kept the robot would be off by"
-                f" {1e3 * self.rms_written:.3g} mm rms, the start file is by"
+                "with the start values that would be kept the residual would be"
+                f" {1e3 * self.rms_written:.3g} mm rms, with the start file it is"
                 f" {1e3 * self.rms_start:.3g} mm"
             )
         return ""
@@ -217,18 +221,18 @@ def warnings(found: Identification) -> list[str]:
     along = float(np.sum(measured.deflection[:, :3] * _start(found)[:, :3]))
     if along < 0.0:
         said.append(
-            "deflections go against what the start file predicts: is the load that on the robot, in base"
+            "deflections are opposite to those of the start file: is the load that on the robot, in base"
             " axes, and the deflection loaded less unloaded?"
         )
     if not fit.converged:
         return said
     if separable.condition > STRONG:
         said.append(
-            f"the parameters pull against each other, condition {separable.condition:.0f}: hardly"
+            f"parameters are strongly correlated, condition number {separable.condition:.0f}: hardly"
             f" distinguishable are {'; '.join(d.in_words() for d in separable.weak)}"
         )
     said += [
-        f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"
+        f"{p.name}: the start value that is kept, {p.start:.4g}, is outside the confidence interval,"
         f" {p.low:.4g} to {p.high:.4g}"
         for p, against in zip(found.parameters, found.intervals.against, strict=True)
         if not (p.identifiable or against or p.name in found.added)
@@ -238,26 +242,28 @@ def warnings(found: Identification) -> list[str]:
     for parameter, row in zip(found.parameters, found.intervals.rests_on.tolist(), strict=True):
         if row >= 0 and parameter.identifiable:
             rests.setdefault(row, []).append(parameter.name)
-    said += [f"{', '.join(own)} rest on {measured.names[row]} alone" for row, own in rests.items()]
+    said += [
+        f"{', '.join(own)} depend on {measured.names[row]} alone" for row, own in rests.items()
+    ]
     if found.noise.known and found.intervals.freedom > 0:
         if found.intervals.scale > 1.5:
             said.append(
-                f"residuals are {found.intervals.scale:.2g} times what the standard deviations say: the"
-                " model lacks something, or they are too small"
+                f"residuals are {found.intervals.scale:.2g} times as large as the standard"
+                " deviations: the model is incomplete, or the standard deviations are too small"
             )
         elif found.intervals.scale < 0.6:
             said.append(
-                f"residuals are {found.intervals.scale:.2g} times what the standard deviations say: they"
-                " are too large"
+                f"residuals are {found.intervals.scale:.2g} times as large as the standard deviations,"
+                " which are too large"
             )
     suspicions = [point.suspicion() for point in found.points]
     suspicions += [found.loss.suspicion()] if found.loss is not None else []
     said += [suspicion for suspicion in suspicions if suspicion]
     if found.rms_written > 1.2 * rms(found.residual):
         said.append(
-            "with the values that were kept the robot as written is off by"
-            f" {1e3 * found.rms_written:.3g} mm rms, the fit by {1e3 * rms(found.residual):.3g} mm:"
-            " measure what was not identified, or leave tilts that are not supported out of the start"
+            "with the start values that were kept the residual of the robot file as written is"
+            f" {1e3 * found.rms_written:.3g} mm rms, that of the fit {1e3 * rms(found.residual):.3g} mm:"
+            " measure what was not identified, or remove tilts that are not supported from the start"
             " file"
         )
     return said

@@ -112,9 +112,9 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
         and (parameter.identifiable or parameter.name not in found.added)
     ]
     left = (
-        f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components,"
-        f" {'loops' if found.loops else 'rows'} left out {1e3 * rms(found.left_out):.4f} mm; this file"
-        f" {1e3 * found.rms_written:.4f} mm, the start {1e3 * found.rms_start:.4f} mm."
+        f"Residual {1e3 * rms(found.residual):.4f} mm rms over all components, leave-one-out of"
+        f" {'loops' if found.loops else 'rows'} {1e3 * rms(found.left_out):.4f} mm; this file"
+        f" {1e3 * found.rms_written:.4f} mm, the start file {1e3 * found.rms_start:.4f} mm."
     )
     return fitted_text(start, found.robot, entries, "identify", source, left, target)
 

@@ -42,11 +42,11 @@ class CommonLoss:
         size = f"{1e3 * abs(self.value):.3f} +- {1e3 * self.half:.3f} mm"
         if self.value > 0.0:
             return (
-                f"small loads deflect systematically less, by {size} at every load: friction or"
-                " hysteresis suspected; measure loading and unloading"
+                f"deflections are systematically too small, by {size} at every load: possibly"
+                " friction or hysteresis; measure loading and unloading"
             )
         return (
-            f"small loads deflect systematically more, by {size} at every load: backlash suspected, or a"
+            f"deflections are systematically too large, by {size} at every load: possibly backlash, or a"
             " zero reading that had not settled"
         )
 
@@ -101,8 +101,8 @@ class MovedPoint:
             return ""
         place = ", ".join(f"{value:.3f}" for value in self.shift)
         return (
-            f"the {self.name} seems to be [{place}] m from where the table has it, in the TCP's frame"
-            f" and to first order ({self.support.in_words()}): look where it was"
+            f"the {self.name} seems to be [{place}] m from its place in the table, in the TCP's frame"
+            f" and to first order ({self.support.in_words()}): check where it was"
         )
 
 

@@ -165,7 +165,9 @@ def test_where_no_step_is_safe_packing_is_refused_and_an_asked_one_is_warned_of(
     data = UR10.case(1e6).resolved
     data["robot"]["mode"] = "quasistatic"
     case = case_of(data)
-    with pytest.raises(BuildError, match=r"found none: .* let the process give its spring as well"):
+    with pytest.raises(
+        BuildError, match=r"found none: .* connect the contact spring of the process"
+    ):
         SspSystem.of(case, "force")
     (_, warning, _) = SspSystem.of(case, "force", step=STEP).remarks()
     assert warning == "warning: this step is not safe, none is"

@@ -99,7 +99,7 @@ def test_loops_that_do_not_turn_back_tell_no_hysteresis():
     assert "joint[3].hysteresis" not in by_name
     for number, torque in ((1, 90.0), (2, 150.0)):
         own = by_name[f"joint[{number}].hysteresis"]
-        assert own.reason == "no loop turns the load of this gear back"
+        assert own.reason == "no loop reverses the load of this gear"
         joint = found.robot.joints[number - 1]
         assert sum(stop.slip_torque for stop in joint.hysteresis) == pytest.approx(
             torque, rel=1e-12
@@ -174,7 +174,7 @@ def test_a_table_of_loops_becomes_a_robot_file_with_elements(command, tmp_path):
     table.write_text(written(loops(true, 3, 2, 900.0, FEWER, NOISE)))
     done = command("identify", table, "--robot", START, "-o", target)
     assert done.returncode == 0, done.stderr
-    assert "left out, without hysteresis" in done.stdout
+    assert "leave-one-out without hysteresis" in done.stdout
     assert "Gears whose loops show no hysteresis get no elements" in done.stdout
     robot = load_robot(target)
     torques = [sum(own.slip_torque for own in joint.hysteresis) for joint in robot.joints]

@@ -79,7 +79,7 @@ def test_recordings_become_a_robot_file_a_report_and_figures(command, folder):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "two.csv    predicted" in done.stdout
-    assert "not identifiable: kept" in done.stdout
+    assert "kept, not identifiable" in done.stdout
     robot = load_robot(target)
     for own, known in zip(robot.joints, arm().joints, strict=True):
         assert own.stiffness == pytest.approx(known.stiffness, rel=0.02)
@@ -122,7 +122,7 @@ def test_angles_in_degrees_are_refused_with_what_to_look_for(command, folder):
     head = (folder / "one.csv").read_text().splitlines()[0]
     target = folder / "degrees.toml"
     for small, status, says in (
-        (False, 2, "in degrees, or at the motors"),
+        (False, 2, "in degrees, or not divided"),
         (True, 1, "angles in rad"),
     ):
         rows[:, [1, 2, 5, 6]] = angles - small * angles.mean(axis=0)

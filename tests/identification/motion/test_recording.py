@@ -92,12 +92,12 @@ def test_what_is_wrong_with_a_recording_is_told_with_its_place(
 @pytest.mark.parametrize(
     ("links", "says"),
     [
-        (lambda q: np.degrees(q), r"link\[1\]: .* of motor\[1\], got 57.3 times that: are unit"),
+        (lambda q: np.degrees(q), r"link\[1\]: .* of motor\[1\], got 57.3 times that: .* unit"),
         (lambda q: q * [1.0, -1.0], r"link\[2\]: .* of motor\[2\], got -1 times that: .* sign"),
-        (lambda q: q[:, ::-1], r"link\[1\]: .* rad off \(rms\) and follows motor\[2\]: .* swapped"),
+        (lambda q: q[:, ::-1], r"link\[1\]: .* rad rms and follows motor\[2\]: .* swapped"),
         (
             lambda q: q * [1.0, 0.0] + 3.0,
-            r"link\[2\]: expected .*, got one that is 0.2\d* rad off",
+            r"link\[2\]: expected .*, got one that differs by 0.2\d* rad",
         ),
         (lambda q: np.roll(q, 25, axis=0), r"link\[1\]: .* of motor\[1\], got it 99 ms late"),
         (lambda q: np.roll(q, 10, axis=0) + 1e-3 * np.sin(50.0 * q) + 3.0, ""),
@@ -119,6 +119,14 @@ def test_links_follow_their_own_motors(tmp_path, links, says):
         assert read_recording(file, arms(2)).with_link == [0, 1]
 
 
+def test_a_gap_is_told_with_the_row_behind_it(tmp_path):
+    file = _file(tmp_path)
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join(lines[:150] + lines[160:]))
+    with pytest.raises(IdentifyError, match="line 151: time: expected equal steps of time"):
+        read_recording(file, arms(1))
+
+
 def test_motors_at_rest_are_no_motion(tmp_path):
     file = tmp_path / "still.csv"
     lines = [f"{STEP * k:.9g},0.1,5.0" for k in range(200)]
@@ -133,7 +141,7 @@ def test_milliseconds_are_no_seconds(tmp_path):
     told = [[f"{1e3 * float(time):.9g}", *rest] for time, *rest in rows[1:]]
     file.write_text("\n".join(",".join(row) for row in [rows[0], *told]))
     with pytest.raises(
-        IdentifyError, match=r"time: expected seconds, .* got steps of 4: are they milli"
+        IdentifyError, match=r"time: expected steps of .* s at most, got 4: is it in milli"
     ):
         read_recording(file, arms(1))
 

@@ -87,7 +87,7 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
     assert found.refusal == ""
     (words,) = (own for own in found.remarks if "rigid.csv" in own)
     assert words.startswith("rigid.csv, predicted: ")
-    assert "motor less link 2 are left" in words
+    assert "the residual of motor less link 2 is" in words
     assert any(own.startswith("other.csv, predicted: ") for own in found.remarks)
 
 
@@ -96,7 +96,7 @@ def test_what_a_prediction_leaves_too_much_of_is_said(recordings):
     [
         (
             lambda own: own[:, ::-1],
-            "joints 1 and 2, each in its column, got in each what the other",
+            "joints 1 and 2, each in its column, got in each the torque of the other",
         ),
         (lambda own: np.roll(own, 50, axis=0), "clock of the motors' angles, got them 200 ms late"),
         (
@@ -118,7 +118,7 @@ def test_torques_of_another_motion_are_told_and_written_nowhere(recordings):
     first = recordings[0]
     other = replace(first, name="other.csv", torque=first.torque[::-1])
     found = identify_motion(arm(), [other], [], BANDWIDTH, leave_out=False)
-    assert found.refusal.startswith("of the torque of motor ")
+    assert found.refusal.startswith("the residual of the torque of motor ")
     assert sum("of the torque of motor" in words for words in found.remarks) == 2
 
 
@@ -135,7 +135,7 @@ def test_a_load_that_is_mostly_left_is_written_nowhere_but_noise_of_its_size_is(
     shaken = replace(first, torque=first.torque + np.outer(wave, [1.0, 0.0]))
     found = identify_motion(arm(), [shaken], [], BANDWIDTH, leave_out=False)
     assert 0.5 < found.residuals[0].torque[0] < 1.0
-    assert found.refusal.startswith("of the torque of motor 1 6") == refused
+    assert found.refusal.startswith("the residual of the torque of motor 1 is 6") == refused
 
 
 def test_gears_are_those_of_their_robot_and_motion_also_when_asked_again(recordings):

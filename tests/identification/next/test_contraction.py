@@ -139,7 +139,7 @@ def test_a_cutoff_among_the_modes_is_refused_with_what_it_would_do(example):
     best = chosen(seen)
     assert contraction(seen, 1.0, 9.0).everywhere > 2.0
     with pytest.raises(
-        LearnError, match=rf"at most {best.cutoff:g} Hz .* got 9 Hz: .*where most is"
+        LearnError, match=rf"at most {best.cutoff:g} Hz .* got 9 Hz: .*at the worst frequency"
     ):
         chosen(seen, cutoff=9.0)
     assert chosen(seen, cutoff=0.5).cutoff == 0.5

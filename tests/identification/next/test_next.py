@@ -89,7 +89,7 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
     A quarter is left at once, no run is worse than the best, and forecasts hold what is measured."""
     folder, _ = shop
     runs, left, said = measured
-    assert all("Expected on your robot" in own for own in said)
+    assert all("Expected deviation on your robot" in own for own in said)
     assert left[0] > 1e-4
     assert left[1] < 0.25 * left[0]
     assert left[2] < 1.1 * left[1]
@@ -97,8 +97,8 @@ def test_no_run_is_worse_and_each_is_as_forecast(shop, measured, command):
         told = json.loads((folder / name / "result.json").read_text())["forecast"]
         assert told["low"] < own < told["high"]
     page = (folder / "third" / "report.html").read_text()
-    assert "Expected on your robot" in page
-    assert "To expect on a real robot" not in page
+    assert "Expected deviation on your robot" in page
+    assert "Expected deviation on a real robot" not in page
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
     assert [own["kind"] for own in told["moves"]] == ["path"]
     assert len(told["runs"]) == 2
@@ -192,7 +192,11 @@ def test_frame_and_clock_are_the_devices_or_the_robots(shop, models, tmp_path):
             run = History.of([source], known, models).runs[0]
             assert run.clock == pytest.approx(clock, abs=2e-4)
             told = clock_sentence(run)
-            assert ("-8 ms" in told and "0.05 m/s 50 um" in told) if clock else told == ""
+            assert (
+                ("-8 ms" in told and "50 um along the path per ms at up to 0.05 m/s" in told)
+                if clock
+                else told == ""
+            )
             assert frame_sentence(run, known) == ""
             assert run.shift[0] == pytest.approx(share * 3e-4, abs=2e-5)
             assert run.deviation.mean(axis=0)[0] == pytest.approx((1.0 - share) * 3e-4, abs=2e-5)

@@ -141,7 +141,9 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     factors = [own.written / own.start for own in verdicts[5:]]
     np.testing.assert_allclose(np.log(factors), x[5:])
     assert remark(verdicts[0]).startswith("NOT IDENTIFIED, start value kept: ")
-    assert remark(verdicts[-1]).startswith("fits best beside the others, but not significant here")
+    assert remark(verdicts[-1]).startswith(
+        "best fit with the others, but not significant on this path"
+    )
 
 
 def test_the_dampers_of_tilts_are_fitted_where_the_robot_vibrates(robots, example):

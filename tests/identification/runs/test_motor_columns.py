@@ -157,7 +157,7 @@ def test_motors_count_by_their_noise_and_by_what_nothing_explains(robots):
 
 
 @pytest.mark.parametrize(
-    ("factor", "says"), [(-1.0, "sign"), (1e-3, "kN m"), (0.0055, "times the gear ratio")]
+    ("factor", "says"), [(-1.0, "sign"), (1e-3, "kN m"), (0.0055, "by the gear ratio")]
 )
 def test_torques_that_no_motor_has_are_refused(robots, factor, says):
     """Of another sign, in kN m, at a motor before a gear of 180; those of the model are not."""
@@ -205,7 +205,7 @@ def test_angles_that_are_not_those_of_their_motor_are_refused(robots):
 
     assert weighed(values[:, 1] + 1.0).measured.motors.deviation[1] < 2.0 * ANGLE_NOISE
     for column in (np.degrees(values[:, 1]), values[:, 0]):
-        with pytest.raises(LearnError, match=r"motor\[2\]: .* rad off \(rms\): is it in degrees"):
+        with pytest.raises(LearnError, match=r"motor\[2\]: .* rad rms: is it in degrees"):
             weighed(column)
 
 

@@ -107,5 +107,5 @@ def test_orientations_that_do_not_follow_the_tool_are_refused_in_a_sentence(robo
     seen = seen_of(robots, path)
     assert seen.rotation is not None
     spun = Rotation.from_rotvec(np.outer(0.1 * seen.time, [0.0, 0.0, 1.0]))
-    with pytest.raises(LearnError, match="expected orientations that follow the tool's to 20 mrad"):
+    with pytest.raises(LearnError, match="expected the tool's orientations to 20 mrad"):
         aligned(replace(seen, rotation=seen.rotation * spun), path, own_frame=False)

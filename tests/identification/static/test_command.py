@@ -34,7 +34,7 @@ def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path
     done = command("identify", FANUC, "--robot", START, "--add", tilt, "-o", target)
     assert done.returncode == 0, done.stderr
     assert "joint[6].stiffness" in done.stdout
-    assert "not identified: its interval reaches to rigid" in done.stdout
+    assert "not identified: its confidence interval includes a rigid joint" in done.stdout
     found = json.loads(target.with_suffix(".json").read_text())
     by_name = {entry["name"]: entry for entry in found["parameters"]}
     robot = load_robot(target)
