@@ -75,10 +75,10 @@ def test_a_study_killed_again_and_again_ends_with_the_same_bytes(case, run, undi
     """kill -9 after a random number of samples or before the first one; nothing is simulated twice."""
     random_ = random.Random(14)
     folder = tmp_path / "study"
-    options = (case, "--run", run, "--samples", SAMPLES, "--workers", 1)
+    options = (case, "--run", run, "--samples", SAMPLES, "--workers")
     kept = []
-    for _ in range(2):
-        running = started(*options, folder=folder)
+    for workers in (2, 1):  # on Dask's cluster, and by the command itself
+        running = started(*options, workers, folder=folder)
         wait_for_rows(running, folder, rows(folder) + random_.randrange(9))
         time.sleep(random_.random() * 0.02)
         below = children(running.process.pid, "python")
@@ -90,7 +90,7 @@ def test_a_study_killed_again_and_again_ends_with_the_same_bytes(case, run, undi
         assert not any(map(psutil.pid_exists, below)), "a killed study leaves processes"
     assert kept == sorted(kept)
     assert 0 < kept[-1] < SAMPLES, kept
-    last = started(*options, folder=folder)
+    last = started(*options, 1, folder=folder)
     assert last.status() == 0, last.output.read_text()
     assert tables(folder) == tables(undisturbed)
     assert rows(folder) == SAMPLES
