@@ -1,4 +1,4 @@
-"""Least squares over simulations, and which of its parameters are identifiable."""
+"""Least squares over simulations: the likeliest robot, and what its recordings support."""
 
 from __future__ import annotations
 
@@ -28,9 +28,6 @@ _GAINS, _DAMPING, _GROWS = 0.1, 1e-2, 10.0
 _TRUSTED = 0.5
 # Damping of directions that are not observable, in the same parts.
 _UNOBSERVABLE = 1e-9
-# An encoder's error is identifiable with an interval below this part of itself, or of its usual size,
-# which shows that there is none.
-_OF_ITSELF, _NARROW = 1.0, 0.3
 # A channel weighs at most so many times as much as its measured size says.
 _LEAST_PART = 1e-3
 # What is left of a channel counts as this at least [rad, N m]: below is rounding.
@@ -38,9 +35,7 @@ _EXACT = 1e-9
 # Compliance that another fit starts from, in parts of what the first one found.
 _STIFF = 0.1
 # A backlash is supported by recordings that are likelier by e to this with it: an interval of 95 %.
-_SUPPORTED = 2.0
-# A fit from an end of an interval comes back as near as this part of its half.
-_BACK = 0.3
+SUPPORTED = 2.0
 # Size of slow errors, over the usual one, at least and at most: data sheets do not allow more.  Steps to
 # the likeliest.
 _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
@@ -199,32 +194,9 @@ def supported(problem: MotionProblem, fit: MotionFit) -> MotionFit:
         none = np.array([values.get(p.name, 0.0) for p in wider.parameters])
         own = np.array([p.name not in values for p in wider.parameters])
         found = looked(wider, np.where(own, wider.start, none), fit.slopes)
-        if unlikely(wider, none) - unlikely(wider, found.x) > _SUPPORTED:
+        if unlikely(wider, none) - unlikely(wider, found.x) > SUPPORTED:
             gone, fit = tried, fitted(wider, found.x, found.slopes)
     return fit
-
-
-def returns(fit: MotionFit, chosen: np.ndarray) -> np.ndarray:
-    """Return which parameters, (P,), stay if the fit is repeated from the ends of intervals.
-
-    Where the squares are flat or rugged, or have other minima nearly as likely, it ends elsewhere: the
-    value is one of several, and its interval is too narrow.
-
-    Args:
-        chosen: Mask of parameters whose intervals are tried, (P,).
-    """
-    half = fit.blocks.half * fit.blocks.deviation
-    found, least = np.ones(len(fit.x), dtype=bool), unlikely(fit.problem, fit.x)
-    for k in np.flatnonzero(chosen):
-        others = np.arange(len(fit.x)) != k
-        for end in (-1.0, 1.0):
-            x = np.where(others, fit.x, fit.x + end * half)
-            x = np.clip(x, *fit.problem.bounds)
-            x[others] += fit.blocks.only(others, x - fit.x).step
-            back = looked(fit.problem, x)
-            if unlikely(fit.problem, back.x) < least + _SUPPORTED:
-                found &= np.abs(back.x - fit.x) <= _BACK * half
-    return found
 
 
 def unlikely(problem: MotionProblem, x: np.ndarray) -> float:
@@ -312,43 +284,3 @@ def reweighed(
 def rms(values: np.ndarray) -> np.ndarray:
     """Return the rms of columns (n, k), any unit, (k,); nan where one holds nan."""
     return np.sqrt(np.mean(values**2, axis=0))
-
-
-def identifiable(fit: MotionFit) -> np.ndarray:
-    """Return the mask of parameters of a fit that the recordings identify, (P,).
-
-    What an interval does not bound to its usual size, or, of what is not negative, away from none, stays
-    as in the start, the widest first; the others answer, to first order.  What is known before is not
-    left out: it is between start and recordings.
-    """
-    known = fit.problem.prior > 0.0
-    chosen = np.ones(len(fit.x), dtype=bool)
-    away = fit.problem.start - fit.x
-    while chosen.any():
-        blocks = fit.blocks.only(chosen, away)
-        x = fit.x[chosen] + blocks.step
-        width = blocks.half * blocks.deviation / _allowed(fit.problem.only(chosen), x)
-        width[known[chosen]] = 0.0
-        worst = int(np.argmax(width))
-        if width[worst] <= 1.0:
-            break
-        chosen[np.flatnonzero(chosen)[worst]] = False
-    return chosen
-
-
-def narrow(fit: MotionFit) -> np.ndarray:
-    """Return the mask of parameters with an interval as narrow as `identifiable` asks, (P,)."""
-    width = fit.blocks.half * fit.blocks.deviation / _allowed(fit.problem, fit.x)
-    own = [isinstance(p, SensorParameter) and p.of_slow_error for p in fit.problem.parameters]
-    return np.asarray(width <= 1.0) & ~np.array(own, dtype=bool)
-
-
-def _allowed(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
-    """Return half of the widest interval of an identifiable parameter, (P,)."""
-    allowed = np.where([p.signed for p in problem.parameters], 1.0, np.clip(x, 1e-9, 1.0))
-    for k, p in enumerate(problem.parameters):
-        if p.vanishes:
-            allowed[k] = _NARROW
-        if isinstance(p, SensorParameter):
-            allowed[k] = max(_OF_ITSELF * abs(x[k]), _NARROW)
-    return allowed

@@ -11,21 +11,16 @@ from coupling.errors import IdentifyError
 from coupling.identification.motion.fit import (
     MotionFit,
     fitted,
-    identifiable,
     likeliest,
     looked,
-    narrow,
-    returns,
     rms,
     sized,
     supported,
 )
+from coupling.identification.motion.identifiability import identifiable, narrow, returns
 from coupling.identification.motion.moved_robot import MovedRobot
 from coupling.identification.motion.parameters import MotionParameter, motion_parameters
-from coupling.identification.motion.problem import (
-    MotionProblem,
-    MovedRecording,
-)
+from coupling.identification.motion.problem import MotionProblem, MovedRecording
 from coupling.identification.motion.recording import Recording
 from coupling.identification.motion.residuals import (
     RecordingResiduals,
