@@ -216,7 +216,7 @@ def test_an_interrupt_says_what_is_kept_and_how_to_go_on(task, tmp_path, number)
     assert run.status() == 130
     said = (tmp_path / "output.txt").read_text()
     assert "stopped; " in said
-    kept = f"evaluations so far, kept in {tmp_path / 'store'}: 2; the same command goes"
+    kept = f"evaluations so far, kept in {tmp_path / 'store'}: 2; the same command continues"
     assert kept in said.replace("\n", " ")
     assert "Traceback" not in said
     assert "Aborted" not in said

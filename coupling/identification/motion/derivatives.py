@@ -26,7 +26,7 @@ class GearSlopes:
 
     Attributes:
         names: Names of the parameters by which, m of them.
-        by_one: Change of `GearMotion.rows` by 1 of each, as the fit counts, (m, n, 2 j) each.
+        by_one: Changes of `GearMotion.rows` [rad, N m] by 1 of each, as the fit counts, (m, n, 2 j).
         exact: Whether all were simulated where the fit is.
     """
 
@@ -64,12 +64,12 @@ class GearSlopes:
         before: Sequence[np.ndarray],
         there: Sequence[np.ndarray],
     ) -> GearSlopes:
-        """Return those after a step, with the least change that explains it [Broyden1965].
+        """Return those after a step [1], (m,), with the least change that explains it [Broyden1965].
 
         Args:
             step: Change of the parameters [1], (m,).
             effect: Sizes of what is left by 1 of each [1], (m,): without one its derivative stays.
-            before, there: `GearMotion.rows` of each recording before and after it, (n, 2 j) each.
+            before, there: `GearMotion.rows` [rad, N m] of each recording before and after it, (n, 2 j).
 
         Example:
             >>> slopes = GearSlopes(("a", "b"), (np.zeros((2, 1, 2)),))

@@ -153,7 +153,7 @@ def _with_beside(problem: MotionProblem, x: np.ndarray) -> np.ndarray:
 def looked(
     problem: MotionProblem, x: np.ndarray | None = None, near: GearSlopes | None = None
 ) -> MotionFit:
-    """Return the first steps of a fit, with the arguments of `fitted`."""
+    """Return the first steps of a fit, from x [1], (P,), with the arguments of `fitted`."""
     return fitted(problem, x, near, _LOOKS, _CONVERGED)
 
 

@@ -18,7 +18,7 @@ _FIRST = 25
 def friction_part(
     recording: Recording, motion: SmoothedMotion, robot: Robot, gears: GearMotion
 ) -> np.ndarray:
-    """Return motors' friction over its largest, (n, j), loaded at the start as torques there say."""
+    """Return motors' friction over its largest [1], (n, j), loaded at the start as torques there say."""
     felt = _felt(motion, robot, gears)
     part = np.zeros_like(felt)
     for i, joint in enumerate(robot.joints):

@@ -34,7 +34,7 @@ class GearMotion:
     """What the gears of a moved robot do, n rows of j joints.
 
     Attributes:
-        rows: Wind-ups, then torques, (n, 2 j).
+        rows: Wind-ups [rad], then torques [N m], (n, 2 j).
     """
 
     rows: np.ndarray

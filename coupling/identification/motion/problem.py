@@ -271,7 +271,7 @@ class MotionProblem:
         return np.concatenate([rows.ravel() for rows in self.residuals_of(self.predictions(x))])
 
     def predictions(self, x: np.ndarray) -> tuple[Predicted, ...]:
-        """Return those of all recordings, with the friction and loops of `loaded`.
+        """Return those of all recordings at x [1], (P,), with the friction and loops of `loaded`.
 
         Raises:
             SimulationError: If the solver cannot step there.

@@ -79,7 +79,7 @@ def test_all_six_tilts_are_warned_of_and_most_refused():
     robot = replace(START, joints=(*joints, *START.joints[3:]))
     found = identify(robot, ROWS, OPTIONS)
     assert found.separability.condition == pytest.approx(115.0, abs=0.5)
-    assert any("condition 115" in warning for warning in warnings(found))
+    assert any("condition number 115" in warning for warning in warnings(found))
     written = [p.name for p in found.parameters if p.identifiable and "tilt" in p.name]
     assert written == ["joint[3].tilt[2].stiffness"]
 
