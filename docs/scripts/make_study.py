@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -32,6 +33,8 @@ from docs.scripts.pictures import save
 
 CASE = benchmark.CASE
 SEED, FRESH = 1, 2
+# Columns of a page.
+WIDTH = 128
 
 
 @cache
@@ -116,10 +119,11 @@ def speed() -> str:
             for workers in (1, benchmark.WORKERS)
         )
     share = benchmark.efficiency(one, more)
-    return (
+    return textwrap.fill(
         f"The cone's {benchmark.SAMPLES} samples take {one.wall:.0f} s on one worker and"
         f" {more.wall:.0f} s on two, including the start of the workers: {100 * share:.0f} % of twice"
-        " the speed (two cores, `python -m benchmarks.study`)."
+        " the speed (two cores, `python -m benchmarks.study`).",
+        WIDTH,
     )
 
 
