@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from coupling.identification.motion import fit as fits
+from coupling.identification.motion import identifiability
 from coupling.identification.motion.identification import identify_motion
 from coupling.identification.motion.moved_robot import MovedRobot
 from docs.scripts.motion_recovery import BANDWIDTH, STEP, Known, arm, recorded
@@ -64,11 +64,13 @@ def test_a_value_with_another_as_likely_in_its_interval_is_one_of_several(
     def looked(problem, x):
         return SimpleNamespace(x=np.where(x > 1.2, other, 1.0))
 
-    monkeypatch.setattr(fits, "looked", looked)
-    monkeypatch.setattr(fits, "unlikely", lambda problem, x: less_likely * float(x[0] != 1.0))
+    monkeypatch.setattr(identifiability, "looked", looked)
+    monkeypatch.setattr(
+        identifiability, "unlikely", lambda problem, x: less_likely * float(x[0] != 1.0)
+    )
     blocks = SimpleNamespace(half=2.0, deviation=np.array([0.5]))
     blocks.only = lambda others, away: SimpleNamespace(step=np.empty(0))
     one = SimpleNamespace(
         x=np.ones(1), blocks=blocks, problem=SimpleNamespace(bounds=(np.zeros(1), np.full(1, 9.0)))
     )
-    assert fits.returns(one, np.array([True])) == [stays]
+    assert identifiability.returns(one, np.array([True])) == [stays]
