@@ -17,10 +17,6 @@ from coupling.run.stored_run import CASE, StoredRun
 # Evaluations that are listed one by one.
 _LISTED = 12
 _KEY = 12
-_WHERE = {
-    "inverse": "first on the desired path, then on the actual path under each command",
-    "mirror": "on the actual path of each iteration",
-}
 
 
 def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> list[str]:
@@ -31,8 +27,9 @@ def cost(figures: RunResult, case: RunCase, answers: Sequence[AnswerResult]) -> 
         case: Excerpt of its case.
         answers: `answers` of run.json.
     """
-    method = case.compensation.method if figures.kind == "compensate" else ""
-    where = _WHERE.get(method, "on the actual path of each iteration")
+    where = "on the actual path of each iteration"
+    if figures.kind == "compensate" and case.compensation.method == "inverse":
+        where = "first on the desired path, then on the actual path under each command"
     text = [
         f"Process {case.process.model}: evaluated {figures.process_evaluations} times, {where}; peak"
         f" force {figures.peak_force_N:.1f} N."

@@ -15,7 +15,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.run_tables import gear_loads, motor_limit
 from coupling.report.section import Note, Section, Table, warned
-from coupling.report.style import drawn
+from coupling.report.style import drawn, in_space
 from coupling.report.thinning import PARTS
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, GearResult
@@ -153,8 +153,7 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
             }
             traces.append(trace)
     camera = {"eye": {"x": 1.05, "y": -1.75, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
-    axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
-    return drawn(traces, 620, scene={**axes, "aspectmode": "data", "camera": camera})
+    return drawn(traces, 620, scene=in_space("m", aspectmode="data", camera=camera))
 
 
 def joint_table(demands: Sequence[DriveMotion]) -> Table:

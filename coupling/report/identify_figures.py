@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import ShownInterval, interval_figure
-from coupling.report.style import drawn
+from coupling.report.style import drawn, in_space
 from coupling.results.identified_result import IdentifiedParameterResult, IdentifiedResult
 
 _MM = 1e3
@@ -56,9 +56,8 @@ def arrows(found: IdentifiedResult, factor: int) -> go.Figure:
             "hoverinfo": "text",
         }
         traces += [shafts, tips]
-    axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
     camera = {"eye": {"x": 1.35, "y": -1.35, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}}
-    scene = {**axes, "aspectmode": "data", "camera": camera}
+    scene = in_space("m", aspectmode="data", camera=camera)
     return drawn(traces, 620, scene=scene, legend={"itemsizing": "constant"})
 
 

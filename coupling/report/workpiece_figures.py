@@ -10,7 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from coupling.path.workpiece import Workpiece
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.style import Keys, drawn
+from coupling.report.style import Keys, drawn, in_space
 
 _MM = 1e3
 # Points of a cut.
@@ -54,12 +54,12 @@ def _shaped(name: str, piece: Workpiece, limits: Mapping[str, tuple[float, float
         }
         for label in limits
     ]
-    scene = {
-        "aspectmode": "manual",
-        "aspectratio": {"x": 1.0, "y": 1.0, "z": 0.35},
-        "camera": {"eye": {"x": 1.2, "y": -1.2, "z": 1.1}},
-        **{f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"},
-    }
+    scene = in_space(
+        "mm",
+        aspectmode="manual",
+        aspectratio={"x": 1.0, "y": 1.0, "z": 0.35},
+        camera={"eye": {"x": 1.2, "y": -1.2, "z": 1.1}},
+    )
     return drawn(
         traces,
         460,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class MovedRobot:
         self._torsions = build_chain(robot).torsions
         self._folder = ScratchFolder()
         self._kept: deque[tuple[str, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
-        self._motions: list[SmoothedMotion] = []
+        self._saved: SmoothedMotion | None = None
         self._worker: WorkerProcess | None = None
         file = build_fmu(robot, self._folder.path / "moved.fmu")
         try:
@@ -108,12 +107,17 @@ class MovedRobot:
             if text == own and moved is motion:
                 return gears
         self._text.write_text(own + _END + self._variables, encoding="utf-8")
+        trajectory = self._folder.path / "trajectory.npz"
+        if motion is not self._saved:
+            command = JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,))
+            save_trajectory(trajectory, command)
+            self._saved = motion
         joints = range(1, motion.q.shape[1] + 1)
         outputs = [f"deflection[{k + 1}]" for k in self._torsions]
         outputs += [f"gear_torque[{i}]" for i in joints]
         job = SimulationJob(
             {
-                "trajectory": str(self._trajectory(time, motion)),
+                "trajectory": str(trajectory),
                 "torque_curve": "backlash",
                 "mode": "dynamic",
                 "tcp_tolerance": _TOLERANCE,
@@ -131,13 +135,3 @@ class MovedRobot:
             raise SimulationError(f"{robot.name}: {cause}") from cause
         self._kept.append((own, motion, GearMotion(rows)))
         return GearMotion(rows)
-
-    def _trajectory(self, time: np.ndarray, motion: SmoothedMotion) -> Path:
-        """Return the file of a motion, written once."""
-        known = [one is motion for one in self._motions]
-        if True not in known:
-            self._motions.append(motion)
-            known.append(True)
-            path = JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,))
-            save_trajectory(self._folder.path / f"{known.index(True)}.npz", path)
-        return self._folder.path / f"{known.index(True)}.npz"
