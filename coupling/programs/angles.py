@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.programs.poses import pose_of_zyx
 from coupling.programs.program import Pose
-
-_MM = 1e3
 
 
 def abc_of(poses: np.ndarray) -> np.ndarray:
@@ -48,24 +47,10 @@ def _euler(poses: np.ndarray) -> np.ndarray:
 
 def pose_of_abc(numbers: Sequence[float]) -> Pose:
     """Return the pose of x, y, z [mm] and KUKA's A, B, C [deg]."""
-    x, y, z, a, b, c = numbers
-    return _pose((x, y, z), Rotation.from_euler("ZYX", [a, b, c], degrees=True))
+    return pose_of_zyx(numbers[:3], numbers[3:])
 
 
 def pose_of_wpr(numbers: Sequence[float]) -> Pose:
     """Return the pose of x, y, z [mm] and FANUC's W, P, R [deg]."""
     x, y, z, w, p, r = numbers
-    return _pose((x, y, z), Rotation.from_euler("xyz", [w, p, r], degrees=True))
-
-
-def pose_of_quaternion(position: Sequence[float], quaternion: Sequence[float]) -> Pose:
-    """Return the pose of x, y, z [mm] and ABB's quaternion, w first, normalised here."""
-    w, x, y, z = quaternion
-    return _pose(position, Rotation.from_quat([x, y, z, w]))
-
-
-def _pose(position: Sequence[float], rotation: Rotation) -> Pose:
-    quaternion = rotation.as_quat()
-    if quaternion[3] < 0.0:
-        quaternion = -quaternion
-    return (*(value / _MM for value in position), *quaternion.tolist())
+    return pose_of_zyx((x, y, z), (r, p, w))

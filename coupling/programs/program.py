@@ -111,6 +111,9 @@ class RobotProgram:
         base: Base frame of the poses in that of the robot, as the program sets it; None where it
             does not, or names one that the controller holds.
         tool: TCP in the frame of the robot's flange, likewise.
+        left_out: Words of statements that a reader left out because they do not change the path, each
+            with how often it stands there.
+        assumptions: What a reader assumed where the program decides at run time, sentences.
 
     Example:
         >>> start = ProgramMove("joint", joints=(0.0, 0.1))
@@ -123,6 +126,8 @@ class RobotProgram:
     moves: tuple[ProgramMove, ...]
     base: Pose | None = None
     tool: Pose | None = None
+    left_out: tuple[tuple[str, int], ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     @property
     def timed(self) -> tuple[ProgramMove, ...]:

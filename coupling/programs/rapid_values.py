@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from coupling.errors import ProgramError
-from coupling.programs.angles import pose_of_quaternion
+from coupling.programs.poses import pose_of_quaternion
 from coupling.programs.program import Pose
 from coupling.programs.text import NUMBER, real, shortened
 

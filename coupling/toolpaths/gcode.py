@@ -17,6 +17,7 @@ from coupling.toolpaths.gcode_program import Dwell, GcodeMove, GcodeProgram, rea
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
 from coupling.toolpaths.part import tool_path
+from coupling.toolpaths.remarks import counted
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
@@ -44,10 +45,7 @@ class GcodePath(ToolPathTable):
         self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
     ) -> Task:
         """Return the task, with remarks on words without effect and the jump of the acceleration."""
-        ignored = self._program.ignored
-        words = ", ".join(
-            f"{word} ({count})" if count > 1 else word for word, count in ignored.items()
-        )
+        words = counted(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
         if jump := self._jump():
             remarks.append(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,10 +17,12 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
 from coupling.path.linear import arc_length, interpolated
 from coupling.programs.languages import read_program
-from coupling.programs.program import Pose, ProgramMove
+from coupling.programs.program import Pose, ProgramMove, RobotProgram
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import Motion, Segment, drive, require_few
+from coupling.toolpaths.remarks import counted
 from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
 
 # Points this close are one [m].
@@ -40,17 +43,30 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
+    @cached_property
+    def _program(self) -> RobotProgram:
+        try:
+            return read_program(self.file)
+        except ProgramError as cause:
+            raise CaseError(str(cause)) from cause
+
+    def task(
+        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+    ) -> Task:
+        """Return the task, with remarks on statements left out and on what was assumed."""
+        name, program = self.file.name, self._program
+        remarks = [f"{name}: {sentence}" for sentence in program.assumptions]
+        if program.left_out:
+            remarks.append(f"{name}: read and left out: {counted(dict(program.left_out))}")
+        return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
+
     def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
             CaseError: If the program cannot be read, or has motions that are not linear on its way.
         """
-        try:
-            moves = read_program(self.file).moves
-        except ProgramError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
-        stretches = self._stretches(_points(self.file, moves, self.feed_m_s))
+        stretches = self._stretches(_points(self.file, self._program.moves, self.feed_m_s))
         count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
         require_few(count / self.sample_s, self.file)
         motion = Motion([drive(own.segment(), own.feed, self.blend_s) for own in stretches])
