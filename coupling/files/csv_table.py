@@ -57,8 +57,8 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     twice = [name for name in columns if found.count(name) > 1]
     if twice:
         raise error(
-            f"{file}: expected each column once, got {twice[0]} {found.count(twice[0])} times: rename those"
-            " that are not meant"
+            f"{file}: expected each column once, got {twice[0]} {found.count(twice[0])} times: rename"
+            " those that are not meant"
         )
     try:
         with warnings.catch_warnings():
