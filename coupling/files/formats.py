@@ -62,7 +62,8 @@ _FORMATS = (
     _program(
         "a KRL program",
         ".src",
-        r"^[ \t]*(?:&ACCESS\b|(?:GLOBAL\s+)?DEF(?:DAT|FCT)?[ \t]+\w+[ \t]*\([^)\n]*\)(?![ \t]*:)|DEFDAT[ \t]+\w+|(?:S?PTP|S?LIN)\s+(?:\{|X\w+))",
+        r"^[ \t]*(?:&ACCESS\b|(?:GLOBAL\s+)?DEF(?:DAT|FCT)?[ \t]+\w+[ \t]*\([^)\n]*\)(?![ \t]*:)"
+        r"|DEFDAT[ \t]+\w+|(?:S?PTP|S?LIN)\s+(?:\{|X\w+))",
     ),
     _program(
         "a RAPID program", ".mod", r"^[ \t]*(?:MODULE\s+\w+|PROC\s+\w+\s*\(|Move[LJ]\s+\S+\s*,|%%%)"
@@ -83,8 +84,8 @@ _FORMATS = (
         "an APT/CLDATA file",
         None,
         "post-process it to G-code",
-        r"^[ \t]*(?:\d+\s+)?(?:\$\$|PARTNO\b|END-OF-PATH|(?:TOOL PATH|TLDATA|GOTO|FROM|LOADTL|LOAD|FEDRAT"
-        r"|SPINDL|MULTAX|CUTTER|PPRINT|MSYS)\s*/)",
+        r"^[ \t]*(?:\d+\s+)?(?:\$\$|PARTNO\b|END-OF-PATH|(?:TOOL PATH|TLDATA|GOTO|FROM|LOADTL|LOAD"
+        r"|FEDRAT|SPINDL|MULTAX|CUTTER|PPRINT|MSYS)\s*/)",
     ),
     _format(
         "an HPGL plot",
@@ -104,7 +105,8 @@ _FORMATS = (
         "G-code",
         "gcode",
         'give it as kind = "gcode"',
-        r"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?(?:G[ \t]*\d+(?:\.\d)?|M[ \t]*\d+|[TO]\d+)\s*(?:[A-Z][-+.\d ]|[(;*]|$)",
+        r"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?(?:G[ \t]*\d+(?:\.\d)?|M[ \t]*\d+|[TO]\d+)"
+        r"\s*(?:[A-Z][-+.\d ]|[(;*]|$)",
     ),
     _format(
         "a table of values",
@@ -126,8 +128,8 @@ def binary_name(content: bytes) -> str | None:
     """Return what a file that is no text is, a noun; None for a text.
 
     Example:
-        >>> binary_name(b"PK\\x03\\x04..."), binary_name(b"G21 G90")
-        ('a zip archive', None)
+        >>> binary_name(b"%PDF-1.7"), binary_name(b"G21 G90")
+        ('a PDF', None)
     """
     for magic, name in _MAGIC.items():
         if content.startswith(magic) and (len(magic) > 2 or b"\0" in content[:_LOOKED_AT]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.toolpaths.motion import Segment
 
-# A centre may be so much farther from one end than from the other, for the rounding of a printed program:
+# A centre may be so much farther from one end than from the other, for a printed program is rounded:
 # 10 um, or as RS274/NGC has it a thousandth of the radius and at most half a millimetre [m].
 _ROUNDING, _PART, _MOST = 1e-5, 1e-3, 5e-4
 # Ends this close are one [m]: no program writes so many digits.

@@ -66,9 +66,9 @@ class CsvPath(ToolPathTable):
         if missing:
             got = ", ".join(names)[:80] or "an empty file"
             raise CaseError(
-                f"{self.file}: columns {', '.join(missing)} are missing: expected {', '.join(_COLUMNS)}, in s,"
-                f" m and the unit quaternion of part_from_tool, got {got}: convert them, and separate columns"
-                " by commas"
+                f"{self.file}: columns {', '.join(missing)} are missing: expected"
+                f" {', '.join(_COLUMNS)}, in s, m and the unit quaternion of part_from_tool, got {got}:"
+                " convert them, and separate columns by commas"
             )
         table = read_table(self.file, _COLUMNS, CaseError)
         largest = float(np.abs(table[:, 1:4]).max())
@@ -83,8 +83,8 @@ class CsvPath(ToolPathTable):
             if speed.max() > _FASTEST:
                 raise CaseError(
                     f"{self.file}: expected metres and seconds, at most {_FASTEST:g} m/s, got"
-                    f" {speed.max():.4g} m/s to row {int(np.argmax(speed)) + 2}: divide millimetres by 1000,"
-                    " or look at its times"
+                    f" {speed.max():.4g} m/s to row {int(np.argmax(speed)) + 2}: divide millimetres by"
+                    " 1000, or look at its times"
                 )
         return table
 

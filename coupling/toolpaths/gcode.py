@@ -45,7 +45,7 @@ class GcodePath(ToolPathTable):
     def task(
         self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
     ) -> Task:
-        """Return the task, with remarks on words without effect, on what was assumed, and on the jump of the acceleration."""
+        """Return the task, with remarks on words without effect, assumptions and jumps."""
         words = counted(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
         remarks += [f"{self.file.name}: {sentence}" for sentence in self._program.assumptions]

@@ -101,7 +101,7 @@ _REFUSED: dict[float, tuple[str, str]] = {
     92.3: _SHIFT,
     93.0: ("inverse time feed", "post-process with G94, feed per minute"),
     95.0: ("feed per revolution", "post-process with G94, feed per minute"),
-    **{value: ("a probing move", "take it out") for value in (38.2, 38.3, 38.4, 38.5)},
+    **dict.fromkeys((38.2, 38.3, 38.4, 38.5), ("a probing move", "take it out")),
     **dict.fromkeys((72.0, 73.0, 74.0, 75.0, 76.0, *(float(n) for n in range(81, 90))), _CYCLE),
 }  # fmt: skip
 # M-words that are more than a function of the machine: they change what is executed, or how.
@@ -126,8 +126,9 @@ _PRINTER_M = frozenset(
     for number in (
         *(17, 18, 20, 21, 22, 23, 24, 25, 26, 27, 73, 75, 76, 77, 82, 83, 84, 85),
         *range(104, 122), 126, 127, *range(140, 160), 190, 191, *range(200, 206), *range(207, 219), 221,
-        226, 240, 250, 280, *range(300, 307), 355, 400, 401, 402, 403, 404, 405, 406, 407, 412, 413, 420, 486,
-        *range(500, 505), 555, 566, 569, 572, 575, 592, 593, 600, 601, 602, 603, 701, 702, 861, 862, 862.1,
+        226, 240, 250, 280,
+        *range(300, 307), 355, *range(400, 408), 412, 413, 420, 486, *range(500, 505), 555,
+        566, 569, 572, 575, 592, 593, 600, 601, 602, 603, 701, 702, 861, 862, 862.1,
         862.2, 862.3, 862.4, 862.5, 862.6, 863, 871, 900, 906, 907, 911, 913, 914, 915, 970, 991, 1002,
     )
 )  # fmt: skip
@@ -147,8 +148,8 @@ def require_one_of_each(g: Sequence[float]) -> None:
         given = list(dict.fromkeys(value for value in g if value in group))
         if len(given) > 1:
             raise ValueError(
-                f"expected one of G{given[0]:g} and G{given[1]:g} in a line, got both: write the one that"
-                " is meant"
+                f"expected one of G{given[0]:g} and G{given[1]:g} in a line, got both: write the one"
+                " that is meant"
             )
 
 

@@ -33,6 +33,8 @@ _PLACES, _CENTRES = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
 _IDLE, _MANY = frozenset("TSHDOE"), "SE"
 # Words without a place, which with one are something else: a spline, a shift, or no one's.
 _ALONE = frozenset((5.1, 50.0, 80.0))
+# Idle words that belong to another word of their line: a printer's wait, and HAAS's smoothing.
+_WORDS_OF = {"S": 4.0, "E": 187.0}
 # No robot goes farther [m], faster [m/s], or waits longer [s].
 _FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
 # A longer wait may be one in milliseconds [s].
@@ -140,10 +142,10 @@ class _Machine:
         idle = []
         if not _IDLE.isdisjoint(values):
             for letter in [letter for letter in values if letter in _IDLE]:
-                if not (letter == "S" and 4.0 in block.g or letter == "E" and 187.0 in block.g):
+                if _WORDS_OF.get(letter) not in block.g:
                     value = values.pop(letter)
                     idle.append(letter if letter in _MANY else f"{letter}{value:g}")
-        if block.m and not block.g:
+        if block.m and not block.g and _PLACES.isdisjoint(values):
             for letter in PARAMETERS_OF_M + ("R" if 19.0 in block.m else ""):
                 values.pop(letter, None)
         return idle + [f"M{value:g}" for value in block.m]
@@ -165,7 +167,7 @@ class _Machine:
             elif value in IDLE_G:
                 self._idle(value, g, values)
             elif value in (10.0, 11.0, 92.0) and not values:
-                # A printer's retraction, and its filament's or the spindle's zero, whose words are out by now.
+                # A printer's retraction, its filament's zero, the spindle's limit.
                 self._notes.leave_out(f"G{value:g}")
             elif value != 4.0 and value not in RETURNS:
                 raise ValueError(refused_g(value))
@@ -174,7 +176,8 @@ class _Machine:
                 (letter for letter in values if letter in _AXES + _OFFSETS), None
             ):
                 raise ValueError(
-                    f"expected G{value:g} without coordinates, got {coordinate}: write them in another line"
+                    f"expected G{value:g} without coordinates, got {coordinate}: write them in another"
+                    " line"
                 )
         if 80.0 in g and not any(value in MOTIONS for value in g):
             self._motion, self._cancelled = None, True

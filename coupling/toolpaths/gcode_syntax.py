@@ -1,4 +1,4 @@
-"""What stands in G-code that is no word of a letter and a number: what is read, and what it is called."""
+"""What stands in G-code that is no word of a letter and a number: what is read, and its names."""
 
 from __future__ import annotations
 
@@ -25,7 +25,11 @@ _WRITTEN_OUT = "let the post-processor write its moves out"
 # What stands where words end, by what it is and what to do; the first that matches is it.
 _AT_END = (
     (r"O[\w<>.#]*?(?:ENDSUB|SUB|CALL|RETURN)", "an O-word, a sub-program", _WRITTEN_OUT),
-    (r"O[\w<>.#]*?(?:IF|ELSE|WHILE|DO|REPEAT|BREAK|CONTINUE)", "an O-word, a loop or a condition", _WRITTEN_OUT),
+    (
+        r"O[\w<>.#]*?(?:IF|ELSE|WHILE|DO|REPEAT|BREAK|CONTINUE)",
+        "an O-word, a loop or a condition",
+        _WRITTEN_OUT,
+    ),
     (r"O<", "an O-word, a sub-program or a loop", _WRITTEN_OUT),
     (r"#", "a variable", _VARIABLES),
     (r"[A-Z]#|[A-Z]-#", "a variable", _VARIABLES),
@@ -39,10 +43,18 @@ _AT_END = (
     (r"CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE", "a cycle", _WRITTEN_OUT),
     (r"TRAORI|TRAFOOF|TRACYL|TRANSMIT", "a transformation of axes", "post-process for three axes"),
     (r"A?(?:TRANS|ROTS?|SCALE|MIRROR)", "a frame of the program", "post-process in one frame"),
-    (r"IF|ELSE|ENDIF|WHILE|FOR|END|GOTO[BFC]?|REPEAT|LOOP|UNTIL|CASE|DO\d", "a loop or a condition", _WRITTEN_OUT),
+    (
+        r"IF|ELSE|ENDIF|WHILE|FOR|END|GOTO[BFC]?|REPEAT|LOOP|UNTIL|CASE|DO\d",
+        "a loop or a condition",
+        _WRITTEN_OUT,
+    ),
     (r"DEF|PROC|EXTERN|VARS?\b|SETPIECE", "a declaration", _VARIABLES),
     (r"[BC]?SPLINE|POLY|NURBS", "a spline", "post-process with lines and arcs"),
-    (r"TURN=|AR=|CT|CIP|I1=|RP=|AP=", "an arc or a place in another form", "post-process with X, Y, Z and I, J, K"),
+    (
+        r"TURN=|AR=|CT|CIP|I1=|RP=|AP=",
+        "an arc or a place in another form",
+        "post-process with X, Y, Z and I, J, K",
+    ),
     (r",[CR]", "a chamfer or a rounded corner", _WRITTEN_OUT),
     (r"[A-Z][-+]?\d+,\d", "a decimal comma", "write a point"),
     (r"\$", "a setting of the control", "take it out"),
@@ -50,7 +62,7 @@ _AT_END = (
     (r"[A-Z][-+.]*(?:[A-Z*/)]|$)", "a word without a number", "give the number"),
     (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
     (r"/", "a / within a line", "write it at the line's beginning"),
-)  # fmt: skip
+)
 _NAMED = tuple((re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END)
 
 
@@ -99,6 +111,6 @@ def refusal(code: str, end: int) -> str:
                     f"expected words of a letter and a number, got {name} {text[:20]!r}: {remedy}"
                 )
     return (
-        f"expected words of a letter and a number, got {rest[:20]!r}: not G-code that is known here, take"
-        " it out"
+        f"expected words of a letter and a number, got {rest[:20]!r}: not G-code that is known here,"
+        " take it out"
     )

@@ -121,10 +121,9 @@ def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
     code = "".join(plain.split()).upper()
     if not code:
         return None
-    if "/" in code:
-        if deleted := _DELETED.match(code):
-            code = (deleted[1] or "") + code[deleted.end() :]
-            notes.leave_out("the switch of / (such lines are executed)")
+    if "/" in code and (deleted := _DELETED.match(code)):
+        code = (deleted[1] or "") + code[deleted.end() :]
+        notes.leave_out("the switch of / (such lines are executed)")
     if "*" in code:
         code = _LINE_END.sub("", code)
     words = _WORD.findall(code)
