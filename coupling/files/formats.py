@@ -18,7 +18,7 @@ class FileFormat:
     Attributes:
         name: Noun with its article.
         kind: The kind of tool path that reads it; None if there is none.
-        remedy: What to do with it where it is not read.
+        remedy: Advice where it is not read, an imperative.
         pattern: Matches somewhere in the first lines of such a file.
     """
 

@@ -70,8 +70,8 @@ class GcodeProgram:
 
     Attributes:
         steps: Its moves and waits.
-        ignored: What was read and left out, by how often it stands there.
-        assumptions: What was assumed, sentences without a full stop.
+        ignored: Words that were read and left out, by how often they stand there.
+        assumptions: Sentences without a full stop.
     """
 
     steps: tuple[GcodeMove | Dwell, ...]

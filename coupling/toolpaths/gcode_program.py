@@ -81,7 +81,9 @@ class _Machine:
         self._notes = notes
         self._unit: float | None = None
         self._absolute, self._absolute_centre = True, False
-        self._plane, self._motion, self._feed = 17.0, None, None
+        self._plane = 17.0
+        self._motion: float | None = None
+        self._feed: float | None = None
         self._place, self._is_known = np.full(3, np.nan), False
         self._others = OtherAxes(notes)
         self._offset = "G54"  # as a control has it at first
@@ -90,9 +92,6 @@ class _Machine:
         self._away: str | None = None
         self._cancelled = False
         self.has_moved = False
-
-    _motion: float | None
-    _feed: float | None
 
     @property
     def unknown(self) -> list[str]:

@@ -72,7 +72,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> str:
     Args:
         line: The line.
         code: Its words without comments and blanks, in capitals.
-        notes: Where is noted what was left out.
+        notes: Notes on words left out, added to.
     """
     if idle := _IDLE_STATEMENT.fullmatch(line):
         notes.leave_out(shortened(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
@@ -99,7 +99,7 @@ def refusal(code: str, end: int) -> str:
 
     Args:
         code: Its words without comments and blanks, in capitals.
-        end: Where its words end.
+        end: Number of the characters of its words.
     """
     rest = code[end:]
     # A number's end may belong to it: O100SUB, R1=5, X1,5.

@@ -50,7 +50,7 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
 
     Args:
         file: The file.
-        notes: Where is noted what was left out or assumed.
+        notes: Notes on words left out and assumptions, added to.
 
     Raises:
         CaseError: With the number of the line that is not read, or what the file is if it is no G-code.
