@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from coupling.errors import ProgramError, one_of, reason_of
+from coupling.files.formats import other_format
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
 from coupling.programs.program import ProgramFile, RobotProgram
 
@@ -125,6 +126,8 @@ def read_program(path: Path) -> RobotProgram:
     Raises:
         ProgramError: If it cannot be read.
     """
+    if path.is_file() and (other := other_format(_file(path).text.encode(), ["program", "csv"])):
+        raise ProgramError(f"{path}: expected a robot program, {other}")
     ending = path.suffix.lower()
     known = {language.ending: language for language in LANGUAGES.values()}
     if ending not in known:
