@@ -12,7 +12,7 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.toolpaths.arcs import PLANES, Arc
 from coupling.toolpaths.gcode_words import Block, read_blocks
-from coupling.toolpaths.motion import Segment, straight
+from coupling.toolpaths.segments import Segment, straight
 
 _AXES, _OFFSETS = "XYZ", "IJK"
 _UNITS = {20.0: 0.0254, 21.0: 0.001}  # [m]
