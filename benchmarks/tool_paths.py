@@ -5,7 +5,7 @@
     python -m benchmarks.tool_paths --lines 5000 --lines 10000
 
 The other tree is one of the project, made by `git worktree add ../before <commit>`; it is asked no more
-once it took ten minutes.  Each program is read and planned in a process of its own: its CPU time
+once it took three minutes.  Each program is read and planned in a process of its own: its CPU time
 without imports, and the most memory it held.  The exponent is that of the time over the lines.
 """
 
@@ -26,8 +26,8 @@ from rich.table import Table
 
 HERE = Path(__file__).parents[1]
 LINES = (5_000, 10_000, 20_000, 100_000, 500_000)
-PROGRAM_LINES = (250, 999, 5_000)
-LONGEST = 600.0  # [s]
+PROGRAM_LINES = (250, 999, 4_000)
+LONGEST = 180.0  # [s]
 
 _RUN = """
 import json, resource, sys, time
@@ -67,7 +67,7 @@ class Cost:
 
     @classmethod
     def of(cls, tree: Path, kind: str, file: Path) -> Cost | None:
-        """Return what it takes in a tree of the project; None where that is more than ten minutes."""
+        """Return what it takes in a tree of the project; None where that is more than three minutes."""
         paths = os.pathsep.join(str(tree / name) for name in (".", "fmu_src"))
         command = [sys.executable, "-c", _RUN, kind, str(file)]
         environment = os.environ | {"PYTHONPATH": paths}

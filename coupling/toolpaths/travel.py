@@ -26,9 +26,9 @@ class Travel:
     passes in less than a blend is passed more slowly, in one.
 
     Attributes:
-        begin: Times from which the speeds u hold, rising from 0 [s], (m,); the last one is zero.
-        speed: The speeds u [way per s], (m,).
-        way: The way that u has gone at those times, (m,).
+        begin: Times from which the speeds u hold, rising from 0 [s], (m,).
+        speed: The speeds u [m/s], or [rad/s] where the way is an angle, (m,); the last one is zero.
+        way: The way that u has gone at those times [m or rad], (m,).
         blend: Duration b of a ramp [s].
         rests: Times at which the motion comes to rest, and at which it goes on after a wait, rising; the
             last one is its end [s], (r,).
@@ -57,11 +57,11 @@ class Travel:
         """Return the motion along pieces joined end to end.
 
         Args:
-            length: Their lengths, > 0, (n,), n >= 1: metres, or another unit of way.
-            feed: Their speeds at most, in that unit per second, (n,).
+            length: Their lengths [m], or angles [rad], > 0, (n,), n >= 1.
+            feed: Their speeds at most [m/s or rad/s], (n,).
             blend: Duration of a ramp [s].
-            stops: Whether the motion comes to rest behind each, (n,); None: behind the last one alone,
-                at which it does in any case.
+            stops: Whether the motion comes to rest behind each [1], (n,); None: only behind the last
+                one, at which it does in any case.
             waits: How long it then rests [s], (n,); None: not at all.
         """
         stops = np.zeros(len(length), dtype=bool) if stops is None else stops.copy()
@@ -87,7 +87,7 @@ class Travel:
         return cls(begin, speed, way, blend, rests)
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return the way gone at times from 0 to the end [s], (k,)."""
+        """Return the way gone [m or rad], (k,), at times from 0 to the end [s], (k,)."""
         settled = np.searchsorted(self.begin, time - self.blend, side="right")
         later = np.searchsorted(self.begin, time, side="right")
         before = np.maximum(settled - 1, 0)
