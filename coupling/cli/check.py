@@ -33,7 +33,7 @@ def check(
     """Check whether a case can be run, draw its path and estimate the time; no command is computed."""
     from coupling.case.file import load_case
     from coupling.check.checked import checked
-    from coupling.check.estimate import repeated
+    from coupling.check.estimate import forewarned, repeated
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
@@ -50,6 +50,8 @@ def check(
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
+        if much := forewarned(desired):
+            console.print(much)
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
         said, alike = remarks(loaded), []
         loads = "the robot's own weight, without the process (--evaluate)"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.toolpaths.motion import Segment
+from coupling.toolpaths.segments import Curve
 
 # A centre may be so much farther from one end than from the other, for a printed program is rounded:
 # 10 um, or as RS274/NGC has it a thousandth of the radius and at most half a millimetre [m].
@@ -130,7 +130,7 @@ class Arc:
     def _rise(self) -> float:
         return float(self.end[self.plane.normal] - self.start[self.plane.normal])
 
-    def segment(self) -> Segment:
+    def segment(self) -> Curve:
         """Return it as a curve by arc length; it ends where its program says, to the last digit."""
         axes = [self.plane.first, self.plane.second]
         last = float(np.hypot(*(self.end[axes] - self.centre)))
@@ -144,7 +144,7 @@ class Arc:
                 first, second, self.start[self.plane.normal] + part * self._rise
             )
 
-        return Segment(self.length, point)
+        return Curve(self.length, point)
 
     def curvatures(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the curvature vectors at both ends [1/m], towards the axis, (3,) each."""

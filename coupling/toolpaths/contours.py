@@ -13,7 +13,8 @@ from pydantic import Field, model_validator
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.motion import Segment, SegmentedPath, circle, link, polyline
+from coupling.toolpaths.motion import SegmentedPath
+from coupling.toolpaths.segments import Segment, circle, link, polyline
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
 

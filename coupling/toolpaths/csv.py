@@ -55,7 +55,7 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], table[:, 1:]).transformed(part)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        return self._of_file(part, *inserted(path, corners))
+        return self._headed(UntiltedPath(part, *inserted(path, corners)))
 
     def _table(self) -> np.ndarray:
         """Return time [s], position [m] and quaternion of each row, (rows, 8)."""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
@@ -13,14 +11,16 @@ from pydantic import Field
 
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
-from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram
+from coupling.toolpaths.gcode_moves import GcodeMove, GcodeProgram
 from coupling.toolpaths.gcode_program import read_program
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
-from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
+from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.segments import Chain
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
+from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
 
@@ -57,20 +57,16 @@ class GcodePath(ToolPathTable):
         return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
 
     def _jump(self) -> float:
-        """Return the largest jump of the acceleration within the moves that are driven without a rest.
+        """Return the largest jump of the acceleration where moves meet without a rest.
 
-        At a feed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
+        At a speed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
         """
-        return max(
-            (
-                (one.feed or self.rapid_m_s) ** 2
-                * float(np.linalg.norm(other.curvatures[0] - one.curvatures[1]))
-                for stretch in self._stretches()
-                if not isinstance(stretch, Dwell)
-                for one, other in pairwise(stretch)
-            ),
-            default=0.0,
-        )
+        moves, stops, _ = self._steps
+        curvatures = np.array([move.curvatures for move in moves])
+        change = np.linalg.norm(curvatures[1:, 0] - curvatures[:-1, 1], axis=1)
+        feed = self._feeds
+        jumps = np.minimum(feed[1:], feed[:-1]) ** 2 * change
+        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
 
     def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
@@ -78,42 +74,42 @@ class GcodePath(ToolPathTable):
         Raises:
             CaseError: If the file is unreadable or not such a program, or takes too long.
         """
-        motion = Motion(list(self._driven()))
-        instants = PathTimes.of(motion.ends, self.sample_s, corners)
-        path = tool_path(part, instants.time, motion.at(instants.time))
-        return self._of_file(part, path, instants.sample_rows)
+        moves, stops, waits = self._steps
+        curve = Chain([move.segment for move in moves])
+        travel = Travel.along(curve.lengths, self._feeds, self.blend_s, stops, waits)
+        require_few(float(travel.rests[-1]) / self.sample_s, self.file)
+        instants = PathTimes.of(travel.rests, self.sample_s, corners)
+        path = tool_path(part, instants.time, curve.point(travel.at(instants.time)))
+        return self._headed(UntiltedPath(part, path, instants.sample_rows))
 
-    def _driven(self) -> Iterator[Leg]:
-        """Yield the motion of each stretch between two rests, and of waits behind the first."""
-        count, here = 1.0, None
-        for stretch in self._stretches():
-            if isinstance(stretch, Dwell):
-                count += stretch.duration / self.sample_s
-                require_few(count, self.file)
-                if stretch.duration > 0.0 and here is not None:
-                    yield waiting(here, stretch.duration)
-                continue
-            curve = chain([move.segment for move in stretch])
-            feed = stretch[0].feed or self.rapid_m_s
-            count += (curve.length / feed + 2.0 * self.blend_s) / self.sample_s
-            require_few(count, self.file)
-            here = curve.point(np.array([curve.length]))[0]
-            yield drive(curve, feed, self.blend_s)
+    @property
+    def _feeds(self) -> np.ndarray:
+        """Speeds of the moves [m/s], (n,)."""
+        speeds = [self.rapid_m_s if move.feed is None else move.feed for move in self._steps[0]]
+        return np.array(speeds)
 
-    def _stretches(self) -> Iterator[list[GcodeMove] | Dwell]:
-        """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""
-        smooth = np.cos(np.deg2rad(self.corner_deg))
+    @cached_property
+    def _steps(self) -> tuple[list[GcodeMove], np.ndarray, np.ndarray]:
+        """Moves, whether the tool rests behind each, and how long it waits there [s], (n,).
+
+        It rests where it waits, in a corner, and between a rapid and a feed.
+        """
         moves: list[GcodeMove] = []
+        waits: dict[int, float] = {}
         for step in self._program.steps:
-            if isinstance(step, Dwell):
-                if moves:
-                    yield moves
-                    moves = []
-                yield step
-                continue
-            if moves and (step.feed != moves[-1].feed or step.begins @ moves[-1].ends < smooth):
-                yield moves
-                moves = []
-            moves.append(step)
-        if moves:
-            yield moves
+            if isinstance(step, GcodeMove):
+                moves.append(step)
+            elif moves:
+                last = len(moves) - 1
+                waits[last] = waits.get(last, 0.0) + step.duration
+        begins, ends = (
+            np.array([getattr(move, name) for move in moves]) for name in ("begins", "ends")
+        )
+        rapid = np.array([move.feed is None for move in moves])
+        smooth = np.cos(np.deg2rad(self.corner_deg))
+        corner = np.einsum("ij,ij->i", begins[1:], ends[:-1]) < smooth
+        stops = np.append(corner | (rapid[1:] != rapid[:-1]), True)
+        wait = np.zeros(len(moves))
+        for number, duration in waits.items():
+            stops[number], wait[number] = True, duration
+        return moves, stops, wait

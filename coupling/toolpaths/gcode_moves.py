@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.toolpaths.arcs import Arc
-from coupling.toolpaths.motion import Segment, straight
+from coupling.toolpaths.segments import Segment, straight
 
 _STRAIGHT = np.zeros(3)
 

@@ -58,11 +58,14 @@ class PathTimes:
 
 def _apart(kept: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
     """Return times with those of others that are not near one that is kept already, rising."""
-    found = kept
-    for time in np.sort(more):
-        if found[0] < time < found[-1] and np.abs(found - time).min() >= near:
-            found = np.insert(found, np.searchsorted(found, time), time)
-    return found
+    inside = np.sort(more[(more > kept[0]) & (more < kept[-1])])
+    after = np.searchsorted(kept, inside)
+    free = inside[np.minimum(inside - kept[after - 1], kept[after] - inside) >= near]
+    found: list[float] = []
+    for time in free.tolist():
+        if not found or time - found[-1] >= near:
+            found.append(time)
+    return np.sort(np.concatenate([kept, found]))
 
 
 def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
@@ -72,15 +75,11 @@ def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
         path: A path of one tool whose rows are its user's.
         corners: Times [s]; those next to a row are one with it.
     """
-    steps = np.diff(path.time)
     inside = corners[(corners > path.time[0]) & (corners < path.time[-1])]
-    step = steps[np.searchsorted(path.time, inside) - 1]
-    apart = [
-        time
-        for time, own in zip(inside, step, strict=True)
-        if np.abs(path.time - time).min() >= _NEAR_LONGEST * own
-    ]
+    after = np.searchsorted(path.time, inside)
+    before, behind = inside - path.time[after - 1], path.time[after] - inside
+    apart = inside[np.minimum(before, behind) >= _NEAR_LONGEST * (before + behind)]
     time = np.union1d(path.time, apart)
-    pose = InterpolatedPath(path).at(time).pose if apart else path.pose.copy()
+    pose = InterpolatedPath(path).at(time).pose if len(apart) else path.pose.copy()
     pose[:, np.searchsorted(time, path.time)] = path.pose
     return ToolPath(time, pose), np.arange(len(time))

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from coupling.files.toml_file import Positive
-from coupling.toolpaths.motion import Segment, SegmentedPath, circle, polyline
+from coupling.toolpaths.motion import SegmentedPath
+from coupling.toolpaths.segments import Segment, circle, polyline
 
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.

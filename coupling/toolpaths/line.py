@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Vector3
-from coupling.toolpaths.motion import Segment, SegmentedPath, polyline
+from coupling.toolpaths.motion import SegmentedPath
+from coupling.toolpaths.segments import Segment, polyline
 
 
 class Line(SegmentedPath):

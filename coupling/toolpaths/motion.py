@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,65 +14,16 @@ from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.part import tool_path
+from coupling.toolpaths.segments import Segment
 from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
-# A straight segment that goes less far than this across the part's z axis is along it [m].
-_ALONG = 1e-9
 # Headings are one if they differ by less [rad].
 _SAME = 1e-9
 
 # Samples of a path from a file at most.
 _MOST_SAMPLES = 2_000_000
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A smooth curve.
-
-    Attributes:
-        length: Arc length [m].
-        point: Function from arc lengths (k,) to points (k, 3) [m].
-        heading: Function from arc lengths to angles of the feed about the z axis from x [rad], (k,);
-            None where the tool only moves from one cut to the next, and keeps the last heading.
-    """
-
-    length: float
-    point: Callable[[np.ndarray], np.ndarray]
-    heading: Callable[[np.ndarray], np.ndarray] | None = None
-
-
-def straight(start: np.ndarray, end: np.ndarray) -> Segment:
-    """Return the straight segment between two points [m], (3,); without heading along the z axis."""
-    length = float(np.linalg.norm(end - start))
-    direction = (end - start) / length
-    along = np.linalg.norm((end - start)[:2]) < _ALONG
-    angle = float(np.arctan2(direction[1], direction[0]))
-    return Segment(
-        length,
-        lambda s: start + np.outer(s, direction),
-        None if along else lambda s: np.full_like(s, angle),
-    )
-
-
-def link(start: np.ndarray, end: np.ndarray) -> Segment:
-    """Return the straight segment between two points [m], (3,)."""
-    return replace(straight(start, end), heading=None)
-
-
-def polyline(points: Iterable[np.ndarray]) -> list[Segment]:
-    """Return the straight segments from point to point [m], (3,) each."""
-    return [straight(start, end) for start, end in pairwise(points)]
-
-
-def circle(center: np.ndarray, radius: float) -> Segment:
-    """Return a full horizontal circle about the z axis through `center` [m], (3,), from +x on."""
-
-    def point(s: np.ndarray) -> np.ndarray:
-        angle = s / radius
-        return center + radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(s)])
-
-    return Segment(2.0 * np.pi * radius, point, lambda s: 0.5 * np.pi + s / radius)
 
 
 class SegmentedPath(ToolPathTable):
@@ -145,10 +95,10 @@ class Motion:
         legs: The motions, at least one.
 
     Example:
-        >>> leg = drive(straight(np.zeros(3), np.array([0.1, 0.0, 0.0])), feed=0.1, blend=0.2)
-        >>> motion = Motion([leg, waiting(leg.at(np.array([leg.duration]))[0], 0.5)])
-        >>> motion.ends.round(9), motion.at(np.array([0.0, 1.2, 1.7]))[:, 0].round(9)
-        (array([1.2, 1.7]), array([0. , 0.1, 0.1]))
+        >>> from coupling.toolpaths.segments import polyline
+        >>> motion = follow(polyline(np.eye(2, 3) * [[0.0], [0.1]]), feed=0.1, blend=0.2)
+        >>> motion.ends.round(9), motion.at(np.array([0.0, 0.6, 1.2]))[:, 1].round(9)
+        (array([1.2]), array([0.  , 0.05, 0.1 ]))
     """
 
     legs: Sequence[Leg]
@@ -171,30 +121,12 @@ class Motion:
         return np.concatenate(found)
 
 
-def waiting(values: np.ndarray, duration: float) -> Leg:
-    """Return a rest of all that moves, (columns,), for a time [s]."""
-    return Leg(duration, lambda time: np.tile(values, (len(time), 1)))
-
-
-def drive(segment: Segment, feed: float, blend: float) -> Leg:
-    """Return the motion of a point along a segment, from rest to rest.
+def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float = 0.0) -> Motion:
+    """Return the motion along segments, each from rest to rest.
 
     The speed rises over `blend` seconds, stays at the feed and falls over `blend` seconds, with a
     continuous third derivative of the position.  A segment too short for that is driven at a lower
     speed.
-
-    Args:
-        segment: The curve.
-        feed: Speed between its ends [m/s].
-        blend: Duration of a start or stop [s].
-    """
-    duration = max(segment.length / feed - blend, 0.0) + 2.0 * blend
-    arc = _arc(segment, duration, blend)
-    return Leg(duration, lambda time: segment.point(arc(time)))
-
-
-def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float = 0.0) -> Motion:
-    """Return the motion along segments, each from rest to rest as `drive` has it.
 
     Its rows are points [m] and, in the fourth column, the angle of the feed about the z axis from x,
     continuous within segments [rad].
@@ -220,15 +152,16 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
 
 def _headed(segment: Segment, feed: float, blend: float, before: float) -> Leg:
     """Return the motion along a segment with its headings, at most half a turn from one before it."""
-    driven = drive(segment, feed, blend)
-    own = segment.heading or (lambda s: np.full_like(s, before))
-    arc = _arc(segment, driven.duration, blend)
-    start = float(own(np.zeros(1))[0])
+    travel = Travel.along(np.array([segment.length]), np.array([feed]), blend)
+    heading = segment.heading or (lambda s: np.full_like(s, before))
+    start = float(heading(np.zeros(1))[0])
     shift = turned_to(before, start) - start
-    return Leg(
-        driven.duration,
-        lambda time: np.column_stack([driven.at(time), own(arc(time)) + shift]),
-    )
+
+    def at(time: np.ndarray) -> np.ndarray:
+        way = travel.at(time)
+        return np.column_stack([segment.point(way), heading(way) + shift])
+
+    return Leg(float(travel.rests[-1]), at)
 
 
 def _turning(point: np.ndarray, before: float, behind: float, duration: float) -> Leg:
@@ -240,42 +173,3 @@ def _turning(point: np.ndarray, before: float, behind: float, duration: float) -
         return np.column_stack([np.tile(point, (len(time), 1)), heading])
 
     return Leg(duration, at)
-
-
-def _arc(segment: Segment, duration: float, blend: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function from times to arc lengths [m] of a motion from rest to rest."""
-    speed = segment.length / (duration - blend)
-
-    def arc(time: np.ndarray) -> np.ndarray:
-        length: np.ndarray = np.clip(speed * _distance(time, duration, blend), 0.0, segment.length)
-        return length
-
-    return arc
-
-
-def chain(segments: Sequence[Segment]) -> Segment:
-    """Return segments joined end to end as one."""
-    if len(segments) == 1:
-        return segments[0]
-    ends = np.cumsum([segment.length for segment in segments])
-
-    def point(s: np.ndarray) -> np.ndarray:
-        which = np.minimum(np.searchsorted(ends, s, side="left"), len(segments) - 1)
-        points = np.empty((len(s), 3))
-        for k in np.unique(which):
-            own = which == k
-            begin = ends[k] - segments[k].length
-            points[own] = segments[k].point(np.clip(s[own] - begin, 0.0, segments[k].length))
-        return points
-
-    return Segment(float(ends[-1]), point)
-
-
-def _distance(t: np.ndarray, duration: float, blend: float) -> np.ndarray:
-    """Distance [s] travelled at unit speed, with ramps 10 u^3 - 15 u^4 + 6 u^5 of the speed."""
-
-    def ramp(time: np.ndarray) -> np.ndarray:
-        u = np.clip(time / blend, 0.0, 1.0)
-        return blend * (2.5 * u**4 - 3.0 * u**5 + u**6) + np.maximum(time - blend, 0.0)
-
-    return ramp(t) - ramp(t - (duration - blend))

@@ -49,10 +49,11 @@ class ToolPathTable(Schema, ABC):
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _of_file(self, part: Frame, path: ToolPath, sample_rows: np.ndarray) -> UntiltedPath:
+    def _headed(self, untilted: UntiltedPath) -> UntiltedPath:
         """Return a path as a file gives it, with its feed where the tilt is measured from it."""
-        untilted = UntiltedPath(part, path, sample_rows)
-        return untilted if self.tilt_frame == "part" else untilted.headed(headings_along(path))
+        if self.tilt_frame == "part":
+            return untilted
+        return untilted.headed(headings_along(untilted.path))
 
     @property
     def untilted_lean_deg(self) -> float:

@@ -12,7 +12,7 @@ from places import CASES
 
 from coupling.case.file import load_case
 from coupling.check.clearance import DIRECTIONS, clearance_around
-from coupling.check.estimate import estimated
+from coupling.check.estimate import estimated, forewarned
 from coupling.errors import PlanningError, SimulationError
 from coupling.files.csv_table import write_table
 from coupling.files.robot_file import find_robot
@@ -227,4 +227,12 @@ def test_the_time_of_rows_that_may_miss_the_path_holds_their_simulations():
     assert seconds[0][0] == seconds[1][0]
     assert seconds[1][1] > seconds[0][1] + 3 * 17.0
     assert "rows every 12 ms" in far
+    assert close.endswith("memory: about 0.3 GB")
+    hour = np.arange(0.0, 3600.0, 0.004)
+    long = ToolPath(hour, np.tile(path.pose[0, 0], (len(hour), 1)))
+    assert estimated(long, Controller(cycle=0.004), 3, None).endswith("memory: about 4.8 GB")
+    assert forewarned(path) == ""
+    assert "3600 s has 900000 rows: this check and a compensation take about 5 GB" in forewarned(
+        long
+    )
     assert "simulations" not in close

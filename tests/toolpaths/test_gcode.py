@@ -151,6 +151,29 @@ def test_the_feed_is_kept_through_tangents_and_the_tool_rests_in_corners(tmp_pat
     assert length == pytest.approx(0.24 + 0.02 * np.pi, rel=1e-4)
 
 
+def test_a_feed_in_every_line_is_no_rest_in_every_line(tmp_path):
+    """20 mm at about 1010 mm/min: 1.2 s and a start, where a rest at each change took 8 s."""
+    lines = [f"G1 X{k} F{1000 + k}" for k in range(1, 21)]
+    found = path(tmp_path, "G21 G90 G17", "G0 X0 Y0 Z0", *lines, "M2")
+    ideal = sum(1e-3 / ((1000 + k) / 60_000) for k in range(1, 21))
+    assert ideal + 0.2 <= found.time[-1] < ideal + 0.21
+    speed = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1) / np.diff(found.time)
+    line = np.clip((found.position[0][1:, 0] * 1e3).astype(int), 0, 19)
+    assert np.all(speed <= (1001 + line) / 60_000 * (1.0 + 1e-6))
+    corner = path(tmp_path, "G21 G90", "G0 X0 Y0 Z0", "G1 X10 F1000", "G1 Y10 F1100", "M2")
+    at_corner = np.argmin(np.linalg.norm(corner.position[0] - [0.01, 0.0, 0.0], axis=1))
+    speed = np.linalg.norm(np.diff(corner.position[0], axis=0), axis=1) / np.diff(corner.time)
+    assert speed[at_corner] < 1e-4
+
+
+def test_a_rapid_ends_at_rest(tmp_path):
+    """It is a positioning: straight on at a feed begins with a start, as after a wait."""
+    rapid = ("G21 G90", "G0 X0 Y0 Z0", "G0 X50")
+    found = path(tmp_path, *rapid, "G1 X100 F1200")
+    waited = path(tmp_path, *rapid, "G4 P1", "G1 X100 F1200")
+    assert waited.time[-1] - found.time[-1] == pytest.approx(1.0, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("lines", "jump"),
     [
@@ -158,7 +181,8 @@ def test_the_feed_is_kept_through_tangents_and_the_tool_rests_in_corners(tmp_pat
         (("G1 X20 F600", "G3 X30 Y10 J10", "G1 Y20"), 0.01**2 / 0.01),
         (("G3 X10 Y10 J10 F1200", "G2 X15 Y15 I5"), 0.02**2 * (1 / 0.01 + 1 / 0.005)),  # S
         (("G1 X20 F1200", "G1 Y20"), 0.0),  # a corner
-        (("G1 X20 F1200", "G3 X30 Y10 J10 F600"), 0.0),  # another feed: a rest
+        (("G1 X20 F1200", "G3 X30 Y10 J10 F600"), 0.01**2 / 0.01),  # at the lower feed
+        (("G0 X20", "G3 X30 Y10 J10 F600"), 0.0),  # a rapid ends at rest
         (("G1 X20 F1200", "G3 X20 Y0 Z6 J10"), 0.0),  # the helix turns away by 5.5 deg and more
     ],
 )

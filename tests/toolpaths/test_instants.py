@@ -15,7 +15,8 @@ from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import LONGEST, PathTimes, inserted
-from coupling.toolpaths.motion import Motion, drive, follow, polyline, straight, waiting
+from coupling.toolpaths.motion import follow
+from coupling.toolpaths.segments import polyline
 
 FLAT = Frame(np.array([1.6, 0.0, 0.8]), Rotation.from_euler("xyz", [0.1, 0.2, 0.3]))
 CONTOURS = {
@@ -108,14 +109,12 @@ def test_a_path_of_more_samples_than_fit_is_refused(tmp_path):
 
 
 def test_motions_follow_one_another():
-    """0.1 m at 0.1 m/s with blends of 0.2 s takes 1.2 s [m, s]; a rest holds its point."""
-    leg = drive(straight(np.zeros(3), np.array([0.1, 0.0, 0.0])), 0.1, 0.2)
-    assert leg.duration == pytest.approx(1.2, rel=1e-15)
-    motion = Motion([leg, waiting(np.array([0.1, 0.0, 0.0]), 0.5), leg])
-    time = np.array([0.0, 0.6, 1.2, 1.5, 1.7, 2.3, 2.9])
-    found = motion.at(time)[:, 0]
-    np.testing.assert_allclose(found, [0.0, 0.05, 0.1, 0.1, 0.1, 0.05, 0.1], atol=1e-15)
-    np.testing.assert_allclose(motion.at(time[[1, 4]])[:, 0], [0.05, 0.1], atol=1e-15)
+    """0.1 m at 0.1 m/s with blends of 0.2 s takes 1.2 s; each corner is a rest."""
+    motion = follow(polyline(np.array([[0.0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]])), 0.1, 0.2)
+    np.testing.assert_allclose(motion.ends, [1.2, 2.4], rtol=1e-15)
+    found = motion.at(np.array([0.0, 0.6, 1.2, 1.8, 2.4]))[:, 0]
+    np.testing.assert_allclose(found, [0.0, 0.05, 0.1, 0.15, 0.2], atol=1e-15)
+    np.testing.assert_allclose(motion.at(np.array([0.6, 1.8]))[:, 0], [0.05, 0.15], atol=1e-15)
 
 
 def test_headings_turn_the_shorter_way_in_corners_and_are_kept_by_links():

@@ -66,6 +66,42 @@ def test_the_tool_turns_evenly_with_the_way(tmp_path):
     np.testing.assert_allclose(lean, np.deg2rad(30.0) * np.clip(x / 0.1, 0.0, 1.0), atol=1e-9)
 
 
+def test_a_tool_turns_in_place_between_two_rests(tmp_path):
+    """30 deg at 90 deg/s with starts and stops of 0.2 s: 1/3 s and 0.2 s more, with the tip at rest."""
+    text = krl(extra="LIN {X 80,Y 50,Z -1,A 0,B 60,C 0}\nLIN {X 80,Y 0,Z -1,A 0,B 60,C 0}")
+    found = path(tmp_path, "way.src", text, max_turn_deg_s=90.0)
+    without = path(tmp_path, "way.src", krl(extra="LIN {X 80,Y 0,Z -1,A 0,B 90,C 0}"))
+    assert found.time[-1] - without.time[-1] == pytest.approx(1.0 / 3.0 + 0.2, abs=1e-9)
+    rate = (found.rotations[0][1:] * found.rotations[0][:-1].inv()).magnitude() / np.diff(
+        found.time
+    )
+    turning = rate > 1e-6
+    assert rate.max() == pytest.approx(np.pi / 2, rel=1e-3)
+    assert np.ptp(found.position[0][1:][turning], axis=0).max() < 1e-12
+
+
+def test_a_feed_is_lower_where_the_tool_would_turn_too_fast(tmp_path):
+    """60 deg within 4 mm at 50 mm/s would be 750 deg/s."""
+    text = krl(POINTS[:2], "LIN {X 100,Y 0,Z -1,A 0,B 90,C 0}\nLIN {X 104,Y 0,Z -1,A 0,B 30,C 0}")
+    found = path(tmp_path, "way.src", text)
+    rate = (found.rotations[0][1:] * found.rotations[0][:-1].inv()).magnitude() / np.diff(
+        found.time
+    )
+    assert rate.max() == pytest.approx(np.pi, rel=1e-3)
+    speed = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1) / np.diff(found.time)
+    assert speed.max() == pytest.approx(0.05, rel=1e-3)
+
+
+def test_points_with_a_speed_each_are_passed_without_a_rest(tmp_path):
+    lines = [
+        f"$VEL.CP={0.02 + 0.001 * (k % 3)}\nLIN {{X {k},Y 0,Z 0,A 0,B 90,C 0}}"
+        for k in range(1, 41)
+    ]
+    text = "\n".join(["DEF WAY()", "PTP {X 0,Y 0,Z 0,A 0,B 90,C 0}", *lines, "END"])
+    found = path(tmp_path, "way.src", text)
+    assert 0.040 / 0.022 + 0.2 < found.time[-1] < 0.040 / 0.020 + 0.2 + 1e-6
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -76,7 +112,6 @@ def test_the_tool_turns_evenly_with_the_way(tmp_path):
         (krl(speed=""), "expected a speed, or feed_m_s"),
         (krl(speed="$VEL.CP=0.0000001"), "at most 2000000 samples"),
         (krl(POINTS[:1]), "expected linear moves from one point"),
-        (krl(extra="LIN {X 80,Y 50,Z -1,A 0,B 60,C 0}"), "got a turn in place"),
         (krl(extra="CIRC {X 1},{X 2}"), "line"),
         ("\x00\xff" * 50, "way.src"),
     ],
