@@ -148,7 +148,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> l
     """Return start and targets of the linear moves; a way to the start by joints is left out."""
     points: list[_Point] = []
     for number, move in enumerate(moves, start=1):
-        where = f"{file}: motion {number}"
+        where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
             if points and speed is None:

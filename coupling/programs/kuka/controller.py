@@ -136,7 +136,7 @@ class Controller:
             if isinstance(expression, Call) and expression.name in _PENDANT_FUNCTIONS:
                 return cause.value
             # What is measured or computed from it is another value each time.
-            return Unknown(f"{cause.value.text} ({self.where}, step {self.step})")
+            return self._new(cause.value)
 
     def _keeps(self, reference: Reference) -> bool:
         """Return whether a variable changes by assignments alone."""
@@ -152,7 +152,13 @@ class Controller:
         """Take the values of variables from them that a call may have changed."""
         for part in arguments:
             if isinstance(part, Reference) and not part.name.startswith("$"):
-                self.store(part, Unknown(f"{part.name} ({self.where}, step {self.step})"))
+                self.store(part, self._new(Unknown(part.name)))
+
+    def _new(self, origin: Unknown) -> Unknown:
+        """Return what a statement measures or computes from what is not known."""
+        line = self.where.rpartition(": ")[2]
+        text = origin.text if origin.step else f"{origin.text} of {line}"
+        return Unknown(text, self.step)
 
     # Assignments
 

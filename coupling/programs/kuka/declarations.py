@@ -84,10 +84,10 @@ def structure_of(line: Line) -> tuple[str, dict[str, str]]:
         ProgramError: If it is none.
     """
     text = re.sub(r"^(GLOBAL\s+)?STRUC\s+", "", line.text, flags=re.IGNORECASE)
-    name, _, rest = text.partition(" ")
+    name, *others = text.split(maxsplit=1)
     kinds: dict[str, str] = {}
     kind = ""
-    for part in _split(rest):
+    for part in _split(" ".join(others)):
         words = re.sub(r"\[[^\]]*\]", "", part).split()
         if not 1 <= len(words) <= 2 or not (kind or len(words) == 2):
             raise ProgramError(

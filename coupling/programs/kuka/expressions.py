@@ -321,6 +321,7 @@ class _Parser:
                 self._take()
                 continue
             if self.word == "[":
+                self._take()
                 inner = self._indices()
                 key += f"[{','.join(str(self._index(i)) for i in inner)}]"
             value = self._constant()

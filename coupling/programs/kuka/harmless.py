@@ -7,7 +7,7 @@ import re
 from coupling.programs.kuka.modules import Line
 
 _WORDS = frozenset(
-    "WAIT HALT CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM".split()
+    "WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM".split()
 )
 _SYSTEM_WORDS = """
 $ACC $ACC_AXIS $ACC_EXTAX $ACC_CAR_TOOL $ACT_BASE $ACT_TOOL $ADVANCE $ANOUT $APO $BWDSTART $CIRC_TYPE
@@ -25,7 +25,7 @@ _CALLS = re.compile(
 )
 # Technology packages are switched on in the INI fold of programs that a pendant makes.
 _INITIALIZED = re.compile(
-    r"(?:USERSPOT|USER_GRP|H50|H70|A10|A20|SPOT|GRIPPERTECH)\s*\(\s*(?:#INIT\w*|0)\s*[,)].*",
+    r"(?:USERSPOT|USER_GRP|H50|H70|A10|A20|SPOT|GRIPPERTECH)\s*\(\s*(?:#?\w*INI\w*|0)\s*[,)].*",
     re.IGNORECASE,
 )
 _BAS = re.compile(r"BAS\s*\(\s*#(ACC_CP|ACC_GLUE|ACC_PTP|VEL_PTP|OUT_SYNC|OUT_ASYNC)\b", re.IGNORECASE)

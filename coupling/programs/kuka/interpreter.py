@@ -20,8 +20,8 @@ from coupling.programs.kuka.variables import Names
 from coupling.programs.program import ProgramFile
 from coupling.programs.text import shortened
 
-# Statements that are executed, and routines that call each other, at most.
-_MOST_STEPS, _DEEPEST = 1_000_000, 30
+# Statements that are executed more than once, and routines that call each other, at most.
+_MOST_STEPS, _DEEPEST = 300_000, 30
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -59,6 +59,7 @@ class Interpreter:
     _assignments: Assignments = field(init=False)
     _module: str = ""
     _depth: int = 0
+    _most: int = _MOST_STEPS
     _names: dict[tuple[str, str], Routine] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -67,6 +68,7 @@ class Interpreter:
             self._names.setdefault((routine.module, name), routine)
             if routine.is_global:
                 self._names.setdefault(("", name), routine)
+        self._most = _MOST_STEPS + sum(len(routine.lines) for routine in self.routines)
         self.controller.call = self._called
         self.motions = MotionStatements(self.controller)
         self._assignments = Assignments(self.controller)
@@ -130,9 +132,9 @@ class Interpreter:
     def _count(self, line: Line) -> None:
         self.controller.where = line.where
         self.controller.step += 1
-        if self.controller.step > _MOST_STEPS:
+        if self.controller.step > self._most:
             raise ProgramError(
-                f"{line.where}: expected a program that ends within {_MOST_STEPS} statements, got more"
+                f"{line.where}: expected a program that ends within {self._most} statements, got more"
             )
 
     def _block(self, block: Block) -> None:

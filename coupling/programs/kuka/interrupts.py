@@ -80,7 +80,7 @@ class Interrupts:
             )
         target, rest = leading(action[1], line.where)
         if isinstance(target, Reference) and rest.startswith("=") and target.name[0] != "$":
-            self.controller.store(target, Unknown(f"{target.name} ({line.where})"))
+            self.controller.store(target, Unknown(target.name, self.controller.step))
         self.controller.notes.leave_out("TRIGGER")
 
     def _is_still(self, action: str, line: Line) -> bool:

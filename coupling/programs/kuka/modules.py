@@ -12,7 +12,7 @@ from coupling.programs.text import shortened
 
 _WORD = re.compile(r"[$A-Za-z_][\w$]*")
 _HEADING = re.compile(
-    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[A-Za-z]\w*(?:\s*\[[^\]]*\])?\s+)?([A-Za-z_]\w*)\s*(?:\(([^)]*)\))?",
+    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[A-Za-z]\w*(?:\s*\[[^\]]*\])?\s+)?([$A-Za-z_][\w$]*)\s*(?:\(([^)]*)\))?",
     re.IGNORECASE,
 )
 _CALLED = re.compile(r"([A-Za-z_]\w*)\s*\(")

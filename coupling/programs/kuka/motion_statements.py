@@ -91,16 +91,17 @@ class MotionStatements:
         try:
             fields = self._fields(target, text, line)
         except UnknownValueError as cause:
-            self._leave(line, text[: len(text) - len(behind)].strip(), cause)
+            self._leave(line, _written(text, behind), cause)
             return
+        name = _written(text, behind)
         if clauses:
             with self.controller.kept():
                 self._set(clauses[0], line)
-                self._add(line, fields, options)
+                self._add(line, fields, options, name)
         else:
-            self._add(line, fields, options)
+            self._add(line, fields, options, name)
 
-    def _add(self, line: Line, fields: Aggregate, options: list[str]) -> None:
+    def _add(self, line: Line, fields: Aggregate, options: list[str], name: str) -> None:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
         if self.motions.spline and line.word in ("SPTP", "SPTP_REL"):
             motion = "spline"
@@ -112,7 +113,7 @@ class MotionStatements:
             else:
                 self.motions.add(motion, fields, settings, line.where)
         except UnknownValueError as cause:
-            self._leave(line, line.rest, cause)
+            self._leave(line, name, cause)
 
     def _fields(self, target: Expression, text: str, line: Line) -> Aggregate:
         value = target.evaluate(self.controller)
@@ -294,3 +295,8 @@ class MotionStatements:
             self.controller.notes.assume(f"{data.text}, which is not given, turns the tool evenly (#VAR)")
         rotation = data.get("ORI_TYP", "#VAR") if isinstance(data, dict) else "#VAR"
         self.controller.set_system("$ORI_TYPE", rotation)
+
+
+def _written(text: str, behind: str) -> str:
+    """Return a target as it is written, without what stands behind it."""
+    return text.strip().removesuffix(behind).strip()

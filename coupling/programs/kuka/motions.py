@@ -83,7 +83,7 @@ class Motions:
             whole |= {key: self._kept(key, (base, tool), where) for key in "ABC"}
         pose = pose_of_abc([number(whole[key], where) for key in FRAME_KEYS])
         pose = self.frames.express(pose, base, tool, motion != "joint", where)
-        self.moves.append(ProgramMove(motion, pose, speed=settings.speed))
+        self.moves.append(ProgramMove(motion, pose, speed=settings.speed, where=where))
         self._last, self._last_frames, self._begun, self._axes = whole, (base, tool), True, {}
 
     def add_relative(
@@ -142,7 +142,7 @@ class Motions:
         if missing:
             raise UnknownValueError(Unknown(missing[0]))
         angles = tuple(radians(number(self._axes[key], where)) for key in AXIS_KEYS)
-        self.moves.append(ProgramMove(motion, joints=angles))
+        self.moves.append(ProgramMove(motion, joints=angles, where=where))
         self._last = {}
 
     def _require_still(self, motion: Motion, target: Aggregate, where: str) -> None:
@@ -235,7 +235,7 @@ class Motions:
 def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     """Return base or tool; one that is not known by what it is called."""
     if isinstance(value, Unknown):
-        return ControllerFrame(value.text, None)
+        return ControllerFrame(_called(value), None)
     if not isinstance(value, dict):
         raise ProgramError(f"{where}: expected a frame as {name}, got {described(value)}")
     missing = [key for key in FRAME_KEYS if key not in value]
@@ -244,5 +244,11 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
     try:
         return ControllerFrame(name, pose_of_abc([number(value[key], where) for key in FRAME_KEYS]))
     except UnknownValueError:
-        parts = (f"{key} {described(value[key])}" for key in FRAME_KEYS)
-        return ControllerFrame(f"{name}={{{','.join(parts)}}}", None)
+        parts = [value[key] for key in FRAME_KEYS]
+        words = (_called(part) if isinstance(part, Unknown) else described(part) for part in parts)
+        return ControllerFrame(f"{name} of {', '.join(words)}", None)
+
+
+def _called(value: Unknown) -> str:
+    """Return a name that tells a value from others."""
+    return f"{value.text} (statement {value.step})" if value.step else value.text

@@ -29,10 +29,13 @@ class Unknown:
     """Value that the program does not tell.
 
     Attributes:
-        text: What it is: two of one text are one value.
+        text: What it is, for messages.
+        step: Number of the statement that measured or computed it; 0 where it stays what it is.  Two of
+            one text and step are one value.
     """
 
     text: str
+    step: int = 0
 
 
 # A structure; names of its components are upper case.
