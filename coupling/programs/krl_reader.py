@@ -17,7 +17,6 @@ from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.programs.reading import ReadingNotes
 
 
-
 def read(files: Sequence[ProgramFile]) -> RobotProgram:
     """Return the program of a .src, of which the first routine is started.
 

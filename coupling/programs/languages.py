@@ -146,7 +146,9 @@ def _beside(path: Path, text: str) -> list[ProgramFile]:
 
 def _modules(path: Path, text: str) -> list[ProgramFile]:
     """Return the .src in the folder that a .src calls, and those they call, with all their .dat."""
-    folder = {(file.stem.upper(), file.suffix.lower()): file for file in sorted(path.parent.iterdir())}
+    folder = {
+        (file.stem.upper(), file.suffix.lower()): file for file in sorted(path.parent.iterdir())
+    }
     wanted, modules, files = [path.stem.upper()], {path.stem.upper()}, []
     texts = {path.stem.upper(): text}
     while wanted:
@@ -157,7 +159,11 @@ def _modules(path: Path, text: str) -> list[ProgramFile]:
                 wanted.append(name)
                 files.append(_file(source))
                 texts[name] = files[-1].text
-    data = [folder[name, ".dat"] for name in sorted({*modules, CONFIGURATION}) if (name, ".dat") in folder]
+    data = [
+        folder[name, ".dat"]
+        for name in sorted({*modules, CONFIGURATION})
+        if (name, ".dat") in folder
+    ]
     return [*files, *(_file(file) for file in data)]
 
 

@@ -60,8 +60,8 @@ DECL E6POS P2={X 50,Y 0,Z 0,A 0,B 90,C 0,S 2,T 35,E1 0.0}
 DECL INT N=2
 DECL FRAME SHIFT={X 0,Y 40,Z 0,A 0,B 0,C 0}"""
 
-# Statements behind a first line to the origin, and where the tool goes, in mm.  The tool is turned by 90 deg
-# about y: its z axis is the base's x, its x axis the base's -z.
+# Statements behind a first line to the origin, and where the tool goes, in mm.  The tool is turned by
+# 90 deg about y: its z axis is the base's x, its x axis the base's -z.
 COMPUTED = {
     "offset of a frame": ("LIN PT[2]:{Y 40}", [[50, 40, 0]]),
     "offset along the tool": ("LIN PT[2]:{X 10,Z 3}", [[53, 0, -10]]),
@@ -76,12 +76,18 @@ COMPUTED = {
     "element by an index": ("LIN PT[N*2-3]\nLIN PT[N]", [[0, 0, 0], [50, 0, 0]]),
     "components left out": ("LIN {X 3}\nLIN {Y 4}", [[3, 0, 0], [3, 4, 0]]),
     "relative to the base": ("LIN_REL {X 5}\nLIN_REL {Y 2,X 1} #BASE", [[5, 0, 0], [6, 2, 0]]),
-    "relative to the tool": ("LIN_REL {X 10} #TOOL\nSLIN_REL {Z 2} #TOOL", [[0, 0, -10], [2, 0, -10]]),
+    "relative to the tool": (
+        "LIN_REL {X 10} #TOOL\nSLIN_REL {Z 2} #TOOL",
+        [[0, 0, -10], [2, 0, -10]],
+    ),
     "counted loop": (
         "INT I\nFOR I=1 TO 3\nLIN {X 0}:{X 0}\nP2.X=I*10\nLIN P2\nENDFOR",
         [[0, 0, 0], [10, 0, 0], [0, 0, 0], [20, 0, 0], [0, 0, 0], [30, 0, 0]],
     ),
-    "loop that counts down": ("FOR N=4 TO 0 STEP -2\nP2.Y=N\nLIN P2\nENDFOR", [[50, y, 0] for y in (4, 2, 0)]),
+    "loop that counts down": (
+        "FOR N=4 TO 0 STEP -2\nP2.Y=N\nLIN P2\nENDFOR",
+        [[50, y, 0] for y in (4, 2, 0)],
+    ),
     "while": (
         "WHILE P2.X<70\nLIN P2\nP2.X=P2.X+10\nENDWHILE",
         [[50, 0, 0], [60, 0, 0]],
@@ -153,13 +159,19 @@ REFUSED = {
         "INTERRUPT DECL 5 WHEN $IN[2]==TRUE DO AWAY()\nINTERRUPT ON 5",
         ["line 5", "AWAY()"],
     ),
-    "trigger that moves": ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO AWAY() PRIO=-1", ["line 4", "TRIGGER"]),
+    "trigger that moves": (
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO AWAY() PRIO=-1",
+        ["line 4", "TRIGGER"],
+    ),
     "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 from 0 to 3"]),
     "relative rotation": ("LIN_REL {A 5}", ["line 4", "got A"]),
     "option of a motion": ("LIN P2 FAST", ["line 4", "'FAST'"]),
     "clause of a motion": ("SLIN P2 WITH $SEN_PINT=3", ["line 4", "$SEN_PINT"]),
     "line to angles": ("LIN {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}", ["line 4", "axis angles"]),
-    "partial point in another base": ("$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {Y 2}", ["line 5", "change"]),
+    "partial point in another base": (
+        "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {Y 2}",
+        ["line 5", "change"],
+    ),
     "override": ("$OV_PRO=0", ["line 4", "$OV_PRO"]),
     "speed": ("$VEL.CP=0", ["line 4", "speed > 0"]),
     "speed that is not known": ("$VEL.CP=FEED\nLIN P2", ["line 5", "FEED"]),
@@ -233,14 +245,14 @@ HALT"""
 
 
 def test_what_is_assumed_is_stated():
-    body = f"""IF $MODE_OP==#T1 THEN
+    body = """IF $MODE_OP==#T1 THEN
 $VEL.CP=0.01
 ENDIF
 IF $T2 THEN
-LIN {{X 9}}
+LIN {X 9}
 ENDIF
 $OV_PRO=50
-LIN {{X 1}} C_DIS"""
+LIN {X 1} C_DIS"""
     found = program(f"{START}\n{body}")
     assert places(found) == [[0, 0, 0], [1, 0, 0]]
     assert found.moves[1].speed == pytest.approx(0.025)
@@ -256,7 +268,7 @@ def test_a_line_that_keeps_its_rotation_does_not_turn():
     found = program(f"{START}\n$ORI_TYPE=#CONSTANT\nLIN {{X 5,B 10}}\n$ORI_TYPE=#VAR\nLIN {{X 9}}")
     np.testing.assert_allclose(found.moves[1].pose[3:], found.moves[0].pose[3:])
     np.testing.assert_allclose(found.moves[2].pose[3:], found.moves[0].pose[3:])
-    with pytest.raises(ProgramError, match="line 3: expected a pose .* that keeps its rotation"):
+    with pytest.raises(ProgramError, match=r"line 3: expected a pose .* that keeps its rotation"):
         program(f"$ORI_TYPE=#CONSTANT\nLIN {ZERO}")
 
 
@@ -287,14 +299,18 @@ def test_routines_of_the_file_and_beside_it_are_executed_with_their_arguments():
 
 
 def test_functions_of_the_file_return_their_results():
-    text = f"{START}\nLIN up({ZERO},TWICE(4))\nEND\nDEFFCT FRAME up(P:IN,H:IN)\nDECL FRAME P\nREAL H\n"
-    text += "P.Z=P.Z+H\nRETURN P\nENDFCT\nDEFFCT REAL TWICE(H:IN)\nREAL H\nRETURN 2*H\nENDFCT\nDEF last()"
+    text = (
+        f"{START}\nLIN up({ZERO},TWICE(4))\nEND\nDEFFCT FRAME up(P:IN,H:IN)\nDECL FRAME P\nREAL H\n"
+    )
+    text += "P.Z=P.Z+H\nRETURN P\nENDFCT\nDEFFCT REAL TWICE(H:IN)\nREAL H\nRETURN 2*H\nENDFCT\n"
+    text += "DEF last()"
     assert places(program(text)) == [[0, 0, 0], [0, 0, 8]]
 
 
 def test_numbers_of_tool_and_base_come_from_points_and_clauses():
     data = """DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE,POINT2[] " ",TQ_STATE FALSE}
 DECL FDAT FP2={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}
+DECL E6POS XP={X 2,Y 0,Z 0,A 0,B 90,C 0}
 DECL LDAT LP1={VEL 2.0,ACC 100.0,APO_DIST 5.0,ORI_TYP #CONSTANT}
 BASE_DATA[2]={X 10,Y 0,Z 0,A 0,B 0,C 0}"""
     body = f"""FDAT_ACT=FP1
@@ -304,7 +320,7 @@ BAS(#CP_PARAMS,0.3)
 PTP {ZERO}
 LIN {{X 1,B 0}}
 $ORI_TYPE=#VAR
-SLIN {{X 2,Y 0,Z 0,A 0,B 90,C 0}} WITH $VEL=SVEL_CP(0.1, , LP1), $TOOL=STOOL2(FP2), $BASE=SBASE(FP2.BASE_NO)
+SLIN XP WITH $VEL=SVEL_CP(0.1, , LP1), $TOOL=STOOL2(FP2), $BASE=SBASE(FP2.BASE_NO)
 LIN {ZERO}
 BAS(#CP_DAT)
 LIN {{X 4}}"""

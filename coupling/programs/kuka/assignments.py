@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from coupling.errors import ProgramError
 from coupling.programs.kuka.controller import Controller
 from coupling.programs.kuka.declarations import declaration_of, structure_of
-from coupling.programs.kuka.expressions import Expression, Reference, leading, parsed
+from coupling.programs.kuka.expressions import Expression, Reference
 from coupling.programs.kuka.harmless import harmless_word
 from coupling.programs.kuka.modules import Line, lines_of
+from coupling.programs.kuka.parser import leading, parsed
 from coupling.programs.kuka.variables import Names
 from coupling.programs.program import ProgramFile
 from coupling.programs.text import shortened
 
-_WITHOUT_VALUE = frozenset("ENUM SIGNAL EXT EXTFCT EXTP EXTFCTP".split())
+_WITHOUT_VALUE = frozenset(["ENUM", "SIGNAL", "EXT", "EXTFCT", "EXTP", "EXTFCTP"])
 _HEADINGS = frozenset(("DEFDAT", "ENDDAT"))
 # Data of all programs, as a controller keeps them.
 CONFIGURATION = "$CONFIG"
@@ -51,7 +52,7 @@ class Assignments:
             try:
                 self._take(line)
             except ProgramError:
-                # Most of it belongs to no program: what is not understood has no value, and whatever uses
+                # Most of it belongs to no program: what is not understood has no value, and what uses
                 # it is refused there.
                 if module != CONFIGURATION:
                     raise

@@ -1,4 +1,4 @@
-"""State of a controller that runs a KRL program: variables, frames, speed, and what expressions ask of them."""
+"""State of a controller that runs a KRL program: variables, frames and speed."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.kuka.expressions import Call, Expression, Reference, parsed
+from coupling.programs.kuka.expressions import Call, Expression, Reference
 from coupling.programs.kuka.functions import FUNCTIONS, computed
 from coupling.programs.kuka.harmless import is_harmless_call
 from coupling.programs.kuka.motions import MotionSettings
 from coupling.programs.kuka.operations import AUTOMATIC
+from coupling.programs.kuka.parser import parsed
 from coupling.programs.kuka.values import (
     Unknown,
     UnknownValueError,
@@ -85,7 +86,9 @@ class Controller:
         returned = self.call(name, arguments)
         if returned is not None:
             if returned[0] is None:
-                raise ProgramError(f"{self.where}: expected a function that returns a value, got {name}")
+                raise ProgramError(
+                    f"{self.where}: expected a function that returns a value, got {name}"
+                )
             return returned[0]
         if name in FUNCTIONS:
             return computed(name, [part.evaluate(self) for part in arguments], self.where)
@@ -95,8 +98,8 @@ class Controller:
             self.forget(arguments)
             raise UnknownValueError(Unknown(f"{name}()"))
         raise ProgramError(
-            f"{self.where}: expected a function of the program, got {shortened(name)}: put the .src that has"
-            " it beside the program"
+            f"{self.where}: expected a function of the program, got {shortened(name)}: put the .src that"
+            " has it beside the program"
         )
 
     def place(self, reference: Reference) -> tuple[Key, Components]:
@@ -123,7 +126,9 @@ class Controller:
         values = [number(part.evaluate(self), self.where) for part in step]
         for value in values:
             if value != int(value):
-                raise ProgramError(f"{self.where}: expected whole numbers as indices, got {value:g}")
+                raise ProgramError(
+                    f"{self.where}: expected whole numbers as indices, got {value:g}"
+                )
         return tuple(int(value) for value in values)
 
     def valued(self, expression: Expression) -> Value:
@@ -184,8 +189,8 @@ class Controller:
         name, where = key[0], self.where
         if name not in _SETTINGS or key[1]:
             raise ProgramError(
-                f"{where}: expected system variables that are known, got {written(key, components)}: take"
-                " the line out if it does not change the path"
+                f"{where}: expected system variables that are known, got {written(key, components)}:"
+                " take the line out if it does not change the path"
             )
         allowed = {"$ORI_TYPE": ("#VAR", "#CONSTANT"), "$IPO_MODE": ("#BASE",)}.get(name)
         if allowed is not None and (not isinstance(value, str) or value not in allowed):
@@ -194,7 +199,9 @@ class Controller:
             )
         if name == "$OV_PRO":
             if isinstance(value, Unknown) or not 0.0 < number(value, where) <= 100.0:
-                raise ProgramError(f"{where}: expected $OV_PRO from 1 to 100, got {described(value)}")
+                raise ProgramError(
+                    f"{where}: expected $OV_PRO from 1 to 100, got {described(value)}"
+                )
             if value != 100:
                 self.notes.assume(f"the override is {number(value, where):g} %, as $OV_PRO says")
         if name == "$VEL":

@@ -10,11 +10,13 @@ from coupling.errors import ProgramError
 from coupling.programs.kuka.modules import Line
 from coupling.programs.text import shortened
 
-_SIMPLE = frozenset("INT REAL BOOL CHAR FRAME POS E6POS AXIS E6AXIS".split())
+_SIMPLE = frozenset(["INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS"])
 # Types of the pendant's motions, which are declared without DECL at times.
-_PENDANT = frozenset("FDAT LDAT PDAT BASIS_SUGG_T".split())
+_PENDANT = frozenset(["FDAT", "LDAT", "PDAT", "BASIS_SUGG_T"])
 _MODIFIERS = frozenset(("DECL", "GLOBAL", "CONST", "PUBLIC", "IMPORT"))
-_TYPED = re.compile(r"((?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*)([A-Za-z_]\w*)\s*(?:\[[\d, ]*\])?\s+(.+)", re.IGNORECASE)
+_TYPED = re.compile(
+    r"((?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*)([A-Za-z_]\w*)\s*(?:\[[\d, ]*\])?\s+(.+)", re.IGNORECASE
+)
 _NAME = re.compile(r"\s*([$A-Za-z_][\w$]*)\s*(?:\[[^\]]*\])?\s*")
 
 

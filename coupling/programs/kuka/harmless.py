@@ -6,9 +6,10 @@ import re
 
 from coupling.programs.kuka.modules import Line
 
-_WORDS = frozenset(
-    "WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM".split()
-)
+_STATEMENTS = """
+WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM
+"""
+_WORDS = frozenset(_STATEMENTS.split())
 _SYSTEM_WORDS = """
 $ACC $ACC_AXIS $ACC_EXTAX $ACC_CAR_TOOL $ACT_BASE $ACT_TOOL $ADVANCE $ANOUT $APO $BWDSTART $CIRC_TYPE
 $COLLMON_TOL_PRO $CYCFLAG $ECO_LEVEL $FILTER $FLAG $GEAR_JERK $H_POS $H_POS_TOL $JERK $LOAD $LOAD_A1
@@ -28,7 +29,9 @@ _INITIALIZED = re.compile(
     r"(?:USERSPOT|USER_GRP|H50|H70|A10|A20|SPOT|GRIPPERTECH)\s*\(\s*(?:#?\w*INI\w*|0)\s*[,)].*",
     re.IGNORECASE,
 )
-_BAS = re.compile(r"BAS\s*\(\s*#(ACC_CP|ACC_GLUE|ACC_PTP|VEL_PTP|OUT_SYNC|OUT_ASYNC)\b", re.IGNORECASE)
+_BAS = re.compile(
+    r"BAS\s*\(\s*#(ACC_CP|ACC_GLUE|ACC_PTP|VEL_PTP|OUT_SYNC|OUT_ASYNC)\b", re.IGNORECASE
+)
 _OUTPUTS = frozenset(("$OUT", "$OUT_C", "$ANOUT", "$FLAG", "$CYCFLAG"))
 _ASSIGNED = re.compile(r"([$A-Za-z_][\w$]*)[^=<>]*=(?!=)")
 _TRIGGERED = re.compile(r"\bDO\b\s*(.+)", re.IGNORECASE)

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from coupling.errors import ProgramError
 from coupling.programs.kuka.assignments import Assignments
 from coupling.programs.kuka.controller import Controller
-from coupling.programs.kuka.expressions import Call, Expression, Reference, leading, parsed
+from coupling.programs.kuka.expressions import Call, Expression, Reference
 from coupling.programs.kuka.harmless import harmless_word, is_harmless_call
 from coupling.programs.kuka.interrupts import Interrupts, is_still
 from coupling.programs.kuka.modules import Block, Line, Routine, Statement
 from coupling.programs.kuka.motion_statements import MotionStatements
 from coupling.programs.kuka.operations import applied
+from coupling.programs.kuka.parser import leading, parsed
 from coupling.programs.kuka.values import Unknown, UnknownValueError, Value, described, number
 from coupling.programs.kuka.variables import Names
 from coupling.programs.program import ProgramFile
@@ -94,7 +95,9 @@ class Interpreter:
         try:
             self._run(routine, [])
         except _ExitError:
-            raise ProgramError(f"{self.controller.where}: expected EXIT in a loop, got it alone") from None
+            raise ProgramError(
+                f"{self.controller.where}: expected EXIT in a loop, got it alone"
+            ) from None
         self.motions.finish(self.controller.where)
 
     def _run(self, routine: Routine, values: Sequence[Value]) -> tuple[Value | None, Names]:
@@ -156,8 +159,8 @@ class Interpreter:
                 return
             raise ProgramError(
                 f"{line.where}: expected a condition that the program decides, got"
-                f" {shortened(line.text)!r}, and {cause.value.text} is not known: write the statements that"
-                " are executed"
+                f" {shortened(line.text)!r}, and {cause.value.text} is not known: write the statements"
+                " that are executed"
             ) from cause
 
     def _if(self, block: Block) -> None:
@@ -282,13 +285,13 @@ class Interpreter:
         if not isinstance(target, Call) or rest:
             got = line.word if line.word else line.text
             raise ProgramError(
-                f"{line.where}: expected a statement of KRL that is known, got {shortened(got)!r}: take it"
-                " out if it does not change the path"
+                f"{line.where}: expected a statement of KRL that is known, got {shortened(got)!r}: take"
+                " it out if it does not change the path"
             )
         if self._called(target.name, target.arguments) is None:
             raise ProgramError(
-                f"{line.where}: expected a program that is at hand, got {shortened(target.name)}: put its"
-                " .src beside this one, or take the call out if it does not move the robot"
+                f"{line.where}: expected a program that is at hand, got {shortened(target.name)}: put"
+                " its .src beside this one, or take the call out if it does not move the robot"
             )
 
     # Calls

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.controller import Controller
-from coupling.programs.kuka.expressions import Call, Reference, leading
+from coupling.programs.kuka.expressions import Call, Reference
 from coupling.programs.kuka.harmless import harmless_word
 from coupling.programs.kuka.modules import Line, Routine, Statement
+from coupling.programs.kuka.parser import leading
 from coupling.programs.kuka.values import Unknown
 from coupling.programs.text import shortened
 

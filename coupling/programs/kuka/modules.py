@@ -193,7 +193,7 @@ def _heading(line: Line) -> tuple[str, tuple[tuple[str, bool], ...], bool] | Non
 def _statements(
     lines: Iterator[Line], begin: Line | None, depth: int
 ) -> tuple[list[Statement], Line | None]:
-    """Return the statements up to what ends this part of the block that `begin` begins, and that line."""
+    """Return the statements of a block up to the line that ends this part of it, and that line."""
     if depth > _DEEPEST and begin is not None:
         raise ProgramError(
             f"{begin.where}: expected at most {_DEEPEST} blocks in each other, got more"

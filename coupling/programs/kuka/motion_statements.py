@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.controller import Controller
-from coupling.programs.kuka.expressions import Call, Constant, Expression, Reference, leading, parsed
+from coupling.programs.kuka.expressions import Call, Constant, Expression, Reference
 from coupling.programs.kuka.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
 from coupling.programs.kuka.modules import Line
 from coupling.programs.kuka.motions import Motions
+from coupling.programs.kuka.parser import leading, parsed
 from coupling.programs.kuka.values import (
     Aggregate,
     Unknown,
@@ -146,10 +147,12 @@ class MotionStatements:
         if line.word in ("PTP", "SPTP", "PTP_REL", "SPTP_REL") and self.motions.leave(text):
             self.controller.notes.leave_out(text)
             return
-        which = "" if cause.value.text == target.upper() else f", and {cause.value.text} is not known"
+        which = (
+            "" if cause.value.text == target.upper() else f", and {cause.value.text} is not known"
+        )
         raise ProgramError(
-            f"{line.where}: expected a point that has a value, got {shortened(target)!r}{which}: give the"
-            " .dat"
+            f"{line.where}: expected a point that has a value, got {shortened(target)!r}{which}: give"
+            " the .dat"
         ) from cause
 
     # Clauses and spline blocks
@@ -195,7 +198,8 @@ class MotionStatements:
         options = text.upper().split()
         if not _ROUNDED.issuperset(options):
             raise ProgramError(
-                f"{line.where}: expected WITH or C_SPL behind {line.word}, got {shortened(text.strip())!r}"
+                f"{line.where}: expected WITH or C_SPL behind {line.word}, got"
+                f" {shortened(text.strip())!r}"
             )
         self._note_rounding(options)
 
@@ -292,7 +296,9 @@ class MotionStatements:
 
     def _choose_rotation(self, data: Value) -> None:
         if isinstance(data, Unknown):
-            self.controller.notes.assume(f"{data.text}, which is not given, turns the tool evenly (#VAR)")
+            self.controller.notes.assume(
+                f"{data.text}, which is not given, turns the tool evenly (#VAR)"
+            )
         rotation = data.get("ORI_TYP", "#VAR") if isinstance(data, dict) else "#VAR"
         self.controller.set_system("$ORI_TYPE", rotation)
 

@@ -77,7 +77,10 @@ class Motions:
             raise ProgramError(
                 f"{where}: expected no motion behind {self._behind}, which has no value, got one"
             )
-        base, tool = frame_of("$BASE", settings.base, where), frame_of("$TOOL", settings.tool, where)
+        base, tool = (
+            frame_of("$BASE", settings.base, where),
+            frame_of("$TOOL", settings.tool, where),
+        )
         whole = self._whole(target, (base, tool), where)
         if settings.keeps_rotation and motion != "joint":
             whole |= {key: self._kept(key, (base, tool), where) for key in "ABC"}
@@ -108,7 +111,10 @@ class Motions:
             raise ProgramError(
                 f"{where}: expected a relative motion along X, Y, Z, got {turned[0]}: write its target"
             )
-        base, tool = frame_of("$BASE", settings.base, where), frame_of("$TOOL", settings.tool, where)
+        base, tool = (
+            frame_of("$BASE", settings.base, where),
+            frame_of("$TOOL", settings.tool, where),
+        )
         if len(self._last) < len(FRAME_KEYS) or self._last_frames != (base, tool):
             raise ProgramError(
                 f"{where}: expected a pose in this base and tool before a relative motion, got none:"
@@ -125,7 +131,7 @@ class Motions:
         self.add(motion, target, settings, where)
 
     def leave(self, text: str) -> bool:
-        """Return whether a motion by axes to a place that is not known leads only to or from the path."""
+        """Return whether a motion by axes to an unknown place only leads to or from the path."""
         if self.spline or self._block is not None:
             return False
         if self._begun:
@@ -177,9 +183,7 @@ class Motions:
             )
         return whole
 
-    def _kept(
-        self, key: str, frames: tuple[ControllerFrame, ControllerFrame], where: str
-    ) -> Value:
+    def _kept(self, key: str, frames: tuple[ControllerFrame, ControllerFrame], where: str) -> Value:
         if key not in self._last or self._last_frames != frames:
             raise ProgramError(
                 f"{where}: expected a pose in this base and tool before a line that keeps its rotation"
