@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.assignments import CONFIGURATION
-from coupling.programs.kuka.controller import Controller
+from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.interpreter import Interpreter
 from coupling.programs.kuka.modules import routines_of
 from coupling.programs.kuka.motions import frame_of
@@ -40,7 +40,7 @@ def read(files: Sequence[ProgramFile]) -> RobotProgram:
         raise ProgramError(f"program: expected a file .src, got none in {len(files)}")
     routines = [routine for file in sources for routine in routines_of(file)]
     notes = ReadingNotes()
-    controller = Controller(notes)
+    controller = KrlController(notes)
     interpreter = Interpreter(controller, routines)
     data = [file for file in files if file.name.lower().endswith(".dat")]
     for file in sorted(data, key=lambda file: file.name.upper() != f"{CONFIGURATION}.DAT"):

@@ -152,6 +152,7 @@ REFUSED = {
     "input in a loop": ("REPEAT\nLIN P2\nUNTIL $IN[1]", ["line 4", "$IN[1]"]),
     "endless": ("LOOP\nLIN P2\nENDLOOP", ["line 4", "without EXIT"]),
     "endless while": ("WHILE TRUE\nN=N+0\nENDWHILE", ["line 5", "ends within"]),
+    "endless wait": ("WHILE N==2\nWAIT SEC 1\nENDWHILE", ["line 4", "waits for ever"]),
     "unknown base": ("$BASE=BASE_DATA[3]\nLIN P2", ["line 5", "one base", "BASE_DATA[3]"]),
     "unknown tool": ("BAS(#TOOL,3)\nLIN P2", ["line 5", "one tool", "TOOL_DATA[3]"]),
     "base shifted by what is not known": ("$BASE=BASE_DATA[1]:SHIFT\nLIN P2", ["one base"]),

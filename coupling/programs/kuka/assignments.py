@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from coupling.errors import ProgramError
-from coupling.programs.kuka.controller import Controller
+from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.declarations import declaration_of, structure_of
 from coupling.programs.kuka.expressions import Expression, Reference
 from coupling.programs.kuka.harmless import harmless_word
-from coupling.programs.kuka.modules import Line, lines_of
+from coupling.programs.kuka.modules import KrlLine, lines_of
 from coupling.programs.kuka.parser import leading, parsed
 from coupling.programs.kuka.variables import Names
 from coupling.programs.program import ProgramFile
@@ -29,7 +29,7 @@ class Assignments:
         controller: State of the program.
     """
 
-    controller: Controller
+    controller: KrlController
 
     def load(self, file: ProgramFile) -> None:
         """Take the data of a .dat over.
@@ -58,7 +58,7 @@ class Assignments:
                     raise
         variables.scopes = (variables.common,)
 
-    def _take(self, line: Line) -> None:
+    def _take(self, line: KrlLine) -> None:
         if self.declare(line):
             return
         if (word := harmless_word(line)) is not None:
@@ -68,7 +68,7 @@ class Assignments:
                 f"{line.where}: expected declarations and values in a .dat, got {shortened(line.text)!r}"
             )
 
-    def declare(self, line: Line) -> bool:
+    def declare(self, line: KrlLine) -> bool:
         """Make what a line declares known; return whether it declares something.
 
         Raises:
@@ -82,7 +82,7 @@ class Assignments:
             return True
         return inner in _WITHOUT_VALUE or self._declare_variables(line)
 
-    def _declare_variables(self, line: Line) -> bool:
+    def _declare_variables(self, line: KrlLine) -> bool:
         declaration = declaration_of(line)
         if declaration is None:
             return False
@@ -97,7 +97,7 @@ class Assignments:
             self._store(parsed(target, line.where), text, line)
         return True
 
-    def assign(self, line: Line) -> bool:
+    def assign(self, line: KrlLine) -> bool:
         """Give a variable its value; return whether a line is an assignment.
 
         Raises:
@@ -111,7 +111,7 @@ class Assignments:
         self._store(target, rest[1:], line)
         return True
 
-    def _store(self, target: Expression, text: str, line: Line) -> None:
+    def _store(self, target: Expression, text: str, line: KrlLine) -> None:
         if not isinstance(target, Reference):
             raise ProgramError(f"{line.where}: expected a variable, got {shortened(line.text)!r}")
         self.controller.store(target, self.controller.valued(parsed(text, line.where)))

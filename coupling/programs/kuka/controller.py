@@ -33,7 +33,7 @@ _MANUAL = frozenset(("$T1", "$T2"))
 
 
 @dataclass
-class Controller:
+class KrlController:
     """What expressions and settings mean while a program runs; a `Scope`.
 
     Attributes:
@@ -265,8 +265,8 @@ class Controller:
             self.variables.common.values[name, ()] = value
 
 
-def _frame_function(word: str) -> Callable[[Controller, Sequence[Expression]], Value]:
-    def frame(controller: Controller, arguments: Sequence[Expression]) -> Value:
+def _frame_function(word: str) -> Callable[[KrlController, Sequence[Expression]], Value]:
+    def frame(controller: KrlController, arguments: Sequence[Expression]) -> Value:
         value = _first(controller, arguments)
         if isinstance(value, dict):
             value = value.get(f"{word}_NO", Unknown(f"{word}_NO"))
@@ -275,21 +275,21 @@ def _frame_function(word: str) -> Callable[[Controller, Sequence[Expression]], V
     return frame
 
 
-def _first(controller: Controller, arguments: Sequence[Expression]) -> Value:
+def _first(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     if not arguments:
         raise ProgramError(f"{controller.where}: expected an argument, got none")
     return controller.valued(arguments[0])
 
 
-def _speed(controller: Controller, arguments: Sequence[Expression]) -> Value:
+def _speed(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     return {"CP": _first(controller, arguments)}
 
 
-def _given(controller: Controller, arguments: Sequence[Expression]) -> Value:
+def _given(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     return _known(_first(controller, arguments))
 
 
-def _rotation(controller: Controller, arguments: Sequence[Expression]) -> Value:
+def _rotation(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     value = _first(controller, arguments)
     return value.get("ORI_TYP", "#VAR") if isinstance(value, dict) else _known(value)
 
@@ -301,7 +301,7 @@ def _known(value: Value) -> Value:
 
 
 # Functions in the clauses of the pendant's spline motions.
-_PENDANT_FUNCTIONS: dict[str, Callable[[Controller, Sequence[Expression]], Value]] = {
+_PENDANT_FUNCTIONS: dict[str, Callable[[KrlController, Sequence[Expression]], Value]] = {
     "STOOL": _frame_function("TOOL"),
     "STOOL2": _frame_function("TOOL"),
     "SBASE": _frame_function("BASE"),

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from coupling.errors import ProgramError
-from coupling.programs.kuka.modules import Line
+from coupling.programs.kuka.modules import KrlLine
 from coupling.programs.text import shortened
 
 _SIMPLE = frozenset(["INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS"])
@@ -38,7 +38,7 @@ class Declaration:
     value: tuple[str, str] | None = None
 
 
-def declaration_of(line: Line) -> Declaration | None:
+def declaration_of(line: KrlLine) -> Declaration | None:
     """Return what a line declares; None where it is no declaration.
 
     Raises:
@@ -79,7 +79,7 @@ def _split(text: str) -> list[str]:
     return re.split(r",(?![^\[]*\])", text)
 
 
-def structure_of(line: Line) -> tuple[str, dict[str, str]]:
+def structure_of(line: KrlLine) -> tuple[str, dict[str, str]]:
     """Return name, and types of the components, of a STRUC.
 
     Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from coupling.programs.kuka.modules import Line
+from coupling.programs.kuka.modules import KrlLine
 
 _STATEMENTS = """
 WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM
@@ -46,13 +46,13 @@ def is_harmless_call(name: str) -> bool:
     return _CALLS.fullmatch(name) is not None
 
 
-def harmless_word(line: Line) -> str | None:
+def harmless_word(line: KrlLine) -> str | None:
     """Return the word under which a statement is left out; None where it is executed or refused.
 
     Example:
-        >>> harmless_word(Line("line 1", "$OUT[3]=TRUE", "$OUT"))
+        >>> harmless_word(KrlLine("line 1", "$OUT[3]=TRUE", "$OUT"))
         '$OUT'
-        >>> harmless_word(Line("line 2", "$BASE.X=3", "$BASE"))
+        >>> harmless_word(KrlLine("line 2", "$BASE.X=3", "$BASE"))
     """
     if line.word in _WORDS:
         return line.word

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.assignments import Assignments
-from coupling.programs.kuka.controller import Controller
+from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.expressions import Call, Expression, Reference
 from coupling.programs.kuka.harmless import harmless_word, is_harmless_call
 from coupling.programs.kuka.interrupts import Interrupts, is_still
-from coupling.programs.kuka.modules import Block, Line, Routine, Statement
+from coupling.programs.kuka.modules import KrlBlock, KrlLine, Routine, Statement
 from coupling.programs.kuka.motion_statements import MotionStatements
 from coupling.programs.kuka.operations import applied
 from coupling.programs.kuka.parser import leading, parsed
@@ -22,7 +22,7 @@ from coupling.programs.program import ProgramFile
 from coupling.programs.text import shortened
 
 # Statements that are executed more than once, and routines that call each other, at most.
-_MOST_STEPS, _DEEPEST = 300_000, 30
+_MOST_STEPS, _DEEPEST = 200_000, 30
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -53,7 +53,7 @@ class Interpreter:
         motions: Statements that move.
     """
 
-    controller: Controller
+    controller: KrlController
     routines: Sequence[Routine]
     motions: MotionStatements = field(init=False)
     _interrupts: Interrupts = field(init=False)
@@ -74,7 +74,7 @@ class Interpreter:
         self.motions = MotionStatements(self.controller)
         self._assignments = Assignments(self.controller)
         self._interrupts = Interrupts(self.controller, self._routine)
-        self._executed: dict[str, Callable[[Line], None]] = {
+        self._executed: dict[str, Callable[[KrlLine], None]] = {
             **self.motions.executed,
             "INTERRUPT": self._interrupts.take,
             "TRIGGER": self._interrupts.trigger,
@@ -125,14 +125,14 @@ class Interpreter:
 
     def _execute(self, statements: Sequence[Statement]) -> None:
         for statement in statements:
-            if isinstance(statement, Line):
+            if isinstance(statement, KrlLine):
                 self._count(statement)
                 self._take(statement)
             else:
                 self._count(statement.line)
                 self._block(statement)
 
-    def _count(self, line: Line) -> None:
+    def _count(self, line: KrlLine) -> None:
         self.controller.where = line.where
         self.controller.step += 1
         if self.controller.step > self._most:
@@ -140,7 +140,7 @@ class Interpreter:
                 f"{line.where}: expected a program that ends within {self._most} statements, got more"
             )
 
-    def _block(self, block: Block) -> None:
+    def _block(self, block: KrlBlock) -> None:
         try:
             {
                 "IF": self._if,
@@ -163,20 +163,20 @@ class Interpreter:
                 " that are executed"
             ) from cause
 
-    def _if(self, block: Block) -> None:
+    def _if(self, block: KrlBlock) -> None:
         condition = re.sub(r"\s*\bTHEN\s*$", "", block.line.rest, flags=re.IGNORECASE)
         if self._holds(condition, block.line):
             self._execute(block.parts[0][1])
         elif len(block.parts) > 1:
             self._execute(block.parts[1][1])
 
-    def _holds(self, text: str, line: Line) -> bool:
+    def _holds(self, text: str, line: KrlLine) -> bool:
         value = parsed(text, line.where).evaluate(self.controller)
         if not isinstance(value, bool):
             raise ProgramError(f"{line.where}: expected TRUE or FALSE, got {described(value)}")
         return value
 
-    def _switch(self, block: Block) -> None:
+    def _switch(self, block: KrlBlock) -> None:
         selected = parsed(block.line.rest, block.line.where)
         for line, statements in block.parts[1:]:
             if line.word == "DEFAULT":
@@ -188,11 +188,11 @@ class Interpreter:
                     self._execute(statements)
                     return
 
-    def _equal(self, selected: Expression, case: Expression, line: Line) -> bool:
+    def _equal(self, selected: Expression, case: Expression, line: KrlLine) -> bool:
         values = (selected.evaluate(self.controller), case.evaluate(self.controller))
         return applied("==", *values, line.where) is True
 
-    def _for(self, block: Block) -> None:
+    def _for(self, block: KrlBlock) -> None:
         name, *texts = block.loop.groups()
         where = block.line.where
         begin, end, step = (
@@ -212,17 +212,29 @@ class Interpreter:
             self.controller.where = where
             self.controller.store(counter, number(self.controller.value(counter), where) + step)
 
-    def _while(self, block: Block) -> None:
-        while self._holds(block.line.rest, block.line) and self._pass(block.parts[0][1]):
+    def _while(self, block: KrlBlock) -> None:
+        while self._holds(block.line.rest, block.line):
+            self._require_change(block)
+            if not self._pass(block.parts[0][1]):
+                return
             self._count(block.line)
 
-    def _repeat(self, block: Block) -> None:
+    def _repeat(self, block: KrlBlock) -> None:
         while self._pass(block.parts[0][1]):
             self._count(block.end)
             if self._holds(block.end.rest, block.end):
                 return
+            self._require_change(block)
 
-    def _loop(self, block: Block) -> None:
+    def _require_change(self, block: KrlBlock) -> None:
+        """Refuse another pass that cannot change whether there is a further one."""
+        if is_still(block.parts[0][1], self._routine):
+            raise ProgramError(
+                f"{block.line.where}: expected a loop that ends by itself, got"
+                f" {shortened(block.line.text)!r}, which waits for ever: take it out"
+            )
+
+    def _loop(self, block: KrlBlock) -> None:
         if not _can_leave(block.parts[0][1]):
             raise ProgramError(
                 f"{block.line.where}: expected a program that ends, got LOOP without EXIT: give the"
@@ -239,16 +251,16 @@ class Interpreter:
             return False
         return True
 
-    def _exit(self, line: Line) -> None:
+    def _exit(self, line: KrlLine) -> None:
         raise _ExitError
 
-    def _return(self, line: Line) -> None:
+    def _return(self, line: KrlLine) -> None:
         value = self.controller.valued(parsed(line.rest, line.where)) if line.rest else None
         raise _ReturnError(value)
 
     # Single statements
 
-    def _take(self, line: Line) -> None:
+    def _take(self, line: KrlLine) -> None:
         executed = self._executed.get(line.word)
         if executed is not None and not line.rest.startswith("="):
             executed(line)
@@ -266,21 +278,21 @@ class Interpreter:
         ):
             self._call(line)
 
-    def _leave(self, word: str, line: Line) -> None:
+    def _leave(self, word: str, line: KrlLine) -> None:
         self.controller.notes.leave_out(word)
         if is_harmless_call(word):
             call, _ = leading(line.text, line.where)
             if isinstance(call, Call):
                 self.controller.forget(call.arguments)
 
-    def _declares(self, line: Line) -> bool:
+    def _declares(self, line: KrlLine) -> bool:
         """Make what a line declares known; return whether it declares something."""
         if line.text.upper().split(maxsplit=2)[:2] == ["GLOBAL", "INTERRUPT"]:
             self._interrupts.take(line)
             return True
         return self._assignments.declare(line)
 
-    def _call(self, line: Line) -> None:
+    def _call(self, line: KrlLine) -> None:
         target, rest = leading(line.text, line.where) if line.word else (None, "")
         if not isinstance(target, Call) or rest:
             got = line.word if line.word else line.text
@@ -323,7 +335,7 @@ class Interpreter:
 def _can_leave(statements: Sequence[Statement]) -> bool:
     """Return whether statements may leave the loop that they stand in."""
     for statement in statements:
-        if isinstance(statement, Line):
+        if isinstance(statement, KrlLine):
             if statement.word in ("EXIT", "RETURN", "GOTO"):
                 return True
         elif any(_can_leave(inner) for _, inner in statement.parts):

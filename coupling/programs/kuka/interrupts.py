@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.kuka.controller import Controller
+from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.expressions import Call, Reference
 from coupling.programs.kuka.harmless import harmless_word
-from coupling.programs.kuka.modules import Line, Routine, Statement
+from coupling.programs.kuka.modules import KrlLine, Routine, Statement
 from coupling.programs.kuka.parser import leading
 from coupling.programs.kuka.values import Unknown
 from coupling.programs.text import shortened
@@ -35,11 +35,11 @@ class Interrupts:
         routine: Function that gives the routine of a name.
     """
 
-    controller: Controller
+    controller: KrlController
     routine: Callable[[str], Routine | None]
     _moving: dict[str, str] = field(default_factory=dict)
 
-    def take(self, line: Line) -> None:
+    def take(self, line: KrlLine) -> None:
         """Declare or switch interrupts.
 
         Raises:
@@ -67,7 +67,7 @@ class Interrupts:
             )
         self.controller.notes.leave_out("INTERRUPT")
 
-    def trigger(self, line: Line) -> None:
+    def trigger(self, line: KrlLine) -> None:
         """Leave out an action on the path.
 
         Raises:
@@ -84,12 +84,12 @@ class Interrupts:
             self.controller.store(target, Unknown(target.name, self.controller.step))
         self.controller.notes.leave_out("TRIGGER")
 
-    def _is_still(self, action: str, line: Line) -> bool:
+    def _is_still(self, action: str, line: KrlLine) -> bool:
         """Return whether what an interrupt or a trigger does cannot move the robot."""
         word = action.split("(")[0].split("=")[0].strip().upper()
         if word == _STOPPING:
             return True
-        inner = Line(line.where, action, re.split(r"[\[.\s]", word)[0])
+        inner = KrlLine(line.where, action, re.split(r"[\[.\s]", word)[0])
         if harmless_word(inner) is not None:
             return True
         target, rest = leading(action, line.where)
@@ -107,7 +107,7 @@ def is_still(
     if depth > _DEEPEST:
         return False
     for statement in statements:
-        if not isinstance(statement, Line):
+        if not isinstance(statement, KrlLine):
             if not all(is_still(inner, routine, depth + 1) for _, inner in statement.parts):
                 return False
         elif harmless_word(statement) is None or routine(statement.word) is not None:

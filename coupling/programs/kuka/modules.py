@@ -35,7 +35,7 @@ _INNER = frozenset(word for words in (*_ENDS.values(), *_PARTS.values()) for wor
 
 
 @dataclass(frozen=True)
-class Line:
+class KrlLine:
     """A statement on its line.
 
     Attributes:
@@ -55,18 +55,18 @@ class Line:
 
 
 @dataclass
-class Block:
+class KrlBlock:
     """A statement that holds others.
 
     Attributes:
-        line: Line that begins it.
+        line: KrlLine that begins it.
         parts: Lines of its parts with what stands in them: IF and ELSE, the cases of SWITCH.
-        end: Line that ends it.
+        end: KrlLine that ends it.
     """
 
-    line: Line
-    parts: list[tuple[Line, list[Statement]]]
-    end: Line
+    line: KrlLine
+    parts: list[tuple[KrlLine, list[Statement]]]
+    end: KrlLine
 
     @property
     def loop(self) -> re.Match[str]:
@@ -80,7 +80,7 @@ class Block:
         return given
 
 
-Statement = Line | Block
+Statement = KrlLine | KrlBlock
 
 
 @dataclass
@@ -98,7 +98,7 @@ class Routine:
     name: str
     module: str
     parameters: tuple[tuple[str, bool], ...]
-    lines: list[Line]
+    lines: list[KrlLine]
     is_global: bool
     _statements: list[Statement] | None = field(default=None, repr=False)
 
@@ -115,13 +115,13 @@ class Routine:
         return self._statements
 
 
-def lines_of(file: ProgramFile) -> Iterator[Line]:
+def lines_of(file: ProgramFile) -> Iterator[KrlLine]:
     """Yield the statements of a file, without comments and headers."""
     for number, text in enumerate(file.text.splitlines(), start=1):
         bare = _without_comment(text).strip()
         if bare and not bare.startswith("&"):
             word = _WORD.match(bare)
-            yield Line(f"{file.name}: line {number}", bare, word[0].upper() if word else "")
+            yield KrlLine(f"{file.name}: line {number}", bare, word[0].upper() if word else "")
 
 
 def _without_comment(text: str) -> str:
@@ -171,7 +171,7 @@ def called_names(text: str) -> set[str]:
     return {name.upper() for name in _CALLED.findall(text)}
 
 
-def _heading(line: Line) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:
+def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:
     if line.word not in ("DEF", "DEFFCT", "GLOBAL"):
         return None
     given = _HEADING.fullmatch(line.text)
@@ -191,8 +191,8 @@ def _heading(line: Line) -> tuple[str, tuple[tuple[str, bool], ...], bool] | Non
 
 
 def _statements(
-    lines: Iterator[Line], begin: Line | None, depth: int
-) -> tuple[list[Statement], Line | None]:
+    lines: Iterator[KrlLine], begin: KrlLine | None, depth: int
+) -> tuple[list[Statement], KrlLine | None]:
     """Return the statements of a block up to the line that ends this part of it, and that line."""
     if depth > _DEEPEST and begin is not None:
         raise ProgramError(
@@ -213,13 +213,13 @@ def _statements(
     return found, None
 
 
-def _block(lines: Iterator[Line], begin: Line, depth: int) -> Block:
-    parts: list[tuple[Line, list[Statement]]] = []
+def _block(lines: Iterator[KrlLine], begin: KrlLine, depth: int) -> KrlBlock:
+    parts: list[tuple[KrlLine, list[Statement]]] = []
     line = begin
     while True:
         inner, end = _statements(lines, begin, depth + 1)
         parts.append((line, inner))
         assert end is not None
         if end.word in _ENDS[begin.word]:
-            return Block(begin, parts, end)
+            return KrlBlock(begin, parts, end)
         line = end

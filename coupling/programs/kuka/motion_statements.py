@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.kuka.controller import Controller
+from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.expressions import Call, Constant, Expression, Reference
 from coupling.programs.kuka.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
-from coupling.programs.kuka.modules import Line
+from coupling.programs.kuka.modules import KrlLine
 from coupling.programs.kuka.motions import Motions
 from coupling.programs.kuka.parser import leading, parsed
 from coupling.programs.kuka.values import (
@@ -54,12 +54,12 @@ class MotionStatements:
         motions: Motions so far.
     """
 
-    controller: Controller
+    controller: KrlController
     motions: Motions = field(default_factory=Motions)
     _before_spline: list[Value] = field(default_factory=list)
 
     @property
-    def executed(self) -> dict[str, Callable[[Line], None]]:
+    def executed(self) -> dict[str, Callable[[KrlLine], None]]:
         """Functions that execute statements, by their words."""
         return {
             **dict.fromkeys((*_MOTIONS, *_RELATIVE), self._move),
@@ -74,7 +74,7 @@ class MotionStatements:
         """Refuse what is still open at the end."""
         self.motions.require_no_block(where.partition(": line")[0], "the end of the file")
 
-    def _refuse_arc(self, line: Line) -> None:
+    def _refuse_arc(self, line: KrlLine) -> None:
         raise ProgramError(
             f"{line.where}: expected motions to points, PTP, LIN, SPL and their like, got {line.word}:"
             " write the arc as lines"
@@ -82,7 +82,7 @@ class MotionStatements:
 
     # Motions
 
-    def _move(self, line: Line) -> None:
+    def _move(self, line: KrlLine) -> None:
         text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
         if not text.strip():
             raise ProgramError(f"{line.where}: expected a motion to a point, got {line.word}")
@@ -102,7 +102,7 @@ class MotionStatements:
         else:
             self._add(line, fields, options, name)
 
-    def _add(self, line: Line, fields: Aggregate, options: list[str], name: str) -> None:
+    def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
         motion = {**_MOTIONS, **_RELATIVE}[line.word]
         if self.motions.spline and line.word in ("SPTP", "SPTP_REL"):
             motion = "spline"
@@ -116,7 +116,7 @@ class MotionStatements:
         except UnknownValueError as cause:
             self._leave(line, name, cause)
 
-    def _fields(self, target: Expression, text: str, line: Line) -> Aggregate:
+    def _fields(self, target: Expression, text: str, line: KrlLine) -> Aggregate:
         value = target.evaluate(self.controller)
         if not isinstance(value, dict):
             raise ProgramError(
@@ -124,7 +124,7 @@ class MotionStatements:
             )
         return value
 
-    def _require_options(self, options: list[str], line: Line) -> None:
+    def _require_options(self, options: list[str], line: KrlLine) -> None:
         """Refuse what a motion is made by and is not known."""
         allowed = _ROUNDED if line.word in _MOTIONS else {*_ROUNDED, "#BASE", "#TOOL"}
         others = [word for word in options if word not in allowed]
@@ -141,7 +141,7 @@ class MotionStatements:
                 "the tool reaches its targets: corners that C_DIS and its like round are not rounded"
             )
 
-    def _leave(self, line: Line, target: str, cause: UnknownValueError) -> None:
+    def _leave(self, line: KrlLine, target: str, cause: UnknownValueError) -> None:
         """Leave out a motion that leads to or from the path, to where only the controller knows."""
         text = f"{line.word} {shortened(target)}"
         if line.word in ("PTP", "SPTP", "PTP_REL", "SPTP_REL") and self.motions.leave(text):
@@ -157,7 +157,7 @@ class MotionStatements:
 
     # Clauses and spline blocks
 
-    def _set(self, clauses: str, line: Line) -> None:
+    def _set(self, clauses: str, line: KrlLine) -> None:
         """Set what stands behind WITH."""
         rest = clauses
         while rest:
@@ -179,7 +179,7 @@ class MotionStatements:
             else:
                 self.controller.store(target, self.controller.valued(value))
 
-    def _open_spline(self, line: Line) -> None:
+    def _open_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(True, line.where)
         self._before_spline = self.controller.saved()
         text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
@@ -187,14 +187,14 @@ class MotionStatements:
         if clauses:
             self._set(clauses[0], line)
 
-    def _close_spline(self, line: Line) -> None:
+    def _close_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(False, line.where)
         self._require_rounding(line.rest, line)
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []
 
-    def _require_rounding(self, text: str, line: Line) -> None:
+    def _require_rounding(self, text: str, line: KrlLine) -> None:
         options = text.upper().split()
         if not _ROUNDED.issuperset(options):
             raise ProgramError(
@@ -203,7 +203,7 @@ class MotionStatements:
             )
         self._note_rounding(options)
 
-    def _time(self, line: Line) -> None:
+    def _time(self, line: KrlLine) -> None:
         given = _BLOCK.fullmatch(line.text)
         if given is None:
             raise ProgramError(
@@ -226,7 +226,7 @@ class MotionStatements:
 
     # The pendant's routine
 
-    def _bas(self, line: Line) -> None:
+    def _bas(self, line: KrlLine) -> None:
         call, rest = leading(line.text, line.where)
         first = call.arguments[0] if isinstance(call, Call) and call.arguments else None
         command = first.constant if isinstance(first, Constant) else None
