@@ -135,6 +135,14 @@ def test_what_a_program_computes_is_computed(name):
 # Statements behind a first line, and words of the message.
 REFUSED = {
     "missing program": ("DETOUR()", ["line 4", "DETOUR", ".src"]),
+    "missing function for an output": ("$OUT[1]=MOVED()", ["line 4", "MOVED"]),
+    "missing function in a wait": ("WAIT FOR MOVED()", ["line 4", "'WAIT'"]),
+    "name like a known one": ("STROKE()", ["line 4", "STROKE"]),
+    "second statement in a line": ("$OUT[1]=TRUE LIN P2", ["line 4", "TRUE LIN P2"]),
+    "second statement behind a wait": ("WAIT SEC 1 LIN P2", ["line 4", "'WAIT'"]),
+    "open spline": ("SPLINE\nSPL P2", ["ENDSPLINE", "end of the file"]),
+    "twice the same component": ("LIN {X 1,X 2}", ["line 4", "X twice"]),
+    "long row of operators": ("N=" + "1+" * 999 + "1", ["line 4", "200 operators"]),
     "missing function": ("P2.X=SHIFTED(3)\nLIN P2", ["line 4", "SHIFTED"]),
     "arc": ("CIRC PT[1],PT[2]", ["line 4", "got CIRC", "as lines"]),
     "arc of a spline": ("SCIRC PT[1],PT[2]", ["line 4", "got SCIRC"]),

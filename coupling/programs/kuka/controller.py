@@ -37,7 +37,7 @@ class KrlController:
     """What expressions and settings mean while a program runs; a `Scope`.
 
     Attributes:
-        notes: What is told beside the motions.
+        notes: Notes on statements left out, and assumptions.
         variables: All variables.
         where: Place of the statement that is executed.
         step: Number of statements so far.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from coupling.programs.kuka.modules import KrlLine
+from coupling.programs.kuka.functions import FUNCTIONS
+from coupling.programs.kuka.modules import KrlLine, called_names
 
 _STATEMENTS = """
 WAIT HALT BRAKE CONTINUE PULSE ANOUT CONST_VEL ON_ERROR_PROCEED ERR_CLEAR CONFIRM
@@ -21,12 +22,38 @@ HARMLESS_VARIABLES = frozenset(_SYSTEM_WORDS.split())
 # Components of $VEL beside the speed of the path.
 HARMLESS_SPEEDS = frozenset(("ORI1", "ORI2"))
 _CALLS = re.compile(
-    r"(?:MSG(?:NOTIFY|QUIT|STATE|LOAD|DIALOG)|(?:SET|CLEAR|EXISTS|GET)_KRL(?:MSG|DLG|DLGANSWER|MSGS)"
-    r"|EKI_\w+|STR\w+|SWRITE|SREAD|VARSTATE|VARTYPE|SIGN_OF_LIFE)"
+    r"MSG(?:NOTIFY|QUIT|STATE|LOAD|DIALOG)|(?:SET|CLEAR|EXISTS|GET)_KRL(?:MSG|DLG|DLGANSWER)"
+    r"|EKI_(?:INIT|OPEN|CLOSE|CLEAR|CLEARBUFFER|SEND|LOCK|UNLOCK|CHECKBUFFER)"
+    r"|EKI_[SG]ET(?:BOOL|INT|REAL|STRING|FRAME)(?:ARRAY)?"
+    r"|STR(?:ADD|CLEAR|COMP|COPY|DECLLEN|FIND|LEN)|STRTO(?:BOOL|INT|REAL|STRING|FRAME|POS|E6POS)"
+    r"|SWRITE|SREAD|VARSTATE|VARTYPE"
 )
+# Functions in settings of the pendant's spline motions.
+_SETTINGS = re.compile(r"S(?:ACC|APO|GEAR|JERK|LOAD|VEL)\w*|USE_CM_PRO_VALUES")
+_KEYWORDS = frozenset(
+    [
+        "WAIT",
+        "FOR",
+        "SEC",
+        "AND",
+        "OR",
+        "NOT",
+        "EXOR",
+        "B_AND",
+        "B_OR",
+        "B_NOT",
+        "B_EXOR",
+        "PULSE",
+        "ANOUT",
+        "DO",
+    ]
+)
+# Motions behind another statement, outside of texts.
+_MOTION = re.compile(r"(?<![#\w$.])(?:S?PTP|S?LIN|S?CIRC|SPL)(?:_REL)?\s*[ {(]", re.IGNORECASE)
+_STRING = re.compile(r'"[^"]*"')
 # Technology packages are switched on in the INI fold of programs that a pendant makes.
 _INITIALIZED = re.compile(
-    r"(?:USERSPOT|USER_GRP|H50|H70|A10|A20|SPOT|GRIPPERTECH)\s*\(\s*(?:#?\w*INI\w*|0)\s*[,)].*",
+    r"(?:USERSPOT|USER_GRP|H50|H70|A10|A20)\s*\(\s*(?:#?\w*INI\w*|0)\s*[,)].*",
     re.IGNORECASE,
 )
 _BAS = re.compile(
@@ -54,6 +81,8 @@ def harmless_word(line: KrlLine) -> str | None:
         '$OUT'
         >>> harmless_word(KrlLine("line 2", "$BASE.X=3", "$BASE"))
     """
+    if _MOTION.search(_STRING.sub("", line.text)) or not _calls_nothing(line):
+        return None
     if line.word in _WORDS:
         return line.word
     if line.word == "TRIGGER":
@@ -72,6 +101,14 @@ def harmless_word(line: KrlLine) -> str | None:
     if re.match(r"\$VEL\.ORI[12]\s*=", line.text, re.IGNORECASE):
         return "$VEL.ORI"
     return None
+
+
+def _calls_nothing(line: KrlLine) -> bool:
+    """Return whether a wait or a setting calls no routine that is to be executed or refused."""
+    if line.word not in _WORDS and not line.word.startswith("$"):
+        return True
+    names = called_names(_STRING.sub("", line.text)) - _KEYWORDS - FUNCTIONS
+    return all(is_harmless_call(name) or _SETTINGS.fullmatch(name) for name in names)
 
 
 def _is_output(text: str) -> bool:

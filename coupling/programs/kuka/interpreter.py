@@ -94,6 +94,10 @@ class Interpreter:
         """
         try:
             self._run(routine, [])
+        except RecursionError:
+            raise ProgramError(
+                f"{self.controller.where}: expected fewer blocks and calls in each other, got too many"
+            ) from None
         except _ExitError:
             raise ProgramError(
                 f"{self.controller.where}: expected EXIT in a loop, got it alone"

@@ -72,7 +72,10 @@ class MotionStatements:
 
     def finish(self, where: str) -> None:
         """Refuse what is still open at the end."""
-        self.motions.require_no_block(where.partition(": line")[0], "the end of the file")
+        name = where.partition(": line")[0]
+        self.motions.require_no_block(name, "the end of the file")
+        if self.motions.spline:
+            raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
 
     def _refuse_arc(self, line: KrlLine) -> None:
         raise ProgramError(

@@ -102,6 +102,8 @@ class Motions:
         Raises:
             ProgramError: If the step turns the tool, or the last target is not known.
         """
+        if motion == "joint" and any(key in step for key in AXIS_KEYS):
+            raise UnknownValueError(Unknown("where the axes are"))
         turned = [
             key
             for key in ("A", "B", "C", *AXIS_KEYS, *EXTERNAL_KEYS)
@@ -227,7 +229,12 @@ class Motions:
 
     def open_spline(self, is_open: bool, where: str) -> None:
         """Open or close a spline block."""
-        self.require_no_block(where, "SPLINE" if is_open else "ENDSPLINE")
+        word = "SPLINE" if is_open else "ENDSPLINE"
+        self.require_no_block(where, word)
+        if is_open == self.spline:
+            raise ProgramError(
+                f"{where}: expected {'ENDSPLINE' if is_open else 'SPLINE'} before it, got {word}"
+            )
         self.spline = is_open
 
     def require_no_block(self, where: str, got: str) -> None:

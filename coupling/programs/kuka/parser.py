@@ -32,8 +32,8 @@ _TOKEN = re.compile(
 _PLAIN = re.compile(r"\s*\{\s*(?:[A-Za-z_]\w*\s*:)?([^{}\"':#]*)\}")
 _FIELD = re.compile(rf"\s*([A-Za-z_]\w*)\s+({NUMBER})\s*")
 _WHOLE = re.compile(r"[-+]?\d+")
-# Brackets in each other, at most.
-_DEEPEST = 40
+# Brackets in each other, and operators or components in a row, at most.
+_DEEPEST, _LONGEST = 40, 200
 _BASES = {"B": 2, "H": 16, "D": 10}
 
 
@@ -86,6 +86,8 @@ def _plain_aggregate(text: str, where: str) -> Aggregate:
             got = part.strip() if len(words) != 2 else words[1]
             raise ProgramError(f"{where}: expected {what}, got {shortened(got)!r}")
         key = field[1].upper()
+        if key in fields:
+            raise ProgramError(f"{where}: expected each component once, got {key} twice")
         fields[key] = _literal(field[2], where, key in REAL_KEYS)
     return fields
 
@@ -99,7 +101,7 @@ class _Parser:
     """Reads an expression from the begin of a text."""
 
     def __init__(self, text: str) -> None:
-        self.text, self.begin, self.depth = text, 0, 0
+        self.text, self.begin, self.depth, self.joined = text, 0, 0, 0
         self._advance()
 
     def _advance(self) -> None:
@@ -132,10 +134,16 @@ class _Parser:
             raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
         left = self._operand()
         while self.kind in (1, 6) and PRECEDENCE.get(self.word, -1) > lowest:
+            self._count()
             word = self._take()
             left = _joined(word, left, self.expression(PRECEDENCE[word]))
         self.depth -= 1
         return left
+
+    def _count(self) -> None:
+        self.joined += 1
+        if self.joined > _LONGEST:
+            raise ProgramError(f"expected at most {_LONGEST} operators and components, got more")
 
     def _operand(self) -> Expression:
         kind, word = self.kind, self.word
@@ -164,6 +172,7 @@ class _Parser:
             return Call(name, self._arguments())
         steps: list[str | tuple[Expression, ...]] = []
         while self.kind == 6 and self.word in (".", "["):
+            self._count()
             if self._take() == ".":
                 if self.kind != 1:
                     raise ProgramError(f"expected a component's name, got {self._rest()}")

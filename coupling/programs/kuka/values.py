@@ -29,7 +29,7 @@ class Unknown:
     """Value that the program does not tell.
 
     Attributes:
-        text: What it is, for messages.
+        text: Words for it, for messages.
         step: Number of the statement that measured or computed it; 0 where it stays what it is.  Two of
             one text and step are one value.
     """
@@ -48,7 +48,7 @@ class UnknownValueError(Exception):
     """A value is needed that the program does not tell.
 
     Attributes:
-        value: That value.
+        value: Unknown value.
     """
 
     def __init__(self, value: Unknown) -> None:
