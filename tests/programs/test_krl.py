@@ -10,29 +10,11 @@ import pytest
 from damage import damaged
 from hypothesis import given
 from hypothesis import strategies as st
+from krl_programs import POINTS, START, ZERO, places, program
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import ProgramError
-from coupling.programs.krl_reader import read
 from coupling.programs.languages import read_program
-from coupling.programs.program import ProgramFile
-
-ZERO = "{X 0,Y 0,Z 0,A 0,B 90,C 0}"
-START = f"$VEL.CP=0.05\nLIN {ZERO}"
-
-
-def program(body: str, data: str = "", **others: str):
-    """Return the program of some statements, with a .dat and other files by their stems."""
-    files = [ProgramFile("way.src", f"DEF way()\n{body}\nEND\n")]
-    if data:
-        files.append(ProgramFile("way.dat", f"DEFDAT way\n{data}\nENDDAT\n"))
-    files += [ProgramFile(f"{name}.src", text) for name, text in others.items()]
-    return read(files)
-
-
-def places(found) -> list[list[float]]:
-    """Return positions in millimetres."""
-    return [[round(1e3 * x, 4) + 0.0 for x in move.pose[:3]] for move in found.moves if move.pose]
 
 
 def matrix(x, y, z, a, b, c) -> np.ndarray:
@@ -52,13 +34,6 @@ def matrix_of(pose) -> np.ndarray:
 def aggregate(values) -> str:
     return "{" + ",".join(f"{k} {v:.4f}" for k, v in zip("XYZABC", values, strict=True)) + "}"
 
-
-POINTS = """DECL FRAME PT[3]
-PT[1]={X 0,Y 0,Z 0,A 0,B 90,C 0}
-PT[2]={X 50,Y 0,Z 0,A 0,B 90,C 0}
-DECL E6POS P2={X 50,Y 0,Z 0,A 0,B 90,C 0,S 2,T 35,E1 0.0}
-DECL INT N=2
-DECL FRAME SHIFT={X 0,Y 40,Z 0,A 0,B 0,C 0}"""
 
 # Statements behind a first line to the origin, and where the tool goes, in mm.  The tool is turned by
 # 90 deg about y: its z axis is the base's x, its x axis the base's -z.
@@ -132,86 +107,6 @@ def test_what_a_program_computes_is_computed(name):
     assert places(program(f"{first}\n{body}", POINTS)) == [[0, 0, 0], *expected]
 
 
-# Statements behind a first line, and words of the message.
-REFUSED = {
-    "missing program": ("DETOUR()", ["line 4", "DETOUR", ".src"]),
-    "missing function for an output": ("$OUT[1]=MOVED()", ["line 4", "MOVED"]),
-    "missing function in a wait": ("WAIT FOR MOVED()", ["line 4", "'WAIT'"]),
-    "name like a known one": ("STROKE()", ["line 4", "STROKE"]),
-    "second statement in a line": ("$OUT[1]=TRUE LIN P2", ["line 4", "TRUE LIN P2"]),
-    "second statement behind a wait": ("WAIT SEC 1 LIN P2", ["line 4", "'WAIT'"]),
-    "open spline": ("SPLINE\nSPL P2", ["ENDSPLINE", "end of the file"]),
-    "twice the same component": ("LIN {X 1,X 2}", ["line 4", "X twice"]),
-    "long row of operators": ("N=" + "1+" * 999 + "1", ["line 4", "200 operators"]),
-    "missing function": ("P2.X=SHIFTED(3)\nLIN P2", ["line 4", "SHIFTED"]),
-    "arc": ("CIRC PT[1],PT[2]", ["line 4", "got CIRC", "as lines"]),
-    "arc of a spline": ("SCIRC PT[1],PT[2]", ["line 4", "got SCIRC"]),
-    "jump": ("GOTO HERE\nHERE:", ["line 4", "got GOTO"]),
-    "unknown word": ("WEAVE ON 3", ["line 4", "'WEAVE'", "take it out"]),
-    "unknown system variable": ("$TECH.MODE[1]=#CYCLE", ["line 4", "$TECH"]),
-    "external tool centre point": ("$IPO_MODE=#TCP", ["line 4", "$IPO_MODE", "#TCP"]),
-    "rotation by the wrist": ("$ORI_TYPE=#JOINT", ["line 4", "$ORI_TYPE", "#JOINT"]),
-    "measured point": ("P2=$POS_ACT\nLIN P2", ["line 5", "'P2'", "$POS_ACT"]),
-    "measured component": ("P2.X=$POS_ACT.X\nLIN P2", ["line 5", "'P2'", "$POS_ACT.X"]),
-    "offset that is not known": ("LIN P2:CAMERA", ["line 4", "'P2:CAMERA'", "CAMERA is not known"]),
-    "component of a point elsewhere": ("XP9.Y=3\nLIN XP9", ["line 5", "'XP9'"]),
-    "input": ("IF $IN[1] THEN\nLIN P2\nENDIF", ["line 4", "$IN[1]"]),
-    "input that sets a point": ("IF $IN[1] THEN\nP2.Y=4\nENDIF\nLIN P2", ["line 4", "$IN[1]"]),
-    "input in a loop": ("REPEAT\nLIN P2\nUNTIL $IN[1]", ["line 4", "$IN[1]"]),
-    "endless": ("LOOP\nLIN P2\nENDLOOP", ["line 4", "without EXIT"]),
-    "endless while": ("WHILE TRUE\nN=N+0\nENDWHILE", ["line 5", "ends within"]),
-    "endless wait": ("WHILE N==2\nWAIT SEC 1\nENDWHILE", ["line 4", "waits for ever"]),
-    "unknown base": ("$BASE=BASE_DATA[3]\nLIN P2", ["line 5", "one base", "BASE_DATA[3]"]),
-    "unknown tool": ("BAS(#TOOL,3)\nLIN P2", ["line 5", "one tool", "TOOL_DATA[3]"]),
-    "base shifted by what is not known": ("$BASE=BASE_DATA[1]:SHIFT\nLIN P2", ["one base"]),
-    "interrupt that moves": (
-        "INTERRUPT DECL 5 WHEN $IN[2]==TRUE DO AWAY()\nINTERRUPT ON 5",
-        ["line 5", "AWAY()"],
-    ),
-    "trigger that moves": (
-        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO AWAY() PRIO=-1",
-        ["line 4", "TRIGGER"],
-    ),
-    "external axis": ("LIN {X 1,E1 0}\nLIN {X 2,E1 3}", ["line 5", "E1 from 0 to 3"]),
-    "relative rotation": ("LIN_REL {A 5}", ["line 4", "got A"]),
-    "option of a motion": ("LIN P2 FAST", ["line 4", "'FAST'"]),
-    "clause of a motion": ("SLIN P2 WITH $SEN_PINT=3", ["line 4", "$SEN_PINT"]),
-    "line to angles": ("LIN {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}", ["line 4", "axis angles"]),
-    "partial point in another base": (
-        "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {Y 2}",
-        ["line 5", "change"],
-    ),
-    "override": ("$OV_PRO=0", ["line 4", "$OV_PRO"]),
-    "speed": ("$VEL.CP=0", ["line 4", "speed > 0"]),
-    "speed that is not known": ("$VEL.CP=FEED\nLIN P2", ["line 5", "FEED"]),
-    "zero divisor": ("P2.X=1/0\n", ["line 4", "divisor"]),
-    "broken quotient": ("P2.X=7/2\n", ["line 4", "7.0"]),
-    "comparisons without brackets": ("IF N>1 AND N<3 THEN\nENDIF", ["line 4", "brackets"]),
-    "number too large": ("N=2000000000\n", ["line 4", "at most"]),
-    "word that is no number": ("N=TRUE\n", ["line 4", "expected a number", "TRUE"]),
-    "index that is not known": ("PT[$IN_NO]=P2\n", ["line 4", "index of PT"]),
-    "end alone": ("ENDIF", ["line 4", "ENDIF"]),
-    "block without end": ("IF N==2 THEN\nLIN P2", ["line 4", "ENDIF"]),
-    "exit alone": ("EXIT", ["line 4", "EXIT"]),
-    "recursion": ("way()", ["line 4", "calls in each other"]),
-    "brackets": ("N=" + "(" * 999 + ")" * 999, ["line 4", "brackets in each other"]),
-    "command of BAS": ("BAS(#EX_BASE,1)", ["line 4", "#EX_BASE"]),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_may_change_the_path_and_is_not_known_is_refused_by_name(name):
-    body, words = REFUSED[name]
-    with pytest.raises(ProgramError) as raised:
-        program(f"{START}\n{body}", f"{POINTS}\nDECL FRAME CAMERA")
-    message = str(raised.value)
-    assert "\n" not in message
-    assert len(message) < 320
-    assert message.count("way.src") == 1
-    for word in words:
-        assert word in message
-
-
 def test_what_cannot_change_the_path_is_left_out_and_listed():
     lines = """GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )
 INTERRUPT ON 3
@@ -273,12 +168,37 @@ LIN {X 1} C_DIS"""
         program(f"{START}\nIF $MODE_OP==#AUT THEN\nLIN {{X 1}}\nENDIF")
 
 
+def test_technology_packages_of_an_ini_fold_are_taken_as_inactive():
+    ini = """IF ARC20==TRUE THEN
+A20 (ARC_INI)
+INTERRUPT DECL 6 WHEN $CYCFLAG[3]==FALSE DO A20(TECH_STOP2)
+ENDIF
+IF A10_OPTION==#ACTIVE THEN
+A10_INI ( )
+ENDIF
+IF H70_OPTION THEN
+H70 (1,CD0)
+ENDIF"""
+    found = program(f"{ini}\n{START}")
+    assert [text.split()[4] for text in found.assumptions] == ["ARC20", "A10_OPTION", "H70_OPTION"]
+    with pytest.raises(ProgramError, match=r"line 7: .*A10_INI"):
+        program(f"{ini}\n{START}", "DECL INT A\nA10_OPTION=#ACTIVE")
+
+
 def test_a_line_that_keeps_its_rotation_does_not_turn():
     found = program(f"{START}\n$ORI_TYPE=#CONSTANT\nLIN {{X 5,B 10}}\n$ORI_TYPE=#VAR\nLIN {{X 9}}")
     np.testing.assert_allclose(found.moves[1].pose[3:], found.moves[0].pose[3:])
     np.testing.assert_allclose(found.moves[2].pose[3:], found.moves[0].pose[3:])
     with pytest.raises(ProgramError, match=r"line 3: expected a pose .* that keeps its rotation"):
         program(f"$ORI_TYPE=#CONSTANT\nLIN {ZERO}")
+
+
+def test_an_interrupt_whose_routine_only_stops_is_left_out():
+    stop = "DEF stop()\nDECL INT K\nBRAKE\ntell()\nEND\nDEF tell()\nHALT\n"
+    body = f"{START}\nINTERRUPT DECL 9 WHEN $IN[1] DO stop()\nINTERRUPT ON 9\nEND\n"
+    assert dict(program(body + stop).left_out) == {"INTERRUPT": 2}
+    with pytest.raises(ProgramError, match=r"line 5: .*stop\(\)"):
+        program(body + stop.replace("HALT", "PTP_REL {A1 5}"))
 
 
 CALLED = """DEF step(DX:IN, P:OUT)

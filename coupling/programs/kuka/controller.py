@@ -30,6 +30,14 @@ from coupling.programs.text import shortened
 _SETTINGS = ("$BASE", "$TOOL", "$VEL", "$ORI_TYPE", "$IPO_MODE", "$OV_PRO")
 _FIXED = ("$NULLFRAME", "$WORLD")
 _MANUAL = frozenset(("$T1", "$T2"))
+# What INI folds ask before they switch a technology package on.
+_PACKAGES: dict[str, Value] = {
+    "ARC20": False,
+    "A10_OPTION": "#DISABLED",
+    "A20_OPTION": "#DISABLED",
+    "H50_OPTION": False,
+    "H70_OPTION": False,
+}
 
 
 @dataclass
@@ -74,7 +82,13 @@ class KrlController:
         key, components = self.place(reference)
         if name.startswith("$") and name not in _SETTINGS and name not in _FIXED:
             raise UnknownValueError(Unknown(written(key, components)))
-        return copied(self.variables.read(key, components))
+        try:
+            return copied(self.variables.read(key, components))
+        except UnknownValueError:
+            if name not in _PACKAGES:
+                raise
+            self.notes.assume(f"the technology package of {name} is not active")
+            return _PACKAGES[name]
 
     def result(self, name: str, arguments: Sequence[Expression]) -> Value:
         """Return the result of a function.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.controller import KrlController
+from coupling.programs.kuka.declarations import declaration_of
 from coupling.programs.kuka.expressions import Call, Reference
 from coupling.programs.kuka.harmless import harmless_word
 from coupling.programs.kuka.modules import KrlLine, Routine, Statement
@@ -100,6 +101,12 @@ class Interrupts:
         return is_value and isinstance(target, Reference) and not target.name.startswith("$")
 
 
+def _declares(line: KrlLine) -> bool:
+    """Return whether a line declares variables without a value."""
+    declaration = declaration_of(line)
+    return declaration is not None and declaration.value is None
+
+
 def is_still(
     statements: Sequence[Statement], routine: Callable[[str], Routine | None], depth: int = 0
 ) -> bool:
@@ -110,6 +117,9 @@ def is_still(
         if not isinstance(statement, KrlLine):
             if not all(is_still(inner, routine, depth + 1) for _, inner in statement.parts):
                 return False
-        elif harmless_word(statement) is None or routine(statement.word) is not None:
+        elif (called := routine(statement.word)) is not None:
+            if not is_still(called.statements, routine, depth + 1):
+                return False
+        elif harmless_word(statement) is None and not _declares(statement):
             return False
     return True
