@@ -105,7 +105,7 @@ class KrlController:
                 )
             return returned[0]
         if name in FUNCTIONS:
-            return computed(name, [part.evaluate(self) for part in arguments], self.where)
+            return computed(name, [self.valued(part) for part in arguments], self.where)
         if name in _PENDANT_FUNCTIONS:
             return _PENDANT_FUNCTIONS[name](self, arguments)
         if is_harmless_call(name):

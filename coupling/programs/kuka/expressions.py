@@ -8,7 +8,7 @@ from typing import Protocol
 
 from coupling.errors import ProgramError
 from coupling.programs.kuka.operations import applied, negated
-from coupling.programs.kuka.values import Value, copied
+from coupling.programs.kuka.values import UnknownValueError, Value, copied
 
 
 class Scope(Protocol):
@@ -72,9 +72,12 @@ class Operation:
 
     def evaluate(self, scope: Scope) -> Value:
         """Return the value."""
-        return applied(
-            self.word, self.left.evaluate(scope), self.right.evaluate(scope), scope.where
-        )
+        try:
+            left = self.left.evaluate(scope)
+        except UnknownValueError:
+            self.right.evaluate(scope)  # for the routines that it calls
+            raise
+        return applied(self.word, left, self.right.evaluate(scope), scope.where)
 
 
 @dataclass(frozen=True)

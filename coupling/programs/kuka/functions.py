@@ -37,6 +37,7 @@ def computed(name: str, arguments: Sequence[Value], where: str) -> Value:
         )
     if function is None:
         return inverted(arguments[0], where)
+    # An argument that is not known raises UnknownValueError.
     numbers = [number(value, where) for value in arguments]
     try:
         return function(*numbers)

@@ -94,6 +94,11 @@ class Interpreter:
         """
         try:
             self._run(routine, [])
+        except UnknownValueError as cause:
+            raise ProgramError(
+                f"{self.controller.where}: expected a value that the program tells, got"
+                f" {cause.value.text}"
+            ) from cause
         except RecursionError:
             raise ProgramError(
                 f"{self.controller.where}: expected fewer blocks and calls in each other, got too many"

@@ -10,8 +10,8 @@ from coupling.errors import ProgramError
 from coupling.programs.kuka.controller import KrlController
 from coupling.programs.kuka.declarations import declaration_of
 from coupling.programs.kuka.expressions import Call, Reference
-from coupling.programs.kuka.harmless import harmless_word
-from coupling.programs.kuka.modules import KrlLine, Routine, Statement
+from coupling.programs.kuka.harmless import harmless_word, is_harmless_call
+from coupling.programs.kuka.modules import KrlBlock, KrlLine, Routine, Statement, called_names
 from coupling.programs.kuka.parser import leading
 from coupling.programs.kuka.values import Unknown
 from coupling.programs.text import shortened
@@ -25,6 +25,11 @@ _TRIGGERED = re.compile(r"\bDO\s+(.+?)(?:\s+PRIO\s*=.*)?$", re.IGNORECASE)
 # Stops the robot on its path when a message does; every INI fold declares it.
 _STOPPING = "IR_STOPM"
 _DEEPEST = 10
+# Words before brackets in conditions, and calls that give no variable a value.
+_ASKING = frozenset(
+    ["IF", "WHILE", "UNTIL", "SWITCH", "CASE", "AND", "OR", "NOT", "EXOR", "THEN", "VARSTATE"]
+)
+_TELLING = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE"))
 
 
 @dataclass
@@ -101,6 +106,12 @@ class Interrupts:
         return is_value and isinstance(target, Reference) and not target.name.startswith("$")
 
 
+def _asks_only(block: KrlBlock) -> bool:
+    """Return whether the conditions of a block call nothing."""
+    lines = [line for line, _ in block.parts] + [block.end]
+    return all(called_names(line.text) <= _ASKING for line in lines)
+
+
 def _declares(line: KrlLine) -> bool:
     """Return whether a line declares variables without a value."""
     declaration = declaration_of(line)
@@ -115,11 +126,15 @@ def is_still(
         return False
     for statement in statements:
         if not isinstance(statement, KrlLine):
-            if not all(is_still(inner, routine, depth + 1) for _, inner in statement.parts):
+            if not _asks_only(statement) or not all(
+                is_still(inner, routine, depth + 1) for _, inner in statement.parts
+            ):
                 return False
         elif (called := routine(statement.word)) is not None:
             if not is_still(called.statements, routine, depth + 1):
                 return False
+        elif is_harmless_call(statement.word) and statement.word not in _TELLING:
+            return False  # it may give a variable another value
         elif harmless_word(statement) is None and not _declares(statement):
             return False
     return True

@@ -31,6 +31,20 @@ _ENDS = {
     "SWITCH": ("ENDSWITCH",),
 }
 _PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
+_ALONE = frozenset(
+    (
+        "ELSE",
+        "ENDIF",
+        "ENDFOR",
+        "ENDWHILE",
+        "REPEAT",
+        "LOOP",
+        "ENDLOOP",
+        "ENDSWITCH",
+        "DEFAULT",
+        "EXIT",
+    )
+)
 _INNER = frozenset(word for words in (*_ENDS.values(), *_PARTS.values()) for word in words)
 
 
@@ -202,15 +216,24 @@ def _statements(
     ends = (*_ENDS.get(word, ()), *_PARTS.get(word, ()))
     found: list[Statement] = []
     for line in lines:
+        if line.word in _ALONE and line.rest.strip(" :") and not _is_variable(line):
+            raise ProgramError(
+                f"{line.where}: expected {line.word} alone in its line, got {shortened(line.text)!r}"
+            )
         if line.word in ends:
             return found, line
-        if line.word in _INNER and not line.rest.startswith(("=", ".", "[", ":")):
+        if line.word in _INNER and not _is_variable(line):
             opened = f"in {begin.word} of {begin.where}" if begin is not None else "without a begin"
             raise ProgramError(f"{line.where}: expected no {line.word} {opened}, got one")
         found.append(_block(lines, line, depth) if line.word in _ENDS else line)
     if begin is not None:
         raise ProgramError(f"{begin.where}: expected {ends[0]} behind it, got {begin.word} alone")
     return found, None
+
+
+def _is_variable(line: KrlLine) -> bool:
+    """Return whether a word that ends a part of a block is a name here."""
+    return line.rest.startswith(("=", ".", "["))
 
 
 def _block(lines: Iterator[KrlLine], begin: KrlLine, depth: int) -> KrlBlock:
