@@ -10,6 +10,8 @@ from typing import Literal
 from coupling.errors import ProgramError, one_of, reason_of
 from coupling.files.formats import other_format
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
+from coupling.programs.kuka.assignments import CONFIGURATION
+from coupling.programs.kuka.modules import called_names
 from coupling.programs.program import ProgramFile, RobotProgram
 
 Targets = Literal["cartesian", "joints"]
@@ -48,12 +50,6 @@ class Language:
     joints: int | None = 6
 
 
-def _read_krl(files: Sequence[ProgramFile]) -> RobotProgram:
-    source = _one(files, ".src")
-    data = [file.text for file in files if file.name.lower().endswith(".dat")]
-    return krl_reader.read(source.text, "\n".join(data), source.name)
-
-
 def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
     file = _one(files, ".mod")
     return rapid_reader.read(file.text, file.name)
@@ -77,7 +73,7 @@ LANGUAGES = {
         Language(
             "krl",
             krl.write,
-            _read_krl,
+            krl_reader.read,
             ".src",
             "spline",
             krl.LONGEST_NAME,
@@ -138,7 +134,9 @@ def read_program(path: Path) -> RobotProgram:
 
 def _beside(path: Path, text: str) -> list[ProgramFile]:
     """Return the files that belong to one: of its name with .dat, or called by it."""
-    wanted = {(path.stem.upper(), ".dat")}
+    if path.suffix.lower() == ".src":
+        return _modules(path, text)
+    wanted = set()
     if path.suffix.lower() == ".ls":
         wanted = {(name, ".ls") for name in fanuc_reader.called(text)}
     files = sorted(path.parent.iterdir()) if wanted else []
@@ -147,6 +145,29 @@ def _beside(path: Path, text: str) -> list[ProgramFile]:
         for file in files
         if (file.stem.upper(), file.suffix.lower()) in wanted and file != path
     ]
+
+
+def _modules(path: Path, text: str) -> list[ProgramFile]:
+    """Return the .src in the folder that a .src calls, and those they call, with all their .dat."""
+    folder = {
+        (file.stem.upper(), file.suffix.lower()): file for file in sorted(path.parent.iterdir())
+    }
+    wanted, modules, files = [path.stem.upper()], {path.stem.upper()}, []
+    texts = {path.stem.upper(): text}
+    while wanted:
+        module = wanted.pop()
+        for name in sorted(called_names(texts[module]) - modules):
+            if (source := folder.get((name, ".src"))) is not None:
+                modules.add(name)
+                wanted.append(name)
+                files.append(_file(source))
+                texts[name] = files[-1].text
+    data = [
+        folder[name, ".dat"]
+        for name in sorted({*modules, CONFIGURATION})
+        if (name, ".dat") in folder
+    ]
+    return [*files, *(_file(file) for file in data)]
 
 
 def _file(path: Path) -> ProgramFile:

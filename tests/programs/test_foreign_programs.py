@@ -143,7 +143,7 @@ def moved(language: str, line: str) -> tuple[str, str]:
 
 # What stands in a program, and what the message must say.
 REFUSED = {
-    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "got FOR"]),
+    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "expected ENDFOR", "got FOR"]),
     "krl arc": (*moved("krl", "CIRC {X 1},{X 2}"), ["line 15", "got CIRC"]),
     "krl unknown point": ("krl", KRL, ["expected a point that has a value", "'XP1'", ".dat"]),
     "krl home in between": (
@@ -154,7 +154,10 @@ REFUSED = {
     "krl word": (*moved("krl", "LIN {X ten}"), ["line 15", "expected a number", "'ten'"]),
     "krl huge": (*moved("krl", "LIN {X 1e300}"), ["line 15", "at most 1e+08"]),
     "krl infinite": (*moved("krl", "LIN {X inf}"), ["expected a number", "'inf'"]),
-    "krl another base": (*moved("krl", "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}"), ["one $BASE"]),
+    "krl another base": (
+        *moved("krl", "$BASE=BASE_DATA[2]\nLIN {X 1,Y 1,Z 1,A 0,B 0,C 0}"),
+        ["line 16", "one base", "BASE_DATA[2]"],
+    ),
     "krl half a point": ("krl", "DEF A()\nLIN {X 1}\nEND", ["X, Y, Z, A, B, C", "Y, Z"]),
     "krl no target": (*moved("krl", "LIN"), ["line 15", "expected a motion to a point"]),
     "krl no motion": ("krl", "DEF A()\nEND", ["expected motions, got none"]),
