@@ -1,0 +1,174 @@
+"""Data and routines by their names: those of a module, of others in its file, and of files with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.rapid_reader.predefined import PREDEFINED
+from coupling.programs.rapid_reader.statements import modules_of
+from coupling.programs.rapid_reader.syntax import Declaration, Expression, Module, Routine
+from coupling.programs.rapid_reader.values import Data, Kinds, Unknown, Value, numbers_of
+from coupling.programs.reading import ReadingNotes
+
+
+@dataclass
+class Variable:
+    """Data while a program is read.
+
+    Attributes:
+        interrupted: Trap that may change it at any time; empty where there is none.
+    """
+
+    data: Data
+    storage: str = "VAR"
+    interrupted: str = ""
+
+    def set(self, value: Value) -> None:
+        """Give it another value of its kind."""
+        if not self.interrupted:
+            self.data = Data(self.data.kind, value, self.data.rank)
+
+
+@dataclass
+class Frame:
+    """What a routine sees while it is executed.
+
+    Attributes:
+        module: Module that it stands in.
+        data: Its parameters and data, by names in capitals.
+    """
+
+    module: Module
+    data: dict[str, Variable] = field(default_factory=dict)
+
+
+@dataclass
+class Memory:
+    """Modules that are loaded, and the values of their data.
+
+    Attributes:
+        evaluate: Function that gives the value of an expression in a frame, at a place.
+        modules: Modules of the file that is read, then those taken from files with it.
+        others: Texts of these, by file name.
+        notes: Where it is said what was taken.
+    """
+
+    evaluate: Callable[[Expression, Frame, str], Data]
+    modules: list[Module]
+    others: Mapping[str, str]
+    notes: ReadingNotes
+    kinds: Kinds = field(default_factory=Kinds)
+    _variables: dict[tuple[int, str], Variable | None] = field(default_factory=dict)
+    _undeclared: dict[str, Variable] = field(default_factory=dict)
+    _parsed: list[Module] | None = None
+    _unreadable: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for module in self.modules:
+            self.kinds.records.update(module.records)
+
+    def variable(self, name: str, frame: Frame) -> Variable | None:
+        """Return the data of a name; None where no text gives them a value."""
+        key = name.upper()
+        if (local := frame.data.get(key)) is not None:
+            return local
+        if (held := self._held(frame.module, key)) is not None:
+            return held
+        for module in self.modules:
+            declared = module.data.get(key)
+            if module is frame.module or declared is None or declared.is_local:
+                continue
+            if (held := self._held(module, key)) is not None:
+                return held
+        if key in PREDEFINED:
+            return Variable(PREDEFINED[key], "CONST")
+        if key in self._undeclared:
+            return self._undeclared[key]
+        other = self._other(key, "data", frame)
+        return None if other is None else self._held(other, key)
+
+    def undeclared(self, name: str) -> Variable:
+        """Return new data of a name that no text declares, which the program gives a value."""
+        return self._undeclared.setdefault(name.upper(), Variable(Data("", Unknown(repr(name)))))
+
+    def routine(self, name: str, frame: Frame) -> tuple[Routine, Module] | None:
+        """Return the routine of a name and its module; None where there is none."""
+        key = name.upper()
+        if key in frame.module.routines:
+            return frame.module.routines[key], frame.module
+        for module in self.modules:
+            routine = module.routines.get(key)
+            if routine is not None and not routine.is_local:
+                return routine, module
+        other = self._other(key, "routines", frame)
+        return None if other is None else (other.routines[key], other)
+
+    def missing(self) -> str:
+        """Return what to say where a name is missing: files that could not be read, if any."""
+        return f" ({self._unreadable[0]})" if self._unreadable else ""
+
+    def _held(self, module: Module, key: str) -> Variable | None:
+        """Return data that a module declares; PERS without a value are the controller's."""
+        declared = module.data.get(key)
+        if declared is None or (declared.storage == "PERS" and declared.initial is None):
+            return None
+        place = id(module), key
+        if place not in self._variables:
+            self._variables[place] = None  # while its value is evaluated
+            self._variables[place] = self.declared(declared, Frame(module))
+        variable = self._variables[place]
+        if variable is None:
+            raise ProgramError(
+                f"{declared.where}: expected a value of {declared.name}, got one that needs itself"
+            )
+        return variable
+
+    def declared(self, declared: Declaration, frame: Frame) -> Variable:
+        """Return data as they are declared."""
+        where, kind = declared.where, declared.kind
+        extents = []
+        for extent in declared.extents:
+            sizes = numbers_of(self.evaluate(extent, frame, where).value, "size of an array", where)
+            if len(sizes) != 1 or not 1.0 <= sizes[0] <= 1e6:
+                raise ProgramError(f"{where}: expected sizes of an array from 1, got {sizes}")
+            extents.append(int(sizes[0]))
+        rank = len(extents)
+        if declared.initial is None:
+            value = self.kinds.empty(kind, tuple(extents), where)
+        else:
+            given = self.evaluate(declared.initial, frame, where)
+            value = self.kinds.shaped(kind, given.value, where, rank)
+        return Variable(Data(kind, value, rank), declared.storage)
+
+    def _other(self, key: str, what: str, frame: Frame) -> Module | None:
+        """Return a module of another file that has data or a routine, and load it."""
+        if self._parsed is None:
+            self._parsed = []
+            for name, text in self.others.items():
+                try:
+                    self._parsed += modules_of(text, name)
+                except ProgramError as cause:
+                    self._unreadable.append(f"{name} cannot be read: {cause}")
+        holders = []
+        for module in self._parsed:
+            held = (module.data if what == "data" else module.routines).get(key)
+            if held is None or held.is_local or module in self.modules:
+                continue
+            if isinstance(held, Declaration) and held.storage == "PERS" and held.initial is None:
+                continue
+            holders.append((module, held))
+        if not holders:
+            return None
+        if len(holders) > 1:
+            files = " and ".join(module.file for module, _ in holders[:2])
+            raise ProgramError(
+                f"{frame.module.file}: expected one {holders[0][1].name} in the files of its folder,"
+                f" got one in {files}: keep the modules of one program together"
+            )
+        ((module, held),) = holders
+        self.notes.assume(f"{held.name} is that of {module.file}, which lies in its folder")
+        self.kinds.records.update(module.records)
+        self.modules.append(module)
+        return module
