@@ -42,7 +42,13 @@ def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> 
     modules = modules_of(text, file)
     execution = Execution.of(modules, others or {})
     routine, module = entry_of(modules, execution.memory, execution.notes, file)
-    execution.run(routine, module)
+    try:
+        execution.run(routine, module)
+    except RecursionError:
+        raise ProgramError(
+            f"{file}: expected routines and statements less deep in each other, got more than can be"
+            " executed"
+        ) from None
     motions = execution.motions
     if not motions.moves:
         raise ProgramError(f"{file}: expected motions, got none")

@@ -55,6 +55,13 @@ def effects_of(block: Block, memory: Memory, frame: Frame) -> Effects:
     return effects
 
 
+def effects_of_routine(routine: Routine, memory: Memory, frame: Frame) -> Effects:
+    """Return what a routine can do, wherever it is called."""
+    effects = Effects()
+    _enter(routine, frame, memory, effects, set())
+    return effects
+
+
 def _add(
     block: Block, memory: Memory, frame: Frame, effects: Effects, seen: set[int], is_called: bool
 ) -> None:

@@ -197,7 +197,7 @@ class Evaluation:
                     self.assign(argument.value, Data("", unknown), frame, where)
         if name in ASSUMED:
             self.memory.notes.assume(ASSUMED[name])
-        return called(name, arguments, options, where)
+        return called(call.name, arguments, options, where)
 
     def _present(self, call: Call, frame: Frame, where: str) -> Data:
         names = [a.value.name.upper() for a in call.arguments if isinstance(a.value, Name)]

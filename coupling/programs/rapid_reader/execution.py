@@ -45,6 +45,7 @@ from coupling.programs.rapid_reader.syntax import (
     While,
     blocks_of,
 )
+from coupling.programs.rapid_reader.undecided import Undecided
 from coupling.programs.rapid_reader.values import Data, Unknown, Value, shown
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
@@ -83,6 +84,7 @@ class Execution:
     def __post_init__(self) -> None:
         self._evaluation = Evaluation(self.memory, self._function)
         self.memory.evaluate = self._evaluation.value
+        self._undecided = Undecided(self.memory, self.notes)
         self._moving = Moving(self.motions, self._evaluation, self.notes)
 
     @classmethod
@@ -152,7 +154,7 @@ class Execution:
         elif isinstance(statement, Return):
             raise _Returned(self._returned(statement, frame))
         elif isinstance(statement, Connect):
-            self._connect(statement, frame)
+            self._undecided.connect(statement, frame)
         else:
             raise ProgramError(
                 f"{statement.where}: expected statements one after the other, got {statement.word}"
@@ -172,7 +174,7 @@ class Execution:
         elif (form := MOVES.get(word)) is not None:
             procedure = self._moving.move(form, name, arguments, frame, where)
             if procedure:
-                self._leave(name, self._routine_body(procedure, frame, where), frame, where)
+                self._undecided.run_beside(name, procedure, frame, where)
         elif word in SETTINGS:
             self._moving.set(name, arguments, frame, where)
         elif word in STOPS:
@@ -286,7 +288,7 @@ class Execution:
             value = self._evaluation.value(condition, frame, statement.where).value
             if isinstance(value, Unknown):
                 rest = tuple(item for _, inner in statement.branches[at:] for item in inner)
-                self._leave("IF", rest, frame, statement.where, value)
+                self._undecided.leave("IF", rest, frame, statement.where, value)
                 return
             if _truth(value, statement.where):
                 self._block(block, frame)
@@ -297,7 +299,7 @@ class Execution:
         while True:
             value = self._evaluation.value(statement.condition, frame, where).value
             if isinstance(value, Unknown):
-                self._leave("WHILE", body, frame, where, value)
+                self._undecided.leave("WHILE", body, frame, where, value)
                 return
             if not _truth(value, where):
                 return
@@ -322,7 +324,7 @@ class Execution:
         values = [self._evaluation.value(bound, frame, where).value for bound in bounds]
         for value in values:
             if isinstance(value, Unknown):
-                self._leave("FOR", statement.body, frame, where, value)
+                self._undecided.leave("FOR", statement.body, frame, where, value)
                 return
         numbers = [
             self._evaluation.number(bound, "a bound of FOR", frame, where) for bound in bounds
@@ -357,7 +359,7 @@ class Execution:
                 equal = operated("=", sides, where).value
                 if isinstance(equal, Unknown):
                     rest = tuple(part for _, inner in statement.cases[at:] for part in inner)
-                    self._leave("TEST", rest, frame, where, equal)
+                    self._undecided.leave("TEST", rest, frame, where, equal)
                     return
                 if equal:
                     self._block(block, frame)
@@ -365,60 +367,6 @@ class Execution:
             if wanted is None:
                 self._block(block, frame)
                 return
-
-    def _leave(
-        self, word: str, block: Block, frame: Frame, where: str, cause: Unknown | None = None
-    ) -> None:
-        """Leave statements out that may be executed or not, if they cannot change the path.
-
-        Raises:
-            ProgramError: If they can.
-        """
-        effects = effects_of(block, self.memory, frame)
-        reason = cause.reason if cause else "what runs beside the motion"
-        if effects.blocker:
-            raise ProgramError(
-                f"{where}: expected a condition that the program decides for {effects.blocker}, got"
-                f" {word} with {reason}: write the way that is wanted"
-            )
-        for variable in effects.changed:
-            variable.set(Unknown(f"what depends on {reason}"))
-        line = where.rsplit(": ", 1)[-1]
-        for stop in effects.stops:
-            self.notes.assume(f"{stop} behind {word} in {line} is not reached")
-        if cause:
-            self.notes.leave_out(word)
-
-    def _routine_body(self, name: str, frame: Frame, where: str) -> Block:
-        found = self.memory.routine(name, frame)
-        if found is None:
-            raise ProgramError(
-                f"{where}: expected a procedure of the program, got {shortened(name)!r}: put its module"
-                " beside the program"
-            )
-        return (Instruction(where, name, ()),)
-
-    def _connect(self, statement: Connect, frame: Frame) -> None:
-        """Take an interrupt, which may come at any time, if its trap leaves the path."""
-        found = self.memory.routine(statement.trap, frame)
-        if found is None:
-            raise ProgramError(
-                f"{statement.where}: expected a trap of the program, got"
-                f" {shortened(statement.trap)!r}: put its module beside the program"
-            )
-        routine, module = found
-        effects = effects_of((*routine.body,), self.memory, Frame(module))
-        if effects.blocker:
-            raise ProgramError(
-                f"{statement.where}: expected traps that leave the path, got {routine.name} with"
-                f" {effects.blocker}: leave the interrupt out"
-            )
-        for variable in effects.changed:
-            variable.set(Unknown(f"what trap {routine.name} changes"))
-            variable.interrupted = routine.name
-        for stop in effects.stops:
-            self.notes.assume(f"the interrupt of trap {routine.name}, with {stop}, does not come")
-        self.notes.leave_out("CONNECT")
 
 
 def _truth(value: Value, where: str) -> bool:

@@ -50,9 +50,9 @@ class Memory:
 
     Attributes:
         evaluate: Function that gives the value of an expression in a frame, at a place.
-        modules: Modules of the file that is read, then those taken from files with it.
+        modules: Modules of the file that is read.
         others: Texts of these, by file name.
-        notes: Where it is said what was taken.
+        notes: Where it is said which of them belong to the program.
     """
 
     evaluate: Callable[[Expression, Frame, str], Data]
@@ -64,6 +64,8 @@ class Memory:
     _undeclared: dict[str, Variable] = field(default_factory=dict)
     _parsed: list[Module] | None = None
     _unreadable: list[str] = field(default_factory=list)
+    _found: dict[tuple[str, str], Module | None] = field(default_factory=dict)
+    _used: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         for module in self.modules:
@@ -143,7 +145,39 @@ class Memory:
         return Variable(Data(kind, value, rank), declared.storage)
 
     def _other(self, key: str, what: str, frame: Frame) -> Module | None:
-        """Return a module of another file that has data or a routine, and load it."""
+        """Return the module of another file that has data or a routine, which no other file has."""
+        place = what, key
+        if place not in self._found:
+            self._found[place] = self._search(key, what, frame)
+        return self._found[place]
+
+    def _search(self, key: str, what: str, frame: Frame) -> Module | None:
+        holders = []
+        for module in self._parsed_others():
+            held = (module.data if what == "data" else module.routines).get(key)
+            if held is None or held.is_local:
+                continue
+            if isinstance(held, Declaration) and held.storage == "PERS" and held.initial is None:
+                continue
+            holders.append((module, held.name))
+        if not holders:
+            return None
+        (module, name), *rest = holders
+        if rest:
+            raise ProgramError(
+                f"{frame.module.file}: expected one {name} in the files of its folder, got one in"
+                f" {module.file} and {rest[0][0].file}: keep the modules of one program together"
+            )
+        if module.file not in self._used:
+            self._used.add(module.file)
+            self.notes.assume(
+                f"{module.file}, which lies in its folder, belongs to it: it has {name}"
+            )
+        self.kinds.records.update(module.records)
+        return module
+
+    def _parsed_others(self) -> list[Module]:
+        """Return the modules of the other files; those that cannot be read are kept in mind."""
         if self._parsed is None:
             self._parsed = []
             for name, text in self.others.items():
@@ -151,24 +185,4 @@ class Memory:
                     self._parsed += modules_of(text, name)
                 except ProgramError as cause:
                     self._unreadable.append(f"{name} cannot be read: {cause}")
-        holders = []
-        for module in self._parsed:
-            held = (module.data if what == "data" else module.routines).get(key)
-            if held is None or held.is_local or module in self.modules:
-                continue
-            if isinstance(held, Declaration) and held.storage == "PERS" and held.initial is None:
-                continue
-            holders.append((module, held))
-        if not holders:
-            return None
-        if len(holders) > 1:
-            files = " and ".join(module.file for module, _ in holders[:2])
-            raise ProgramError(
-                f"{frame.module.file}: expected one {holders[0][1].name} in the files of its folder,"
-                f" got one in {files}: keep the modules of one program together"
-            )
-        ((module, held),) = holders
-        self.notes.assume(f"{held.name} is that of {module.file}, which lies in its folder")
-        self.kinds.records.update(module.records)
-        self.modules.append(module)
-        return module
+        return self._parsed
