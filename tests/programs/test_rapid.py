@@ -369,7 +369,7 @@ REFUSED = {
     "constant": ("p1.trans.x := 1;", "data that are no constant, got 'p1'"),
     "kind": ("p2 := 3;", "a value of robtarget, got one of num"),
     "uninitialised": (f"VAR robtarget q; {to('q')}", "a quaternion of length 1, got length 0"),
-    "huge array": ("VAR robtarget q{1000,1000};", "at most 100000 elements"),
+    "huge array": ("VAR robtarget q{1000,1000};", "at most 20000 elements"),
     "huge text": (
         'VAR string s := "a"; FOR i FROM 1 TO 99 DO s := s+s; ENDFOR',
         "a text of at most",

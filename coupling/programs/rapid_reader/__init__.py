@@ -39,16 +39,20 @@ def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> 
         ('linear', [0.001, 0.002, 0.003], 0.5)
     """
     file = name or "RAPID"
-    modules = modules_of(text, file)
-    execution = Execution.of(modules, others or {})
-    routine, module = entry_of(modules, execution.memory, execution.notes, file)
     try:
-        execution.run(routine, module)
+        return _executed(text, file, others or {})
     except RecursionError:
         raise ProgramError(
             f"{file}: expected routines and statements less deep in each other, got more than can be"
             " executed"
         ) from None
+
+
+def _executed(text: str, file: str, others: Mapping[str, str]) -> RobotProgram:
+    modules = modules_of(text, file)
+    execution = Execution.of(modules, others)
+    routine, module = entry_of(modules, execution.notes, file)
+    execution.run(routine, module)
     motions = execution.motions
     if not motions.moves:
         raise ProgramError(f"{file}: expected motions, got none")

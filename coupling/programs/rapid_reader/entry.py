@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from coupling.errors import ProgramError
 from coupling.programs.rapid_reader.instructions import MOVES, REFUSED
-from coupling.programs.rapid_reader.memory import Frame, Memory
 from coupling.programs.rapid_reader.syntax import Instruction, Module, Routine, statements_in
 from coupling.programs.reading import ReadingNotes
 
 
-def entry_of(
-    modules: list[Module], memory: Memory, notes: ReadingNotes, file: str
-) -> tuple[Routine, Module]:
+def entry_of(modules: list[Module], notes: ReadingNotes, file: str) -> tuple[Routine, Module]:
     """Return `main`, or the procedure with motions that no other calls, and its module.
 
     Raises:
@@ -22,23 +19,22 @@ def entry_of(
             routine = module.routines.get(name)
             if routine is not None and routine.word == "PROC":
                 return routine, module
-    moving = [
-        (routine, module)
+    procedures = {
+        name: (routine, module)
         for module in modules
-        for routine in module.routines.values()
-        if routine.word == "PROC" and _moves(routine, Frame(module), memory, set())
-    ]
-    called = {
-        found[0].where
-        for routine, module in moving
-        for found in _called(routine, Frame(module), memory)
-        if found[0] is not routine
+        for name, routine in module.routines.items()
+        if routine.word == "PROC"
     }
-    roots = [pair for pair in moving if pair[0].where not in called]
-    if not roots:
+    words = {name: _words(routine) for name, (routine, _) in procedures.items()}
+    moving = _moving(words)
+    called = {word for name in moving for word in words[name] if word != name}
+    roots = [procedures[name] for name in procedures if name in moving and name not in called]
+    if not moving:
         raise ProgramError(f"{file}: expected motions, got none")
-    if len(roots) > 1:
-        names = ", ".join(routine.name for routine, _ in roots[:5])
+    if len(roots) != 1:
+        names = (
+            ", ".join(routine.name for routine, _ in roots[:5]) or "procedures that call each other"
+        )
         raise ProgramError(
             f"{file}: expected main, or one procedure with motions, got {names}: add a main that calls"
             " what is wanted"
@@ -54,32 +50,26 @@ def entry_of(
     return routine, module
 
 
-def _called(routine: Routine, frame: Frame, memory: Memory) -> list[tuple[Routine, Module]]:
-    """Return the procedures of the same file that a routine calls."""
-    names = {
-        statement.name.upper(): statement
+def _words(routine: Routine) -> set[str]:
+    """Return the names of the instructions in a routine, in capitals."""
+    return {
+        statement.name.upper()
         for statement in statements_in(routine.body)
-        if isinstance(statement, Instruction) and statement.name
+        if isinstance(statement, Instruction)
     }
-    found = []
-    for name in names:
-        for module in memory.modules:
-            called = module.routines.get(name)
-            if called is not None and (module is frame.module or not called.is_local):
-                found.append((called, module))
-                break
-    return found
 
 
-def _moves(routine: Routine, frame: Frame, memory: Memory, seen: set[int]) -> bool:
-    """Return whether a routine, or what it calls, has motions."""
-    seen.add(id(routine))
-    for statement in statements_in(routine.body):
-        if isinstance(statement, Instruction):
-            word = statement.name.upper()
-            if word in MOVES or word in REFUSED:
-                return True
-    return any(
-        id(called) not in seen and _moves(called, Frame(module), memory, seen)
-        for called, module in _called(routine, frame, memory)
-    )
+def _moving(words: dict[str, set[str]]) -> set[str]:
+    """Return the procedures that have motions, or call one that has."""
+    callers: dict[str, list[str]] = {}
+    for name, called in words.items():
+        for word in called:
+            callers.setdefault(word, []).append(name)
+    moving: set[str] = set()
+    pending = [name for name, called in words.items() if called & (MOVES.keys() | REFUSED.keys())]
+    while pending:
+        name = pending.pop()
+        if name not in moving:
+            moving.add(name)
+            pending += callers.get(name, [])
+    return moving

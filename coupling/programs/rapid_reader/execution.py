@@ -103,7 +103,11 @@ class Execution:
         Raises:
             ProgramError: At the first statement that cannot be executed or left out.
         """
-        self._steps += _count(routine.body)
+        self._steps += sum(
+            _count(known.body)
+            for holder in self.memory.modules
+            for known in holder.routines.values()
+        )
         with suppress(_Ended):
             self._routine(routine, Frame(module))
         self.motions.assume_zones()
@@ -288,7 +292,7 @@ class Execution:
             value = self._evaluation.value(condition, frame, statement.where).value
             if isinstance(value, Unknown):
                 rest = tuple(item for _, inner in statement.branches[at:] for item in inner)
-                self._undecided.leave("IF", rest, frame, statement.where, value)
+                self._leave("IF", rest, frame, statement.where, value)
                 return
             if _truth(value, statement.where):
                 self._block(block, frame)
@@ -299,7 +303,7 @@ class Execution:
         while True:
             value = self._evaluation.value(statement.condition, frame, where).value
             if isinstance(value, Unknown):
-                self._undecided.leave("WHILE", body, frame, where, value)
+                self._leave("WHILE", body, frame, where, value)
                 return
             if not _truth(value, where):
                 return
@@ -324,7 +328,7 @@ class Execution:
         values = [self._evaluation.value(bound, frame, where).value for bound in bounds]
         for value in values:
             if isinstance(value, Unknown):
-                self._undecided.leave("FOR", statement.body, frame, where, value)
+                self._leave("FOR", statement.body, frame, where, value)
                 return
         numbers = [
             self._evaluation.number(bound, "a bound of FOR", frame, where) for bound in bounds
@@ -350,6 +354,10 @@ class Execution:
         if hidden is not None:
             frame.data[key] = hidden
 
+    def _leave(self, word: str, block: Block, frame: Frame, where: str, cause: Unknown) -> None:
+        self._steps -= _count(block)
+        self._undecided.leave(word, block, frame, where, cause)
+
     def _test(self, statement: Test, frame: Frame) -> None:
         where = statement.where
         value = self._evaluation.value(statement.value, frame, where)
@@ -359,7 +367,7 @@ class Execution:
                 equal = operated("=", sides, where).value
                 if isinstance(equal, Unknown):
                     rest = tuple(part for _, inner in statement.cases[at:] for part in inner)
-                    self._undecided.leave("TEST", rest, frame, where, equal)
+                    self._leave("TEST", rest, frame, where, equal)
                     return
                 if equal:
                     self._block(block, frame)

@@ -69,7 +69,7 @@ class Memory:
 
     def __post_init__(self) -> None:
         for module in self.modules:
-            self.kinds.records.update(module.records)
+            self.kinds.define(module.records, module.file)
 
     def variable(self, name: str, frame: Frame) -> Variable | None:
         """Return the data of a name; None where no text gives them a value."""
@@ -173,7 +173,7 @@ class Memory:
             self.notes.assume(
                 f"{module.file}, which lies in its folder, belongs to it: it has {name}"
             )
-        self.kinds.records.update(module.records)
+        self.kinds.define(module.records, module.file)
         return module
 
     def _parsed_others(self) -> list[Module]:

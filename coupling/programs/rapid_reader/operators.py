@@ -109,7 +109,12 @@ def _is_number(value: Value) -> bool:
 def _computed(operator: str, a: float, b: float, where: str) -> float:
     if operator in ("/", "DIV", "MOD") and b == 0.0:
         raise ProgramError(f"{where}: expected a divisor, got 0")
-    return _ARITHMETIC[operator](a, b)
+    try:
+        return _ARITHMETIC[operator](a, b)
+    except (ValueError, OverflowError) as cause:
+        raise ProgramError(
+            f"{where}: expected finite operands of {operator}, got {a:g} and {b:g}"
+        ) from cause
 
 
 def _vector(value: Value) -> tuple[float, float, float] | None:

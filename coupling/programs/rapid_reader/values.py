@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
@@ -17,7 +18,7 @@ _UNIT_TOLERANCE = 1e-3
 # Written for an external axis that is not there.
 NO_AXIS = 9e9
 # Characters of a text, and elements of an array, at most.
-_LONGEST_TEXT, _LARGEST_ARRAY = 1000, 100_000
+_LONGEST_TEXT, _LARGEST_ARRAY = 1000, 20_000
 _SINGLE = struct.Struct("f")
 
 # Components of the records that RAPID defines, with their kinds.
@@ -83,6 +84,19 @@ class Kinds:
     records: dict[str, tuple[tuple[str, str], ...]] = field(
         default_factory=lambda: {name: components(text) for name, text in _RECORDS.items()}
     )
+
+    def define(self, records: Mapping[str, tuple[tuple[str, str], ...]], file: str) -> None:
+        """Add records that a program defines.
+
+        Raises:
+            ProgramError: If RAPID has one of their names.
+        """
+        for name, fields in records.items():
+            if name in _RECORDS:
+                raise ProgramError(
+                    f"{file}: expected records of other names than RAPID's, got {name}"
+                )
+            self.records[name] = fields
 
     def shaped(self, kind: str, value: Value, where: str, rank: int = 0) -> Value:
         """Return a value as data of a kind hold it.
@@ -205,7 +219,7 @@ def numbers_of(value: Value, what: str, where: str) -> list[float]:
     for item in items:
         if isinstance(item, Unknown):
             _refuse(what, item, where)
-        if not isinstance(item, float) or item == NO_AXIS:
+        if not isinstance(item, float) or item == NO_AXIS or not math.isfinite(item):
             _refuse(f"numbers as {what}", value, where)
     return [float(item) for item in items if isinstance(item, float)]
 
