@@ -325,6 +325,18 @@ REFUSED = {
         f'VAR num n; TPReadNum n,"?"; {to("Offs(p2,n,0,0)")}',
         "got what TPReadNum returns",
     ),
+    "flag of a wait": (
+        f"VAR bool late; WaitDI di1,1\\TimeFlag:=late; IF late {to('p2')}",
+        "got IF with what WaitDI returns in line 12",
+    ),
+    "text as a number": (
+        f'VAR num n; VAR bool ok; ok := StrToVal("3",n); {to("Offs(p2,n,0,0)")}',
+        "got what StrToVal returns in line 12",
+    ),
+    "open flag of a wait": (
+        f"VAR bool late; IF di1=1 WaitDI di2,1\\TimeFlag:=late; IF late {to('p2')}",
+        "got IF with what depends on 'di1'",
+    ),
     "unknown bound": (f"FOR i FROM 1 TO n0 DO {to('p2')} ENDFOR", "got FOR with 'n0'"),
     "unknown case": (f"TEST di1 CASE 1: {to('p2')} ENDTEST", "got TEST with 'di1'"),
     "unknown loop": (f"WHILE di1 = 0 DO {to('p2')} ENDWHILE", "got WHILE with 'di1'"),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
 
+from coupling.programs.rapid_reader.functions import RETURNING
+from coupling.programs.rapid_reader.functions import WRITING as WRITING_FUNCTIONS
 from coupling.programs.rapid_reader.instructions import LEFT_OUT, STOPS, WRITING
 from coupling.programs.rapid_reader.memory import Frame, Memory, Variable
 from coupling.programs.rapid_reader.syntax import (
@@ -95,6 +97,9 @@ def _add_statement(
             _enter(found[0], Frame(found[1]), memory, effects, seen)
             for argument in call.arguments:
                 _change(argument.value, memory, frame, effects)
+        for argument in call.arguments:
+            if call.name.upper() in WRITING_FUNCTIONS or argument.option in RETURNING:
+                _change(argument.value, memory, frame, effects)
     if blocker and not effects.blocker:
         effects.blocker = f"{blocker} in {statement.where.split(': ', 1)[-1]}"
 
@@ -110,10 +115,11 @@ def _add_instruction(
         _enter(found[0], Frame(found[1]), memory, effects, seen)
     elif word in STOPS:
         effects.stops.append(STOPS[word])
-    elif word in COUNTING or word in WRITING:
+    elif word in COUNTING or word in LEFT_OUT or word in WRITING:
         for argument in statement.arguments:
-            _change(argument.value, memory, frame, effects)
-    elif word not in LEFT_OUT:
+            if word not in LEFT_OUT or argument.option in RETURNING:
+                _change(argument.value, memory, frame, effects)
+    else:
         return statement.name or "a call of what a text names"
     return ""
 

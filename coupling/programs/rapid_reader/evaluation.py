@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from coupling.errors import ProgramError
-from coupling.programs.rapid_reader.functions import ASSUMED, WRITING, called, is_known
+from coupling.programs.rapid_reader.functions import ASSUMED, RETURNING, WRITING, called, is_known
 from coupling.programs.rapid_reader.memory import Frame, Memory
 from coupling.programs.rapid_reader.operators import operated
 from coupling.programs.rapid_reader.syntax import (
+    Argument,
     Brackets,
     Call,
     Component,
@@ -107,6 +108,18 @@ class Evaluation:
             )
         variable.set(self._placed(variable.data, path[::-1], value, frame, where))
 
+    def forget(self, argument: Argument, word: str, frame: Frame, where: str) -> None:
+        """Forget data that a function or an instruction, `word`, is given to return something in."""
+        target = argument.value
+        while isinstance(target, Component | Element):
+            target = target.record if isinstance(target, Component) else target.array
+        if isinstance(target, Name):
+            variable = self.memory.variable(target.name, frame)
+            if variable is None:
+                variable = self.memory.undeclared(target.name)
+            if variable.storage != "CONST":
+                variable.set(Unknown(f"what {word} returns in {_line(where)}"))
+
     def _placed(
         self, whole: Data, path: list[Component | Element], value: Data, frame: Frame, where: str
     ) -> Value:
@@ -190,11 +203,9 @@ class Evaluation:
                 options[argument.option] = value
             else:
                 arguments.append(value)
-        if name in WRITING:
-            for argument in call.arguments[1:]:
-                if argument.value is not None:
-                    unknown = Unknown(f"what {call.name} finds in {_line(where)}")
-                    self.assign(argument.value, Data("", unknown), frame, where)
+        for argument in call.arguments:
+            if name in WRITING or argument.option in RETURNING:
+                self.forget(argument, call.name, frame, where)
         if name in ASSUMED:
             self.memory.notes.assume(ASSUMED[name])
         return called(call.name, arguments, options, where)

@@ -11,10 +11,10 @@ from coupling.programs.rapid_reader.calls import bound, returned
 from coupling.programs.rapid_reader.effects import (
     COUNTING,
     calls_in,
-    effects_of,
     has_end,
 )
 from coupling.programs.rapid_reader.evaluation import Evaluation
+from coupling.programs.rapid_reader.functions import RETURNING
 from coupling.programs.rapid_reader.instructions import (
     LEFT_OUT,
     MOVES,
@@ -274,15 +274,9 @@ class Execution:
         for call in calls_in(statement):
             if self.memory.routine(call.name, frame) is not None:
                 self._function(call, frame, where)
-        if word not in WRITING:
-            return
-        line = where.rsplit(": ", 1)[-1]
-        unknown = Unknown(f"what {WRITING[word]} returns in {line}")
         for argument in statement.arguments:
-            if argument.value is not None:
-                change = Assignment(where, argument.value, argument.value)
-                for variable in effects_of((change,), self.memory, frame).changed:
-                    variable.set(unknown)
+            if word in WRITING or argument.option in RETURNING:
+                self._evaluation.forget(argument, statement.name, frame, where)
 
     def _if(self, statement: If, frame: Frame) -> None:
         for at, (condition, block) in enumerate(statement.branches):

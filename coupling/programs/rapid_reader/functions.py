@@ -29,21 +29,23 @@ _CONTROLLER_WORDS = """
 AInput AOutput ArgName BitAnd BitCheck BitLSh BitNeg BitOr BitRSh BitXOr ByteToStr CalcJointT
 CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CSpeedOverride
 CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DOutput EventType ExecHandler
-ExecLevel FileSize FileTime FSSize GetMecUnitName GetModalPayLoadMode GetNextMechUnit GetNextSym
+ExecLevel FileSize FileTime FSSize GetMecUnitName GetModalPayLoadMode
 GetServiceInfo GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus GInput GInputDnum GOutput
 GOutputDnum HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile IsMechUnitActive IsPers
 IsStopMoveAct IsStopStateEvent IsSyncMoveOn IsSysId IsVar MaxRobReach MaxRobSpeed MirPos ModExist
 ModTime MotionPlannerNo ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd PathRecValidFwd
-PFRestart PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadDir ReadMotor ReadNum ReadStr
+PFRestart PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor ReadNum ReadStr
 ReadStrBin ReadVar RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc StrDigCmp StrFind
 StrLen StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive TaskIsExecuting TaskRunMec
-TaskRunRob TasksInSync TestAndSet TestDI TestSignRead TextGet TextTabFreeToUse TextTabGet
+TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse TextTabGet
 TriggDataValid Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView UIMessageBox
 UINumEntry UINumTune ValidIO ValToStr
 """
-# These change what they are given: their first or second argument.
-_WRITING_WORDS = "StrToVal"
+# These change data that they are given.
+_WRITING_WORDS = "GetNextMechUnit GetNextSym ReadDir StrToVal TestAndSet"
 WRITING = frozenset(word.upper() for word in _WRITING_WORDS.split())
+# Options of functions and instructions in which they return something.
+RETURNING = frozenset(["TIMEFLAG", "VALUEATTIMEOUT", "ERRORNUMBER", "BREAKFLAG", "RESULT"])
 _CONTROLLER = {word.upper(): word for word in f"{_CONTROLLER_WORDS} {_WRITING_WORDS}".split()}
 
 
