@@ -51,7 +51,7 @@ from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
 
 # Statements that are executed beyond those of the text, and routines in each other, at most.
-_MOST_REPEATED, _DEEPEST = 300_000, 25
+_MOST_REPEATED, _DEEPEST = 100_000, 25
 _SIGNS = {"INCR": "+", "DECR": "-", "ADD": "+"}
 
 

@@ -79,7 +79,7 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     try:
         kind, result = compute(arguments, options, where)
     except (ValueError, OverflowError, ZeroDivisionError) as cause:
-        got = ", ".join(shown(value) for value in arguments)
+        got = ", ".join(shown(value) for value in arguments[:4])
         raise ProgramError(f"{where}: expected arguments of {name}, got {got}") from cause
     return Data(kind, result)
 

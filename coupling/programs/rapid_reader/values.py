@@ -107,8 +107,8 @@ class Kinds:
         if isinstance(value, Unknown) or not kind:
             return value
         if rank:
-            if not isinstance(value, tuple):
-                _refuse(f"{kind} in an array", value, where)
+            if not isinstance(value, tuple) or len(value) > _LARGEST_ARRAY:
+                _refuse(f"{kind} in an array of at most {_LARGEST_ARRAY}", value, where)
             return tuple(self.shaped(kind, item, where, rank - 1) for item in value)
         fields = self.records.get(kind)
         if fields is not None:
