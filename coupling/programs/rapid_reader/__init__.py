@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from coupling.errors import ProgramError
 from coupling.programs.program import RobotProgram
 from coupling.programs.rapid_reader.entry import entry_of
-from coupling.programs.rapid_reader.execution import Execution
+from coupling.programs.rapid_reader.execution import RapidExecution
 from coupling.programs.rapid_reader.statements import modules_of
 
 __all__ = ["read"]
@@ -50,7 +50,7 @@ def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> 
 
 def _executed(text: str, file: str, others: Mapping[str, str]) -> RobotProgram:
     modules = modules_of(text, file)
-    execution = Execution.of(modules, others)
+    execution = RapidExecution.of(modules, others)
     routine, module = entry_of(modules, execution.notes, file)
     execution.run(routine, module)
     motions = execution.motions

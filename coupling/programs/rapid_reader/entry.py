@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from coupling.errors import ProgramError
 from coupling.programs.rapid_reader.instructions import MOVES, REFUSED
-from coupling.programs.rapid_reader.syntax import Instruction, Module, Routine, statements_in
+from coupling.programs.rapid_reader.syntax import (
+    RapidInstruction,
+    RapidModule,
+    RapidRoutine,
+    statements_in,
+)
 from coupling.programs.reading import ReadingNotes
 
 
-def entry_of(modules: list[Module], notes: ReadingNotes, file: str) -> tuple[Routine, Module]:
+def entry_of(
+    modules: list[RapidModule], notes: ReadingNotes, file: str
+) -> tuple[RapidRoutine, RapidModule]:
     """Return `main`, or the procedure with motions that no other calls, and its module.
 
     Raises:
@@ -50,12 +57,12 @@ def entry_of(modules: list[Module], notes: ReadingNotes, file: str) -> tuple[Rou
     return routine, module
 
 
-def _words(routine: Routine) -> set[str]:
+def _words(routine: RapidRoutine) -> set[str]:
     """Return the names of the instructions in a routine, in capitals."""
     return {
         statement.name.upper()
         for statement in statements_in(routine.body)
-        if isinstance(statement, Instruction)
+        if isinstance(statement, RapidInstruction)
     }
 
 

@@ -11,13 +11,13 @@ from coupling.errors import ProgramError
 from coupling.programs.rapid_reader.syntax import (
     Argument,
     Brackets,
-    Call,
     Component,
     Element,
     Expression,
+    FunctionCall,
     Literal,
     Name,
-    Operation,
+    OperatorExpression,
 )
 from coupling.programs.rapid_reader.values import NO_AXIS, Value, single, text_of
 from coupling.programs.text import shortened
@@ -127,7 +127,7 @@ class Words:
             if power <= binding:
                 break
             self.advance()
-            left = Operation(operator, (left, self.expression(power)))
+            left = OperatorExpression(operator, (left, self.expression(power)))
         self._depth -= 1
         return left
 
@@ -182,9 +182,9 @@ class Words:
             operand = self.expression(_SIGNED - 1)
             if isinstance(operand, Literal) and isinstance(operand.value, float):
                 return Literal("num", -operand.value)
-            return Operation("-", (operand,))
+            return OperatorExpression("-", (operand,))
         if self.takes("NOT"):
-            return Operation("NOT", (self.expression(_NOT - 1),))
+            return OperatorExpression("NOT", (self.expression(_NOT - 1),))
         if self.takes("TRUE"):
             return Literal("bool", True)
         if self.takes("FALSE"):
@@ -193,7 +193,7 @@ class Words:
         if self.takes("("):
             arguments = self.arguments()
             self.require(")", "a comma or ')'")
-            return self._parts(Call(name, arguments))
+            return self._parts(FunctionCall(name, arguments))
         return self._parts(Name(name))
 
     def _parts(self, whole: Expression) -> Expression:

@@ -10,7 +10,7 @@ from coupling.programs.poses import inverse, pose_of_zyx, product
 from coupling.programs.program import Pose
 from coupling.programs.rapid_reader.values import (
     Data,
-    Unknown,
+    UnknownData,
     Value,
     numbers_of,
     pose_of,
@@ -72,7 +72,7 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     """
     compute = _COMPUTED.get(name.upper())
     if compute is None:
-        return Data("", Unknown(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
+        return Data("", UnknownData(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
     for value in (*arguments, *options.values()):
         if (unknown := _unknown_in(value)) is not None:
             return Data("", unknown)
@@ -84,8 +84,8 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     return Data(kind, result)
 
 
-def _unknown_in(value: Value) -> Unknown | None:
-    if isinstance(value, Unknown):
+def _unknown_in(value: Value) -> UnknownData | None:
+    if isinstance(value, UnknownData):
         return value
     if isinstance(value, tuple):
         return next((found for item in value if (found := _unknown_in(item))), None)

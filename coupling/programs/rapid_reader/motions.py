@@ -12,7 +12,7 @@ from coupling.programs.program import HERE, Motion, Pose, ProgramMove
 from coupling.programs.rapid_reader.predefined import HIGHEST
 from coupling.programs.rapid_reader.values import (
     NO_AXIS,
-    Unknown,
+    UnknownData,
     Value,
     numbers_of,
     pose_of,
@@ -59,11 +59,11 @@ class Pace:
 
 
 @dataclass
-class Motions:
+class RapidMotions:
     """Motions up to here, and what the next ones are subject to.
 
     Attributes:
-        notes: Where it is said what was assumed.
+        notes: Assumptions.
         displacement: Program displacement in the work object.
         override: Share of the programmed speeds, 1 for all.
         highest: Highest speed of the TCP [mm/s].
@@ -218,7 +218,7 @@ class Motions:
 
     def _speed(self, motion: Motion, pace: Pace, pose: Pose, where: str) -> float | None:
         """Return the speed of the TCP [m/s], which its turning may slow down; None for vmax."""
-        if isinstance(pace.speed, Unknown):
+        if isinstance(pace.speed, UnknownData):
             return None
         assert isinstance(pace.speed, tuple)
         share = 1.0 if pace.is_process else self.override

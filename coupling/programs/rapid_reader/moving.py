@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from coupling.errors import ProgramError
 from coupling.programs.program import HERE
-from coupling.programs.rapid_reader.evaluation import Evaluation
+from coupling.programs.rapid_reader.evaluation import RapidEvaluation
 from coupling.programs.rapid_reader.instructions import LEFT_OUT_OPTIONS, MoveForm
-from coupling.programs.rapid_reader.memory import Frame
-from coupling.programs.rapid_reader.motions import Motions, MoveFrames, Pace, displacement_of
+from coupling.programs.rapid_reader.memory import RoutineScope
+from coupling.programs.rapid_reader.motions import MoveFrames, Pace, RapidMotions, displacement_of
 from coupling.programs.rapid_reader.predefined import speed_of
 from coupling.programs.rapid_reader.syntax import Argument, Expression, Literal, Name
 from coupling.programs.rapid_reader.values import (
     NO_AXIS,
-    Unknown,
+    UnknownData,
     Value,
     numbers_of,
     pose_of,
@@ -41,15 +41,22 @@ class Moving:
     """Executes instructions of motion.
 
     Attributes:
-        motions: Where they add motions.
+        motions: Motions up to here, to which they add.
+        evaluation: Values of their arguments.
+        notes: Options left out, and assumptions.
     """
 
-    motions: Motions
-    evaluation: Evaluation
+    motions: RapidMotions
+    evaluation: RapidEvaluation
     notes: ReadingNotes
 
     def move(
-        self, form: MoveForm, name: str, arguments: tuple[Argument, ...], frame: Frame, where: str
+        self,
+        form: MoveForm,
+        name: str,
+        arguments: tuple[Argument, ...],
+        scope: RoutineScope,
+        where: str,
     ) -> str:
         """Execute a motion, and return the procedure that it calls at its end, if any.
 
@@ -60,7 +67,7 @@ class Moving:
         options = {
             argument.option: argument.value
             for argument in arguments
-            if argument.option and _is_given(argument, frame)
+            if argument.option and _is_given(argument, scope)
         }
         if len(placed) not in form.counts:
             counts = " or ".join(map(str, form.counts))
@@ -70,20 +77,20 @@ class Moving:
             )
         values = [value for value in placed if value is not None]
         self._require_options(name, options, where)
-        self._require_no_weaving(form, values, name, frame, where)
+        self._require_no_weaving(form, values, name, scope, where)
         to_joints = name.upper().endswith("ABSJ")
         kind = "jointtarget" if to_joints else "robtarget"
-        target = self.evaluation.known(values[0], kind, frame, where)
-        frames = self._frames(values[-form.tool], options.get("WOBJ"), frame, where)
-        pace = self._pace(form, values, options, name, frame, where)
-        self._note_zone(form, values, options, frame, where)
+        target = self.evaluation.known(values[0], kind, scope, where)
+        frames = self._frames(values[-form.tool], options.get("WOBJ"), scope, where)
+        pace = self._pace(form, values, options, name, scope, where)
+        self._note_zone(form, values, options, scope, where)
         if to_joints:
             self.motions.to_joints(target, frames, pace, where)
         else:
             self.motions.to_pose(form.motion, target, frames, pace, where)
         if not form.procedure:
             return ""
-        procedure = self.evaluation.value(values[-form.procedure], frame, where).value
+        procedure = self.evaluation.value(values[-form.procedure], scope, where).value
         if not isinstance(procedure, str):
             raise ProgramError(f"{where}: expected the name of a procedure, got {shown(procedure)}")
         return procedure
@@ -106,11 +113,16 @@ class Moving:
             raise ProgramError(f"{where}: expected a speed \\V or a time \\T, got both")
 
     def _require_no_weaving(
-        self, form: MoveForm, values: list[Expression], name: str, frame: Frame, where: str
+        self,
+        form: MoveForm,
+        values: list[Expression],
+        name: str,
+        scope: RoutineScope,
+        where: str,
     ) -> None:
         """Refuse weave data of another shape than 0."""
         if form.weave and len(values) == max(form.counts):
-            data = self.evaluation.value(values[form.weave], frame, where).value
+            data = self.evaluation.value(values[form.weave], scope, where).value
             shape = data[0] if isinstance(data, tuple) and data else data
             if shape != 0.0:
                 raise ProgramError(
@@ -119,23 +131,27 @@ class Moving:
                 )
 
     def _frames(
-        self, tool: Expression, work_object: Expression | None, frame: Frame, where: str
+        self,
+        tool: Expression,
+        work_object: Expression | None,
+        scope: RoutineScope,
+        where: str,
     ) -> MoveFrames:
-        tool_name, tool_value = self._frame(tool, "tooldata", frame, where)
+        tool_name, tool_value = self._frame(tool, "tooldata", scope, where)
         object_name, object_value = self._frame(
-            work_object or Name("wobj0"), "wobjdata", frame, where
+            work_object or Name("wobj0"), "wobjdata", scope, where
         )
         return MoveFrames(tool_name, tool_value, object_name, object_value)
 
     def _frame(
-        self, expression: Expression, kind: str, frame: Frame, where: str
+        self, expression: Expression, kind: str, scope: RoutineScope, where: str
     ) -> tuple[str, Value | None]:
         """Return the name of a frame and its value, None where the controller holds it."""
         if isinstance(expression, Name):
-            if self.evaluation.memory.variable(expression.name, frame) is None:
+            if self.evaluation.memory.variable(expression.name, scope) is None:
                 return expression.name, None
-            return expression.name, self.evaluation.known(expression, kind, frame, where)
-        return f"{kind} of {where}", self.evaluation.known(expression, kind, frame, where)
+            return expression.name, self.evaluation.known(expression, kind, scope, where)
+        return f"{kind} of {where}", self.evaluation.known(expression, kind, scope, where)
 
     def _pace(
         self,
@@ -143,15 +159,15 @@ class Moving:
         values: list[Expression],
         options: dict[str, Expression | None],
         name: str,
-        frame: Frame,
+        scope: RoutineScope,
         where: str,
     ) -> Pace:
-        time, tcp = (self._option(options, key, frame, where) for key in ("T", "V"))
+        time, tcp = (self._option(options, key, scope, where) for key in ("T", "V"))
         if time is not None:
-            return Pace(Unknown("a time"), time=time)
+            return Pace(UnknownData("a time"), time=time)
         if not form.weld:
-            return Pace(self._speed(values[1], tcp, frame, where), tcp)
-        welding = self.evaluation.value(values[form.weld], frame, where).value
+            return Pace(self._speed(values[1], tcp, scope, where), tcp)
+        welding = self.evaluation.value(values[form.weld], scope, where).value
         speed = welding[0] if isinstance(welding, tuple) and welding else welding
         if isinstance(speed, float) and speed > 0.0 and speed != NO_AXIS:
             self.notes.assume(f"{name} goes at the speed of its weld data, in mm/s")
@@ -159,12 +175,14 @@ class Moving:
         self.notes.assume(
             f"{name} goes at the speed of its weld data, which are not in the program"
         )
-        return Pace(Unknown("weld data"))
+        return Pace(UnknownData("weld data"))
 
-    def _speed(self, expression: Expression, tcp: float | None, frame: Frame, where: str) -> Value:
+    def _speed(
+        self, expression: Expression, tcp: float | None, scope: RoutineScope, where: str
+    ) -> Value:
         """Return speed data, or those that a name such as v35 tells by itself."""
         memory = self.evaluation.memory
-        if isinstance(expression, Name) and memory.variable(expression.name, frame) is None:
+        if isinstance(expression, Name) and memory.variable(expression.name, scope) is None:
             if tcp is not None:
                 return speed_of(tcp)
             if (named := _NAMED_SPEED.fullmatch(expression.name)) is not None:
@@ -172,48 +190,50 @@ class Moving:
                     f"{expression.name}, which is not in the program, is {named[1]} mm/s"
                 )
                 return speed_of(float(named[1]))
-        return self.evaluation.known(expression, "speeddata", frame, where)
+        return self.evaluation.known(expression, "speeddata", scope, where)
 
     def _option(
-        self, options: dict[str, Expression | None], key: str, frame: Frame, where: str
+        self, options: dict[str, Expression | None], key: str, scope: RoutineScope, where: str
     ) -> float | None:
         if key not in options:
             return None
         expression = options[key]
         if expression is None:
             raise ProgramError(f"{where}: expected a number behind \\{key}, got none")
-        return self.evaluation.number(expression, f"\\{key}", frame, where)
+        return self.evaluation.number(expression, f"\\{key}", scope, where)
 
     def _note_zone(
         self,
         form: MoveForm,
         values: list[Expression],
         options: dict[str, Expression | None],
-        frame: Frame,
+        scope: RoutineScope,
         where: str,
     ) -> None:
-        radius = self._option(options, "Z", frame, where)
+        radius = self._option(options, "Z", scope, where)
         zone = values[-form.tool - 1]
         if isinstance(zone, Name | Literal):
-            data = self.evaluation.value(zone, frame, where)
+            data = self.evaluation.value(zone, scope, where)
             if data.kind in ("", "zonedata"):
                 self.motions.note_zone(data.value, radius)
 
-    def set(self, name: str, arguments: tuple[Argument, ...], frame: Frame, where: str) -> None:
+    def set(
+        self, name: str, arguments: tuple[Argument, ...], scope: RoutineScope, where: str
+    ) -> None:
         """Execute an instruction that sets what motions are subject to.  Raises as `move`."""
         placed = [a.value for a in arguments if not a.option and a.value is not None]
-        options = {a.option: a.value for a in arguments if a.option and _is_given(a, frame)}
+        options = {a.option: a.value for a in arguments if a.option and _is_given(a, scope)}
         word = name.upper()
         if word == "PDISPOFF":
             self.motions.displace(HERE)
         elif word == "PDISPSET" and len(placed) == 1:
-            value = self.evaluation.known(placed[0], "pose", frame, where)
+            value = self.evaluation.known(placed[0], "pose", scope, where)
             self.motions.displace(pose_of(value, where))
         elif word == "PDISPON":
-            self._displace_by_targets(placed, options, frame, where)
+            self._displace_by_targets(placed, options, scope, where)
         elif word == "VELSET" and len(placed) == 2:
             share, highest = (
-                self.evaluation.number(item, "VelSet", frame, where) for item in placed
+                self.evaluation.number(item, "VelSet", scope, where) for item in placed
             )
             if not (0.0 < share <= 100.0 and highest > 0.0):
                 raise ProgramError(
@@ -222,7 +242,7 @@ class Moving:
                 )
             self.motions.override, self.motions.highest = 0.01 * share, highest
         elif word == "SPEEDREFRESH" and len(placed) == 1:
-            share = self.evaluation.number(placed[0], "SpeedRefresh", frame, where)
+            share = self.evaluation.number(placed[0], "SpeedRefresh", scope, where)
             if share != 100.0:
                 raise ProgramError(
                     f"{where}: expected SpeedRefresh 100, got {share:g}, which changes the speed while"
@@ -231,7 +251,7 @@ class Moving:
         elif word == "SINGAREA" and options:
             self._take_singular(options)
         elif word == "EOFFSSET" and len(placed) == 1:
-            offsets = self.evaluation.known(placed[0], "extjoint", frame, where)
+            offsets = self.evaluation.known(placed[0], "extjoint", scope, where)
             if any(value not in (0.0, NO_AXIS) for value in _numbers(offsets, where)):
                 raise ProgramError(
                     f"{where}: expected no offsets of external axes, got EOffsSet: leave it out"
@@ -252,7 +272,7 @@ class Moving:
         self,
         placed: list[Expression],
         options: dict[str, Expression | None],
-        frame: Frame,
+        scope: RoutineScope,
         where: str,
     ) -> None:
         executed = options.get("EXEP")
@@ -263,18 +283,18 @@ class Moving:
             )
         poses = []
         for expression in (executed, placed[0]):
-            target = self.evaluation.known(expression, "robtarget", frame, where)
+            target = self.evaluation.known(expression, "robtarget", scope, where)
             assert isinstance(target, tuple)
             poses.append(pose_of(target[:2], where))
         self.motions.displace(displacement_of(poses[0], poses[1], "ROT" in options))
 
 
-def _is_given(argument: Argument, frame: Frame) -> bool:
+def _is_given(argument: Argument, scope: RoutineScope) -> bool:
     """Return whether an option is there, which may hang on one of the routine's parameters."""
     if not argument.is_conditional:
         return True
     assert isinstance(argument.value, Name)
-    return argument.value.name.upper() in frame.data
+    return argument.value.name.upper() in scope.data
 
 
 def _numbers(values: Value, where: str) -> list[float]:

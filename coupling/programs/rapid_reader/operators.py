@@ -10,7 +10,7 @@ from coupling.programs.poses import product
 from coupling.programs.program import HERE
 from coupling.programs.rapid_reader.values import (
     Data,
-    Unknown,
+    UnknownData,
     Value,
     pose_of,
     shown,
@@ -58,7 +58,7 @@ def operated(operator: str, operands: list[Data], where: str) -> Data:
         if operator in _DECISIVE and data.value is _DECISIVE[operator]:
             return data
     for data in operands:
-        if isinstance(data.value, Unknown):
+        if isinstance(data.value, UnknownData):
             return Data("", data.value)
     if len(operands) == 1:
         return _of_one(operator, operands[0], where)

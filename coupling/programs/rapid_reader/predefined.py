@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from coupling.programs.rapid_reader.functions import MODES
-from coupling.programs.rapid_reader.values import Data, Unknown, Value, single
+from coupling.programs.rapid_reader.values import Data, UnknownData, Value, single
 
 _HERE: Value = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 _LOAD: Value = (0.001, (0.0, 0.0, 0.001), (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 # Highest speed, which is that of the robot's type.
-HIGHEST = Unknown("vmax, the highest speed of the robot")
+HIGHEST = UnknownData("vmax, the highest speed of the robot")
 # mm/s; degrees per second of the tool, speeds of external axes.
 _SPEEDS = """5 10 20 30 40 50 60 80 100 150 200 300 400 500 600 800 1000 1500 2000 2500 3000 4000 5000
 6000 7000"""

@@ -10,16 +10,16 @@ from coupling.programs.rapid_reader.syntax import (
     Assignment,
     Block,
     Connect,
-    Declaration,
+    DataDeclaration,
     Expression,
     For,
     If,
-    Instruction,
     Jump,
-    Module,
     Parameter,
+    RapidInstruction,
+    RapidModule,
+    RapidRoutine,
     Return,
-    Routine,
     Statement,
     Test,
     While,
@@ -48,7 +48,7 @@ _CLOSING = frozenset(
 _DEEPEST = 30
 
 
-def modules_of(text: str, file: str) -> list[Module]:
+def modules_of(text: str, file: str) -> list[RapidModule]:
     """Return the modules of a text.
 
     Statements outside of routines are those of a procedure without a name, for excerpts.
@@ -63,7 +63,7 @@ def modules_of(text: str, file: str) -> list[Module]:
     # The controller's lines stay empty lines.
     bare = _HEADER.sub(lambda found: "\n" * found[0].count("\n"), text)
     words = Words(bare, file)
-    modules: list[Module] = []
+    modules: list[RapidModule] = []
     while words.kind != "end":
         is_wrapped = words.takes("MODULE")
         if is_wrapped:
@@ -74,8 +74,8 @@ def modules_of(text: str, file: str) -> list[Module]:
     return modules
 
 
-def _module(words: Words, file: str, is_wrapped: bool) -> Module:
-    module = Module(file)
+def _module(words: Words, file: str, is_wrapped: bool) -> RapidModule:
+    module = RapidModule(file)
     loose: list[Statement] = []
     where = words.where
     while not (words.takes("ENDMODULE") if is_wrapped else words.kind == "end"):
@@ -99,7 +99,7 @@ def _module(words: Words, file: str, is_wrapped: bool) -> Module:
         else:
             _statement(words, loose, 0)
     if loose:
-        module.routines[""] = Routine(where, "PROC", "", "", (), tuple(loose), False, True)
+        module.routines[""] = RapidRoutine(where, "PROC", "", "", (), tuple(loose), False, True)
     return module
 
 
@@ -112,17 +112,17 @@ def _record(words: Words) -> tuple[tuple[str, str], ...]:
     return components(",".join(fields)) if fields else ()
 
 
-def _declaration(words: Words, is_local: bool) -> Declaration:
+def _declaration(words: Words, is_local: bool) -> DataDeclaration:
     where, storage = words.where, words.advance().upper()
     kind = words.name("a kind of data").lower()
     name = words.name("the name of data")
     extents = words.listed("}") if words.takes("{") else ()
     initial = words.expression() if words.takes(":=") else None
     words.require(";", f"a semicolon behind {name!r}")
-    return Declaration(where, storage, kind, name, extents, initial, is_local)
+    return DataDeclaration(where, storage, kind, name, extents, initial, is_local)
 
 
-def _routine(words: Words, is_local: bool) -> Routine:
+def _routine(words: Words, is_local: bool) -> RapidRoutine:
     where, word = words.where, words.advance().upper()
     kind = words.name("the kind of a function").lower() if word == "FUNC" else ""
     name = words.name("the name of a routine")
@@ -139,7 +139,7 @@ def _routine(words: Words, is_local: bool) -> Routine:
             words.listed(")")
         _block(words, (where, word), (end, *_HANDLERS), 0)
         has_handler = has_handler or handler != "BACKWARD"
-    return Routine(where, word, name, kind, parameters, body, has_handler, is_local)
+    return RapidRoutine(where, word, name, kind, parameters, body, has_handler, is_local)
 
 
 def _parameters(words: Words) -> tuple[Parameter, ...]:
@@ -200,7 +200,7 @@ def _statement(words: Words, found: list[Statement], depth: int) -> None:
         words.advance()
         computed = words.expression()
         words.require("%")
-        found.append(Instruction(where, "", words.arguments(), computed))
+        found.append(RapidInstruction(where, "", words.arguments(), computed))
         words.require(";", "a semicolon")
         return
     if words.kind != "name":
@@ -244,7 +244,7 @@ def _simple(words: Words, where: str) -> Statement:
         target = words.expression()
         words.require(":=")
         return Assignment(where, target, words.expression())
-    return Instruction(where, words.advance(), words.arguments())
+    return RapidInstruction(where, words.advance(), words.arguments())
 
 
 def _if(words: Words, where: str, depth: int) -> If:

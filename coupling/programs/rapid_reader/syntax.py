@@ -66,7 +66,7 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class FunctionCall:
     """A function with its arguments."""
 
     name: str
@@ -74,18 +74,18 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
-class Operation:
+class OperatorExpression:
     """An operator with its one or two operands."""
 
     operator: str
     operands: tuple[Expression, ...]
 
 
-Expression = Literal | Brackets | Name | Component | Element | Call | Operation
+Expression = Literal | Brackets | Name | Component | Element | FunctionCall | OperatorExpression
 
 
 @dataclass(frozen=True, slots=True)
-class Declaration:
+class DataDeclaration:
     """Data with a kind, in capitals neither.
 
     Attributes:
@@ -112,7 +112,7 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
-class Instruction:
+class RapidInstruction:
     """A procedure by its name, or by a text between percent signs."""
 
     where: str
@@ -184,7 +184,16 @@ class Jump:
 
 
 Statement = (
-    Declaration | Assignment | Instruction | If | For | While | Test | Return | Connect | Jump
+    DataDeclaration
+    | Assignment
+    | RapidInstruction
+    | If
+    | For
+    | While
+    | Test
+    | Return
+    | Connect
+    | Jump
 )
 Block = tuple[Statement, ...]
 
@@ -206,7 +215,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Routine:
+class RapidRoutine:
     """A procedure, function or trap.
 
     Attributes:
@@ -226,7 +235,7 @@ class Routine:
 
 
 @dataclass
-class Module:
+class RapidModule:
     """Data and routines of a module, by names in capitals.
 
     Attributes:
@@ -235,8 +244,8 @@ class Module:
     """
 
     file: str
-    data: dict[str, Declaration] = field(default_factory=dict)
-    routines: dict[str, Routine] = field(default_factory=dict)
+    data: dict[str, DataDeclaration] = field(default_factory=dict)
+    routines: dict[str, RapidRoutine] = field(default_factory=dict)
     records: dict[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
 
 

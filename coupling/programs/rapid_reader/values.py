@@ -45,17 +45,17 @@ _EMPTY: dict[str, Value] = {"num": 0.0, "dnum": 0.0, "bool": False, "string": ""
 
 
 @dataclass(frozen=True, slots=True)
-class Unknown:
+class UnknownData:
     """A value that the program does not tell.
 
     Attributes:
-        reason: What it is, for messages: a name, or a function of the controller.
+        reason: Words for it in messages: a name, or a function of the controller.
     """
 
     reason: str
 
 
-Value = float | bool | str | tuple["Value", ...] | Unknown
+Value = float | bool | str | tuple["Value", ...] | UnknownData
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class Kinds:
         Raises:
             ProgramError: If it is none of that kind.
         """
-        if isinstance(value, Unknown) or not kind:
+        if isinstance(value, UnknownData) or not kind:
             return value
         if rank:
             if not isinstance(value, tuple) or len(value) > _LARGEST_ARRAY:
@@ -140,7 +140,7 @@ class Kinds:
         fields = self.records.get(kind)
         if fields is not None:
             return tuple(self.empty(part, (), where) for _, part in fields)
-        return _EMPTY.get(kind, Unknown(f"data of {kind}"))
+        return _EMPTY.get(kind, UnknownData(f"data of {kind}"))
 
     def component(self, data: Data, name: str, where: str) -> Data:
         """Return a component of a record.
@@ -148,20 +148,20 @@ class Kinds:
         Raises:
             ProgramError: If it has none of that name.
         """
-        if not data.kind and isinstance(data.value, Unknown):
+        if not data.kind and isinstance(data.value, UnknownData):
             return data
         at, kind = self._place(data, name, where)
-        if isinstance(data.value, Unknown):
+        if isinstance(data.value, UnknownData):
             return Data(kind, data.value)
         assert isinstance(data.value, tuple)
         return Data(kind, data.value[at])
 
     def with_component(self, data: Data, name: str, value: Value, where: str) -> Data:
         """Return a record with another value of a component.  Raises as `component`."""
-        if not data.kind and isinstance(data.value, Unknown):
+        if not data.kind and isinstance(data.value, UnknownData):
             return data
         at, _ = self._place(data, name, where)
-        if isinstance(data.value, Unknown):
+        if isinstance(data.value, UnknownData):
             return data
         assert isinstance(data.value, tuple)
         return Data(data.kind, (*data.value[:at], value, *data.value[at + 1 :]))
@@ -217,7 +217,7 @@ def numbers_of(value: Value, what: str, where: str) -> list[float]:
     """
     items = value if isinstance(value, tuple) else (value,)
     for item in items:
-        if isinstance(item, Unknown):
+        if isinstance(item, UnknownData):
             _refuse(what, item, where)
         if not isinstance(item, float) or item == NO_AXIS or not math.isfinite(item):
             _refuse(f"numbers as {what}", value, where)
@@ -250,7 +250,7 @@ def value_of(pose: Pose) -> Value:
 
 def shown(value: Value) -> str:
     """Return a value for a message."""
-    if isinstance(value, Unknown):
+    if isinstance(value, UnknownData):
         return value.reason
     if isinstance(value, bool):
         return str(value).upper()
