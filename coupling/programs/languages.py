@@ -16,6 +16,9 @@ from coupling.programs.program import ProgramFile, RobotProgram
 
 Targets = Literal["cartesian", "joints"]
 Posture = Literal["never", "known", "always"]
+# Programs of ABB, and what else holds modules.
+_RAPID_ENDINGS = (".mod", ".modx", ".prg")
+_RAPID_MODULES = (*_RAPID_ENDINGS, ".sys", ".sysx")
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,7 @@ class Language:
         write: Function that gives the files of a program.
         read: Function that reads them again.
         ending: Ending of the file that a user names to have a program read.
+        endings: Others that such a file may have.
         between: Motion of its controller between timed targets: "straight", or "spline" through them.
         longest_name: Characters that a program's name may have.
         targets: Kinds of targets in its programs, the usual first.
@@ -48,11 +52,13 @@ class Language:
     dense: bool = False
     posture: Posture = "never"
     joints: int | None = 6
+    endings: tuple[str, ...] = ()
 
 
 def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
-    file = _one(files, ".mod")
-    return rapid_reader.read(file.text, file.name)
+    """Return the program of the first file; the others are modules of its folder."""
+    file, *others = files
+    return rapid_reader.read(file.text, file.name, {other.name: other.text for other in others})
 
 
 def _read_csv(files: Sequence[ProgramFile]) -> RobotProgram:
@@ -87,6 +93,7 @@ LANGUAGES = {
             "straight",
             rapid.LONGEST_NAME - 2,
             posture="always",
+            endings=_RAPID_ENDINGS[1:],
         ),
         Language(
             "fanuc",
@@ -126,6 +133,7 @@ def read_program(path: Path) -> RobotProgram:
         raise ProgramError(f"{path}: expected a robot program, {other}")
     ending = path.suffix.lower()
     known = {language.ending: language for language in LANGUAGES.values()}
+    known |= {name: language for language in known.values() for name in language.endings}
     if ending not in known:
         raise ProgramError(f"{path}: ending: {one_of(known, ending)}")
     first = _file(path)
@@ -133,9 +141,15 @@ def read_program(path: Path) -> RobotProgram:
 
 
 def _beside(path: Path, text: str) -> list[ProgramFile]:
-    """Return the files that belong to one: of its name with .dat, or called by it."""
+    """Return the files that belong to one: its .dat, other modules, or programs that it calls."""
     if path.suffix.lower() == ".src":
         return _modules(path, text)
+    if path.suffix.lower() in _RAPID_ENDINGS:
+        return [
+            _file(file)
+            for file in sorted(path.parent.iterdir())
+            if file.suffix.lower() in _RAPID_MODULES and file != path and file.is_file()
+        ]
     wanted = set()
     if path.suffix.lower() == ".ls":
         wanted = {(name, ".ls") for name in fanuc_reader.called(text)}

@@ -72,8 +72,8 @@ def test_rapid_that_sets_its_frames_and_speeds_on_the_way_is_read():
     ("line", "words"),
     [
         ("sp.v_max := 3;", "expected a component of speeddata, got 'v_max'"),
-        ("sp := Faster(sp,1);", "expected numbers in brackets"),
-        ("wo.uframe := [[0,0,0],[1,0,0,0]];", "expected one wo for all targets"),
+        ("sp := Faster(sp,1);", "expected a function of RAPID or of the program, got Faster"),
+        ("wo.uframe := 3;", "expected a value of pose, got one of num"),
     ],
 )
 def test_data_that_rapid_sets_to_what_is_not_known_are_refused(line, words):
