@@ -212,7 +212,9 @@ def _computed(a: Value, sign: str, b: Value, within: _Expression) -> Value:
     if isinstance(a, str) or isinstance(b, str):
         raise within.error(sign)
     if sign in ("/", "DIV", "MOD") and b == 0:
-        raise ProgramError(f"{within.where}: expected a divisor, got 0 in {shortened(within.text)!r}")
+        raise ProgramError(
+            f"{within.where}: expected a divisor, got 0 in {shortened(within.text)!r}"
+        )
     result = {
         "+": lambda: a + b,
         "-": lambda: a - b,

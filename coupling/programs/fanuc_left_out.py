@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+
+from coupling.programs.fanuc_text import TpText
 
 # Instructions by the words under which they are listed; each pattern begins them.
 _LEFT_OUT = {
@@ -37,11 +40,21 @@ _LEFT_OUT = {
     "Weld Start": r"WELD\s+START\s*\[",
     "Weld End": r"WELD\s+END\s*\[",
     "Weave End": r"WEAVE\s+END\b",
+    "TC_ONLINE": r"TC_ONLINE\b",
     "$WAITTMOUT": r"\$WAITTMOUT\s*=",
 }
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), word) for word, pattern in _LEFT_OUT.items())
 # What a string gives to a register.
 OUTCOME = re.compile(r"(?:STRLEN|FINDSTR)\b", re.IGNORECASE)
+
+# Branches of a program without an effect on the path have none themselves; what one of them does stands
+# behind the last comma before a word.
+_FLOW = re.compile(r"(?:IF\b.*\bTHEN|ELSE|ENDIF|END|LBL\[.*\]|JMP LBL\[.*\])", re.IGNORECASE)
+_ACTION = re.compile(
+    r"(?:^(?:IF|SELECT)\b.*?|^=.*?|^ELSE\s*),\s*((?:JMP|CALL|RUN|[A-Z_$]+\s*\[)[^,]*(?:\([^()]*\))?.*)$",
+    re.IGNORECASE,
+)
+_CALL = re.compile(r"(?:CALL|RUN)\s+([\w-]+)\s*(?:\(.*\))?", re.IGNORECASE)
 
 
 def left_out_word(instruction: str) -> str | None:
@@ -55,3 +68,43 @@ def left_out_word(instruction: str) -> str | None:
         if pattern.match(instruction):
             return word
     return None
+
+
+def is_harmless(name: str, files: Mapping[str, TpText]) -> bool:
+    """Return whether a program is there and cannot change a path, whatever its branches.
+
+    Args:
+        name: Its name.
+        files: Programs by their names in capitals.
+    """
+    return name.upper() in files and not first_effect(name, files)
+
+
+def first_effect(name: str, files: Mapping[str, TpText]) -> str:
+    """Return the first instruction of a program, or of what it calls, that may change a path.
+
+    Args:
+        name: Its name.
+        files: Programs by their names in capitals.
+
+    Returns:
+        The instruction; empty if there is none.
+    """
+    waiting, seen = [name.upper()], set()
+    while waiting:
+        title = waiting.pop()
+        if title in seen:
+            continue
+        seen.add(title)
+        if title not in files:
+            return f"CALL {title}"
+        for instruction in files[title].instructions:
+            words = instruction.text
+            action = _ACTION.search(words)
+            if action is not None:
+                words = action[1]
+            if (call := _CALL.fullmatch(words)) is not None:
+                waiting.append(call[1].upper())
+            elif left_out_word(words) is None and not _FLOW.fullmatch(words):
+                return instruction.text
+    return ""

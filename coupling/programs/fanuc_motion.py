@@ -20,7 +20,7 @@ _SPEED = re.compile(
 _END = re.compile(rf"(?:FINE|(?:CNT|CD|CR)\s*(?:\d+|{_REGISTER}))(?!\w)\s*", re.IGNORECASE)
 _WORD = re.compile(r"[^\s,]+")
 _ACTION = (
-    rf"(?:CALL\s+\w+(?:\s*\([^()]*\))?|(?:DO|RO|GO|AO|SO|UO|WO|F){_BRACKETS}\s*=\s*"
+    rf"(?:P-SPS|CALL\s+\w+(?:\s*\([^()]*\))?|(?:DO|RO|GO|AO|SO|UO|WO|F){_BRACKETS}\s*=\s*"
     rf"(?:PULSE(?:\s*,\s*[\d.]+\s*sec)?|ON|OFF|\([^()]*\)|{_REGISTER}|-?[\d.]+))"
 )
 
@@ -100,7 +100,9 @@ _OPTIONS: tuple[tuple[re.Pattern[str], Kind, str], ...] = (
     (_option(rf"Tool_Offset(?:\s*,\s*PR{_INDEX})?"), "tool_offset", ""),
     (_option("INC"), "incremental", ""),
     (
-        _option(rf"(?:T[AB]|TIME\s+(?:BEFORE|AFTER)|D[AB])\s*(?:-?[\d.]+|{_REGISTER})\s*(?:sec|mm)\s*,\s*({_ACTION})"),
+        _option(
+            rf"(?:T[AB]|TIME\s+(?:BEFORE|AFTER)|D[AB])\s*(?:-?[\d.]+|{_REGISTER})\s*(?:sec|mm)\s*,\s*({_ACTION})"
+        ),
         "call",
         "",
     ),
@@ -143,7 +145,9 @@ def motion_of(text: str, where: str) -> MotionInstruction:
             f" {shortened(_first(text, rest))!r} in {shortened(text)!r}"
         )
     if speed[2] == "%" and letter == "L":
-        raise ProgramError(f"{where}: expected a speed of L in mm/sec or a time, got {speed[0].strip()}")
+        raise ProgramError(
+            f"{where}: expected a speed of L in mm/sec or a time, got {speed[0].strip()}"
+        )
     end = _END.match(text, speed.end())
     if end is None:
         raise ProgramError(
@@ -175,7 +179,9 @@ def _options(text: str, at: int, where: str) -> tuple[MotionOption, ...]:
                 " remove it if it does not change the path"
             )
         if kind == "refused":
-            raise ProgramError(f"{where}: expected a motion to its target, got {match[0]!r}, which {word}")
+            raise ProgramError(
+                f"{where}: expected a motion to its target, got {match[0]!r}, which {word}"
+            )
         argument = next((group for group in match.groups() if group), "") if match.groups() else ""
         options.append(MotionOption(kind, word or match[0], argument))
         at = match.end()

@@ -98,6 +98,11 @@ def _fields(text: str, where: str) -> dict[str, float]:
         if field is None:
             if _UNTAUGHT.fullmatch(word):
                 raise ProgramError(f"{where}: expected a taught position, got {shortened(word)!r}")
+            if re.match(r"R[XYZWPR]\b", word):
+                raise ProgramError(
+                    f"{where}: expected a position of a tool that the robot holds, got one of a tool that"
+                    f" stands, RTCP: {shortened(word)!r}"
+                )
             raise ProgramError(
                 f"{where}: expected X, Y, Z in mm, W, P, R or J1, J2, .. in deg, got"
                 f" {shortened(word)!r}"
@@ -111,7 +116,7 @@ def _fields(text: str, where: str) -> dict[str, float]:
 
 def _values(fields: dict[str, float], where: str) -> tuple[tuple[float, ...], bool]:
     """Return the robot's numbers, and whether they are joint angles."""
-    if "J1" in fields:
+    if any(_AXIS.fullmatch(name) for name in fields):
         axes = [name for name in fields if _AXIS.fullmatch(name)]
         if axes != [f"J{k}" for k in range(1, len(axes) + 1)]:
             raise ProgramError(f"{where}: expected J1, J2, .. in order, got {', '.join(axes)}")

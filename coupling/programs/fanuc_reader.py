@@ -9,7 +9,7 @@ from math import acos, degrees
 
 from coupling.errors import ProgramError
 from coupling.programs.fanuc_expressions import Unknown, Value, evaluate, whole_number
-from coupling.programs.fanuc_left_out import OUTCOME, left_out_word
+from coupling.programs.fanuc_left_out import OUTCOME, first_effect, is_harmless, left_out_word
 from coupling.programs.fanuc_motion import MotionInstruction, MotionOption, is_motion, motion_of
 from coupling.programs.fanuc_positions import TpPosition, cartesian_of, position_of
 from coupling.programs.fanuc_registers import LastTarget, PositionRegister, Registers
@@ -32,7 +32,9 @@ _FLAGS = re.IGNORECASE
 _REGISTER = re.compile(r"R\[(.+?)\]\s*=(?!=)\s*(.+)", _FLAGS)
 _ELEMENT = re.compile(r"PR\[([^,=]+),([^=]+)\]\s*=\s*(.+)", _FLAGS)
 _WHOLE = re.compile(r"PR\[([^,=]+)\]\s*=\s*(.+)", _FLAGS)
-_TERM = re.compile(r"\s*([-+]?)\s*(LPOS|JPOS|(PR|P|UFRAME|UTOOL)\[((?:[^\[\]]|\[[^\[\]]*\])*)\])", _FLAGS)
+_TERM = re.compile(
+    r"\s*([-+]?)\s*(LPOS|JPOS|(PR|P|UFRAME|UTOOL)\[((?:[^\[\]]|\[[^\[\]]*\])*)\])", _FLAGS
+)
 _SET = re.compile(r"(UFRAME|UTOOL)\[([^=]+)\]\s*=\s*PR\[([^=]+)\]", _FLAGS)
 _CHOSEN = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(.+)", _FLAGS)
 _OVERRIDE = re.compile(
@@ -43,7 +45,8 @@ _CONDITION = re.compile(
     r"(?:\s*,?\s*\(?(UFRAME|UTOOL)\[([^\]]+)\]\)?)?",
     _FLAGS,
 )
-_CALL = re.compile(r"(CALL|RUN)\s+(\w+)\s*(?:\((.*)\))?", _FLAGS)
+_CALL = re.compile(r"(CALL|RUN)\s+([\w-]+)\s*(?:\((.*)\))?", _FLAGS)
+_CALL_BY_STRING = re.compile(r"(?:CALL|RUN)\s+A?SR?\[.*", _FLAGS)
 _JUMP = re.compile(r"JMP\s+LBL\[(.+)\]", _FLAGS)
 _LABEL = re.compile(r"LBL\[.+\]", _FLAGS)
 _FOR = re.compile(r"FOR\s+R\[(.+?)\]\s*=\s*(.+?)\s+(TO|DOWNTO)\s+(.+)", _FLAGS)
@@ -152,7 +155,10 @@ class _FanucReader:
         upper = words.upper()
         where = running.text.where(index)
         if is_motion(words):
-            self._move(running, motion_of(words, where), where)
+            motion = motion_of(words, where)
+            self._move(running, motion, where)
+            if any(option.argument.upper() == "P-SPS" for option in motion.options):
+                return self._point_logic(running, index, where)
         elif upper.startswith("IF") and (block := _IF_THEN.fullmatch(words)) is not None:
             return self._branch(running, index, block[1], where)
         elif upper in ("ELSE", "ENDIF"):
@@ -167,6 +173,22 @@ class _FanucReader:
         else:
             return self._act(running, index, words, where)
         return index + 1
+
+    def _point_logic(self, running: _Running, index: int, where: str) -> int:
+        """Go over what is done on the way to a point, which stands behind it up to a line of dashes."""
+        instructions = running.text.instructions
+        for after in range(index + 1, len(instructions)):
+            instruction = instructions[after]
+            if instruction.text.startswith("---"):
+                return after + 1
+            here = running.text.where(after)
+            if not self._is_without_effect(running, instruction.text, here):
+                raise ProgramError(
+                    f"{here}: expected outputs and waits alone in what runs during a motion, got"
+                    f" {shortened(instruction.text)!r}"
+                )
+            self.notes.leave_out("P-SPS")
+        raise ProgramError(f"{where}: expected a line of dashes behind P-SPS, got none")
 
     def _partner(self, running: _Running, index: int, where: str) -> int:
         partner = running.text.partners.get(index)
@@ -190,6 +212,11 @@ class _FanucReader:
             return index + 1
         if (call := _CALL.fullmatch(words)) is not None:
             self._call(running, call, where)
+        elif _CALL_BY_STRING.fullmatch(words):
+            raise ProgramError(
+                f"{where}: expected the name of a program, got {shortened(words)!r}, which the controller"
+                " alone knows: write the name"
+            )
         elif (word := left_out_word(words)) is not None:
             self.notes.leave_out(word)
             if _TIMEOUT.match(words):
@@ -210,9 +237,12 @@ class _FanucReader:
     def _unknown(self, running: _Running, condition: str, where: str) -> ProgramError:
         value = self._value(running, condition, where)
         name = value.name if isinstance(value, Unknown) else condition
+        remedy = "set it before, or write the branch that is taken"
+        if name.startswith("AR["):
+            remedy = "read the program that calls this one, which gives it"
         return ProgramError(
             f"{where}: expected a condition of what the program sets, got {shortened(name)} in"
-            f" {shortened(condition.strip())!r}: write the branch that is taken, or set the register"
+            f" {shortened(condition.strip())!r}: {remedy}"
         )
 
     def _if(self, running: _Running, index: int, words: str, where: str) -> int:
@@ -249,6 +279,8 @@ class _FanucReader:
         if words.upper().startswith("IF"):
             action = "" if _IF_THEN.fullmatch(words) else _parted(words[2:])[1]
             return not action or self._is_without_effect(running, action, where)
+        if (call := _CALL.fullmatch(words)) is not None:
+            return is_harmless(call[2], self.files)
         given = _REGISTER.fullmatch(words)
         if given is None:
             return False
@@ -302,7 +334,8 @@ class _FanucReader:
         register, _, rest = first.partition("=")
         cases, behind = [f"={rest}"], index + 1
         while behind < len(instructions) and (
-            _CASE.fullmatch(instructions[behind].text) or _ELSE_CASE.fullmatch(instructions[behind].text)
+            _CASE.fullmatch(instructions[behind].text)
+            or _ELSE_CASE.fullmatch(instructions[behind].text)
         ):
             cases.append(instructions[behind].text)
             behind += 1
@@ -312,7 +345,9 @@ class _FanucReader:
         for case in cases:
             given, other = _CASE.fullmatch(case), _ELSE_CASE.fullmatch(case)
             if given is None and other is None:
-                raise ProgramError(f"{where}: expected =value,action in SELECT, got {shortened(case)!r}")
+                raise ProgramError(
+                    f"{where}: expected =value,action in SELECT, got {shortened(case)!r}"
+                )
             if given is None or value == self._known(running, given[1], where):
                 action = given[2] if given is not None else case.partition(",")[2].strip()
                 after = self._act(running, index, action, where)
@@ -327,12 +362,15 @@ class _FanucReader:
                 f"{where}: expected a file {name}.ls beside the program, got none for {word} {name}: put it"
                 " there, or remove the line if it does not move the robot"
             )
-        if word == "RUN":
-            self._require_harmless(text, f"{where}: RUN {name}")
-            self.notes.leave_out("RUN")
+        if is_harmless(name, self.files):
+            self.notes.leave_out(f"{word} of outputs")
             return
+        if word == "RUN":
+            raise self._moving(name, where)
         if running.depth >= _DEEPEST:
-            raise ProgramError(f"{where}: expected at most {_DEEPEST} calls in each other, got more")
+            raise ProgramError(
+                f"{where}: expected at most {_DEEPEST} calls in each other, got more"
+            )
         values = tuple(self._value(running, part, where) for part in _listed(arguments))
         inner = _Running(text, values, dict(running.offsets), running.depth + 1)
         self._run(inner)
@@ -340,14 +378,12 @@ class _FanucReader:
             # Whether a condition outlives the program that set it is not known.
             running.offsets = {}
 
-    def _require_harmless(self, text: TpText, where: str) -> None:
-        """Refuse a program that does something to the path while the robot moves."""
-        for instruction in text.instructions:
-            if left_out_word(instruction.text) is None and instruction.text.upper() != "END":
-                raise ProgramError(
-                    f"{where}: expected outputs and waits alone in what runs during a motion, got"
-                    f" {shortened(instruction.text)!r} in {text.file}"
-                )
+    def _moving(self, name: str, where: str) -> ProgramError:
+        words = first_effect(name, self.files)
+        return ProgramError(
+            f"{where}: expected outputs and waits alone in {name}, which runs during a motion, got"
+            f" {shortened(words)!r}: call it before or after the motion"
+        )
 
     # Values.
 
@@ -379,7 +415,11 @@ class _FanucReader:
             index = self._index(running, given[1], where)
             registers.set_position(index, self._sum(running, given[2], where))
         elif (given := _REGISTER.fullmatch(words)) is not None:
-            value = Unknown(given[2]) if OUTCOME.match(given[2]) else self._value(running, given[2], where)
+            value = (
+                Unknown(given[2])
+                if OUTCOME.match(given[2])
+                else self._value(running, given[2], where)
+            )
             registers.set_number(self._index(running, given[1], where), value)
         elif (given := _SET.fullmatch(words)) is not None:
             number, index = (self._index(running, part, where) for part in given.groups()[1:])
@@ -415,7 +455,11 @@ class _FanucReader:
 
     def _sum(self, running: _Running, text: str, where: str) -> PositionRegister:
         """Return a sum or difference of positions."""
-        bare = text.strip().removeprefix("(").removesuffix(")") if text.startswith("(") else text.strip()
+        bare = (
+            text.strip().removeprefix("(").removesuffix(")")
+            if text.startswith("(")
+            else text.strip()
+        )
         total: PositionRegister | None = None
         at = 0
         while at < len(bare):
@@ -539,7 +583,9 @@ class _FanucReader:
             self._require_one_kind(last, position, "INC", where)
             position = position.plus(last.values)
             # The last target has no other axes; those of an increment are zero where they stand.
-            position = TpPosition(position.values, position.is_joint, others=self._moved_others(position, where))
+            position = TpPosition(
+                position.values, position.is_joint, others=self._moved_others(position, where)
+            )
         for option in motion.options:
             if option.kind == "offset":
                 position = self._offset(running, option, position, where)
@@ -557,14 +603,14 @@ class _FanucReader:
                 )
         return ()
 
-    def _shift(
-        self, running: _Running, option: MotionOption, word: str, where: str
-    ) -> TpPosition:
+    def _shift(self, running: _Running, option: MotionOption, word: str, where: str) -> TpPosition:
         """Return the position register that an option shifts a target by."""
         if option.argument:
             return self.registers.position(self._index(running, option.argument, where), where)
         if word not in running.offsets:
-            raise ProgramError(f"{where}: expected {word} CONDITION PR[] before {option.words}, got none")
+            raise ProgramError(
+                f"{where}: expected {word} CONDITION PR[] before {option.words}, got none"
+            )
         return self.registers.position(running.offsets[word], where)
 
     def _offset(
@@ -573,7 +619,9 @@ class _FanucReader:
         shift = self._shift(running, option, "OFFSET", where)
         self._require_one_kind(position, shift, "Offset", where)
         if not shift.is_joint and any(shift.values[3:]):
-            self.notes.assume("W, P, R of an Offset are added to those of its target ($OFFSET_CART=FALSE)")
+            self.notes.assume(
+                "W, P, R of an Offset are added to those of its target ($OFFSET_CART=FALSE)"
+            )
         return position.plus(shift.values)
 
     def _tool_offset(
@@ -607,17 +655,20 @@ class _FanucReader:
 
     def _on_the_way(self, action: str, where: str) -> None:
         """Take what is done during a motion: outputs, or a program of outputs."""
+        if action.upper() == "P-SPS":
+            return
         if (call := _CALL.fullmatch(action)) is None:
             self.notes.leave_out(left_out_word(action) or action)
             return
-        text = self.files.get(call[2].upper())
-        if text is None:
+        name = call[2]
+        if name.upper() not in self.files:
             raise ProgramError(
-                f"{where}: expected a file {call[2]}.ls beside the program, got none for {action}: put it"
+                f"{where}: expected a file {name}.ls beside the program, got none for {action}: put it"
                 " there, or remove the option if it does not move the robot"
             )
-        self._require_harmless(text, f"{where}: {action}")
-        self.notes.leave_out("CALL on the way")
+        if not is_harmless(name, self.files):
+            raise self._moving(name, where)
+        self.notes.leave_out("CALL of outputs")
 
     def _pace(
         self, running: _Running, motion: MotionInstruction, position: TpPosition, where: str

@@ -16,7 +16,9 @@ _GROUPS = re.compile(r"^\s*DEFAULT_GROUP\s*=\s*([^\s,;]+)", re.MULTILINE)
 _SECTION = re.compile(r"/[A-Z]+\b", re.IGNORECASE)
 # The number of a line; a line with none but a colon continues the one before.
 _NUMBERED = re.compile(r"\s*(\d*)\s*:")
-_COMMENTS = ("!", "//", "--")
+# A controller's lines are shorter by far.
+_LONGEST = 2000
+_COMMENTS = ("!", "//", "--eg")
 # What a user calls a register, a position or a label, behind its number.
 _NAME = re.compile(r":[^\[\]]*(?=\])")
 _FIRST_GROUP = re.compile(r"\bGP1\s*:\s*", re.IGNORECASE)
@@ -71,10 +73,17 @@ class TpText:
             raise ProgramError(f"{file.name}: expected /PROG and a name, got none")
         sections = _sections(text)
         groups = _GROUPS.search(text)
+        instructions = tuple(_instructions(sections["/MN"]))
+        for instruction in instructions:
+            if len(instruction.text) > _LONGEST:
+                raise ProgramError(
+                    f"{file.name}: line {instruction.line}: expected an instruction of at most {_LONGEST}"
+                    f" characters, got {len(instruction.text)}"
+                )
         return cls(
             file=file.name,
             title=title[1],
-            instructions=tuple(_instructions(sections["/MN"])),
+            instructions=instructions,
             positions=_positions(file.name, "\n".join(line for _, line in sections["/POS"])),
             moves_robot=groups is None or groups[1] == "1",
         )

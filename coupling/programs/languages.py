@@ -135,15 +135,32 @@ def read_program(path: Path) -> RobotProgram:
 
 def _beside(path: Path, text: str) -> list[ProgramFile]:
     """Return the files that belong to one: of its name with .dat, or called by it."""
-    wanted = {(path.stem.upper(), ".dat")}
     if path.suffix.lower() == ".ls":
-        wanted = {(name, ".ls") for name in fanuc_reader.called(text)}
+        return _called(path, text)
+    wanted = {(path.stem.upper(), ".dat")}
     files = sorted(path.parent.iterdir()) if wanted else []
     return [
         _file(file)
         for file in files
         if (file.stem.upper(), file.suffix.lower()) in wanted and file != path
     ]
+
+
+def _called(path: Path, text: str) -> list[ProgramFile]:
+    """Return the files .ls that a program calls, and those that they call."""
+    names = list(fanuc_reader.called(text))
+    there = {
+        file.stem.upper(): file
+        for file in (sorted(path.parent.iterdir()) if names else [])
+        if file.suffix.lower() == ".ls" and file != path
+    }
+    files: dict[str, ProgramFile] = {}
+    while names:
+        name = names.pop()
+        if name in there and name not in files:
+            files[name] = _file(there[name])
+            names += fanuc_reader.called(files[name].text)
+    return list(files.values())
 
 
 def _file(path: Path) -> ProgramFile:
