@@ -1,4 +1,4 @@
-"""Expressions of FANUC programs: numbers, registers and conditions, some of them known to nobody before it runs."""
+"""Expressions of FANUC programs: numbers, registers and conditions, of which some are not known."""
 
 from __future__ import annotations
 
@@ -17,6 +17,14 @@ _TOKEN = re.compile(
 # Brackets in each other; the language allows five.
 _DEEPEST = 20
 _LARGEST = 1e30
+_OPERATIONS: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "DIV": lambda a, b: float(math.trunc(a / b)),
+    "MOD": math.fmod,
+}
 _CONSTANTS = {"ON": True, "OFF": False, "TRUE": True, "FALSE": False}
 
 
@@ -194,9 +202,10 @@ def _logical(a: Value, b: Value, join: Callable[[tuple[Value, Value]], bool]) ->
 
 
 def _compared(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    for value in (a, b):
-        if isinstance(value, Unknown):
-            return value
+    if isinstance(a, Unknown):
+        return a
+    if isinstance(b, Unknown):
+        return b
     if isinstance(a, str) or isinstance(b, str):
         if type(a) is not type(b) or sign not in ("=", "<>"):
             raise within.error(sign)
@@ -206,23 +215,17 @@ def _compared(a: Value, sign: str, b: Value, within: _Expression) -> Value:
 
 
 def _computed(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    for value in (a, b):
-        if isinstance(value, Unknown):
-            return value
+    if isinstance(a, Unknown):
+        return a
+    if isinstance(b, Unknown):
+        return b
     if isinstance(a, str) or isinstance(b, str):
         raise within.error(sign)
     if sign in ("/", "DIV", "MOD") and b == 0:
         raise ProgramError(
             f"{within.where}: expected a divisor, got 0 in {shortened(within.text)!r}"
         )
-    result = {
-        "+": lambda: a + b,
-        "-": lambda: a - b,
-        "*": lambda: a * b,
-        "/": lambda: a / b,
-        "DIV": lambda: float(math.trunc(a / b)),
-        "MOD": lambda: math.fmod(a, b),
-    }[sign]()
+    result = _OPERATIONS[sign](float(a), float(b))
     if not abs(result) <= _LARGEST:
         raise ProgramError(f"{within.where}: expected a number of at most {_LARGEST:g}, got more")
-    return float(result)
+    return result

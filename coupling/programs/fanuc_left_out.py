@@ -54,7 +54,7 @@ _ACTION = re.compile(
     r"(?:^(?:IF|SELECT)\b.*?|^=.*?|^ELSE\s*),\s*((?:JMP|CALL|RUN|[A-Z_$]+\s*\[)[^,]*(?:\([^()]*\))?.*)$",
     re.IGNORECASE,
 )
-_CALL = re.compile(r"(?:CALL|RUN)\s+([\w-]+)\s*(?:\(.*\))?", re.IGNORECASE)
+CALL = re.compile(r"(?:CALL|RUN)\s+([\w-]+)\s*(?:\(.*\))?", re.IGNORECASE)
 
 
 def left_out_word(instruction: str) -> str | None:
@@ -103,7 +103,7 @@ def first_effect(name: str, files: Mapping[str, TpText]) -> str:
             action = _ACTION.search(words)
             if action is not None:
                 words = action[1]
-            if (call := _CALL.fullmatch(words)) is not None:
+            if (call := CALL.fullmatch(words)) is not None:
                 waiting.append(call[1].upper())
             elif left_out_word(words) is None and not _FLOW.fullmatch(words):
                 return instruction.text

@@ -134,8 +134,8 @@ def motion_of(text: str, where: str) -> MotionInstruction:
     if letter not in "JL":
         raise ProgramError(
             f"{where}: expected J or L, got {letter}, a motion on a"
-            f" {'spline' if letter == 'S' else 'circle'}, whose way the controller alone knows: divide it"
-            " into lines"
+            f" {'spline' if letter == 'S' else 'circle'}, whose way the controller alone knows: divide"
+            " it into lines"
         )
     rest = target.end()
     speed = _SPEED.match(text, rest)
@@ -170,14 +170,16 @@ def _options(text: str, at: int, where: str) -> tuple[MotionOption, ...]:
         if text[at] in " \t,":
             at += 1
             continue
-        for pattern, kind, word in _OPTIONS:
-            if (match := pattern.match(text, at)) is not None:
-                break
-        else:
+        found = next(
+            ((m, kind, word) for pattern, kind, word in _OPTIONS if (m := pattern.match(text, at))),
+            None,
+        )
+        if found is None:
             raise ProgramError(
-                f"{where}: expected options of a motion that are known, got {shortened(_first(text, at))!r}:"
+                f"{where}: expected known options of a motion, got {shortened(_first(text, at))!r}:"
                 " remove it if it does not change the path"
             )
+        match, kind, word = found
         if kind == "refused":
             raise ProgramError(
                 f"{where}: expected a motion to its target, got {match[0]!r}, which {word}"

@@ -100,8 +100,8 @@ def _fields(text: str, where: str) -> dict[str, float]:
                 raise ProgramError(f"{where}: expected a taught position, got {shortened(word)!r}")
             if re.match(r"R[XYZWPR]\b", word):
                 raise ProgramError(
-                    f"{where}: expected a position of a tool that the robot holds, got one of a tool that"
-                    f" stands, RTCP: {shortened(word)!r}"
+                    f"{where}: expected a position of a tool that the robot holds, got one of a tool"
+                    f" that stands, RTCP: {shortened(word)!r}"
                 )
             raise ProgramError(
                 f"{where}: expected X, Y, Z in mm, W, P, R or J1, J2, .. in deg, got"

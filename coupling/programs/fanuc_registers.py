@@ -1,4 +1,4 @@
-"""What a FANUC controller holds while a program runs: registers, position registers, frames, and the last target."""
+"""State of a FANUC controller: registers, position registers, frames, and the last target."""
 
 from __future__ import annotations
 
@@ -68,6 +68,7 @@ class Registers:
         active: Numbers of the frames in use, by UFRAME and UTOOL; none before they are known.
         stated: Those that the program itself chose.
         last: Last target, if there was a motion.
+        override: Part of the programmed speeds that is driven.
         changes: Count of values that changed, by which an endless loop is known.
     """
 
@@ -77,6 +78,7 @@ class Registers:
     frames: dict[tuple[str, int], Pose] = field(default_factory=dict)
     active: dict[str, int] = field(default_factory=dict)
     last: LastTarget | None = None
+    override: float = 1.0
     changes: int = 0
 
     def value(self, name: str, indices: tuple[int, ...], arguments: Sequence[Value]) -> Value:

@@ -1,4 +1,4 @@
-"""The text of a .ls file of FANUC: its instructions, its labels and blocks, and the data of its positions."""
+"""The text of a .ls file of FANUC: instructions, labels and blocks, and the data of positions."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class TpText:
         for instruction in instructions:
             if len(instruction.text) > _LONGEST:
                 raise ProgramError(
-                    f"{file.name}: line {instruction.line}: expected an instruction of at most {_LONGEST}"
-                    f" characters, got {len(instruction.text)}"
+                    f"{file.name}: line {instruction.line}: expected at most {_LONGEST}"
+                    f" characters in an instruction, got {len(instruction.text)}"
                 )
         return cls(
             file=file.name,
