@@ -28,6 +28,7 @@ class Language:
         longest_name: Characters that a program's name may have.
         targets: Kinds of targets in its programs, the usual first.
         step: Times are whole multiples of this [s]; 0 for any.
+        shortest: Least time between targets unless another one is asked for [s]; 0 for any.
         dense: Whether it has a point on every cycle.
         posture: Whether its poses state the robot's posture: "never", "known" where the robot file says
             how the controller counts, or "always", for the language has no pose without.
@@ -42,6 +43,7 @@ class Language:
     longest_name: int
     targets: tuple[Targets, ...] = ("cartesian", "joints")
     step: float = 0.0
+    shortest: float = 0.0
     dense: bool = False
     posture: Posture = "never"
     joints: int | None = 6
@@ -80,6 +82,8 @@ LANGUAGES = {
             ".src",
             "spline",
             krl.LONGEST_NAME,
+            # The interpolation cycle of KRC controllers.
+            shortest=0.012,
             posture="known",
         ),
         Language(
@@ -89,6 +93,8 @@ LANGUAGES = {
             ".mod",
             "straight",
             rapid.LONGEST_NAME - 2,
+            # No figure is published; a line of the program is planned in some milliseconds.
+            shortest=0.012,
             posture="always",
         ),
         Language(
@@ -99,6 +105,8 @@ LANGUAGES = {
             "straight",
             fanuc.LONGEST_NAME - 3,
             step=1e-3,
+            # The interpolation period (ITP) of R-30i controllers, whose multiples times become.
+            shortest=0.008,
             posture="always",
         ),
         Language(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
 from coupling.robot.inverter import Inverter
@@ -97,7 +99,17 @@ def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, lang
     """Read again without knowing the command, and simulated: the loss is at most 5 um."""
     place = tmp_path / "programs"
     done = command(
-        "export", runs[robot], "--to", language, "--targets", targets, "-o", place, "--name", "WAY"
+        "export",
+        runs[robot],
+        "--to",
+        language,
+        "--targets",
+        targets,
+        "-o",
+        place,
+        "--name",
+        "WAY",
+        *([] if language == "csv" else ["--shortest-ms", "4"]),
     )
     assert done.returncode == 0, done.stdout + done.stderr
     (robot_says,) = json.loads((place / "export.json").read_text())["robots"]
@@ -164,10 +176,108 @@ def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
 
 def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
     krl = LANGUAGES["krl"]
-    (loose,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6))
-    (tight,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6))
+    (loose,) = export_run(
+        runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6, shortest=0.004)
+    )
+    (tight,) = export_run(
+        runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6, shortest=0.004)
+    )
     assert tight.loss <= 1e-6 < loose.loss <= 50e-6
     assert loose.points < tight.points
+
+
+@pytest.mark.parametrize(
+    ("language", "options", "closest"),
+    [
+        ("krl", {}, 0.012),
+        ("rapid", {}, 0.012),
+        ("fanuc", {}, 0.008),
+        ("rapid", {"shortest": 0.021}, 0.024),
+        ("rapid", {"shortest": 0.001}, 0.004),
+        ("rapid", {"shortest": 5.0}, 0.25),
+    ],
+)
+def test_no_two_targets_are_closer_than_asked_or_than_their_controllers_plan(
+    runs, language, options, closest
+):
+    own = LANGUAGES[language]
+    (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(own, "joints", **options))
+    times = [move.duration for move in own.read(found.files).timed[1:]]
+    assert min(times) == pytest.approx(found.shortest, rel=1e-5)
+    assert min(times) > closest - 1e-6
+    # All are whole multiples of it but the last, which takes what is left.
+    steps = np.array(times[:-1]) / closest
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
+    assert found.median == pytest.approx(np.median(times), rel=1e-5)
+    alike = [time for time in times if time < min(times) + 1e-6]
+    assert found.share_of_shortest == pytest.approx(len(alike) / len(times))
+
+
+def test_the_closest_targets_are_said_first(runs, command, tmp_path):
+    typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
+    close = command(*typed, "--shortest-ms", "4").stdout.strip().splitlines()
+    assert close[0].startswith("Warning: ")
+    assert "of the targets are 4 ms apart" in close[0]
+    assert close[0].endswith("--shortest-ms 12")
+    usual = command(*typed).stdout.strip().splitlines()
+    assert "of the targets are 12 ms apart" in usual[0]
+    assert "Warning" not in usual[0]
+
+
+def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path):
+    typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
+    done = command(*typed)
+    assert done.returncode == 1
+    option = re.search(r"expected a loss of at most 5 um: (--\S+) (\S+) keeps it", done.stdout)
+    again = command(*typed, *option.groups())
+    assert again.returncode == 0, again.stdout
+    (tight,) = export_run(
+        runs["abb_irb7600"], ExportOptions(LANGUAGES["rapid"], "joints", tolerance=1e-9)
+    )
+    accepted = re.match(r"--tolerance (\S+) accepts it", tight.advice)
+    assert 0.0 <= float(accepted[1]) - 1e6 * tight.loss < 1.0
+
+
+@pytest.mark.parametrize(("cycle", "language"), [(0.004, "fanuc"), (0.012, "rapid")])
+def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, language):
+    """Reference: angles between set points by np.interp, every 0.2 ms a row of their own."""
+    own, run = LANGUAGES[language], runs["fanuc_r2000ic"]
+    (found,) = export_run(run, ExportOptions(own, "joints", cycle=cycle, shortest=cycle))
+    case, stored = load_case(run / "case.toml"), read_run(run).first
+    axes = controller_axes(find_robot("fanuc_r2000ic"), 6)
+    motion = drive_motion(own.read(found.files), case.robots[0].description, axes, cycle, 0.0)
+    end = max(motion.time[-1], stored.wrench.time[-1])
+    time = np.append(motion.time[:-1], end)
+    fine = np.linspace(0.0, end, round(end / 2e-4) + 1)
+    lines = np.column_stack([np.interp(fine, time, row) for row in motion.q[0].T])
+    with Models(case.fmu) as models:
+        cell, _ = cell_of(case.robots, models)
+        command = cell.simulate(stored.joints, stored.wrench, "dynamic")
+        path = cell.simulate(JointPath(fine, (lines,)), stored.wrench, "dynamic")
+    assert abs(found.loss_on_joint_lines - found.loss) > 0.2e-6
+    assert found.loss_on_joint_lines == pytest.approx(path.distance_to(command).max(), rel=0.02)
+
+
+def test_splines_have_no_loss_on_joint_lines(runs):
+    (found,) = export_run(
+        runs["icme2008"], ExportOptions(LANGUAGES["krl"], "joints", tolerance=1e-3)
+    )
+    assert found.loss_on_joint_lines is None
+
+
+def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs):
+    texts = {
+        name: export_run(
+            runs["icme2008"], ExportOptions(LANGUAGES[name], "joints", tolerance=1e-3)
+        )[0]
+        .files[0]
+        .text
+        for name in ("krl", "rapid", "fanuc")
+    }
+    assert re.search(r"^; \$LOAD, the load on the flange, is the controller's", texts["krl"], re.M)
+    assert "set the load of the tool" in texts["rapid"]
+    for words in ("!Overwrites PR[9], UFRAME[9]", "!and UTOOL[9]", "!PAYLOAD"):
+        assert words in texts["fanuc"]
 
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
@@ -184,7 +294,7 @@ def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
         "0.06", "0.002"
     )
     out = ran(tmp_path, quick, "couple")
-    done = command("export", out, "--to", "rapid")
+    done = command("export", out, "--to", "rapid", "--shortest-ms", "4")
     assert done.returncode == 0, done.stderr
     names = {file.name for file in (out / "rapid").iterdir()}
     assert names == {"pair_forming.mod", "pair_support.mod", "export.json"}
@@ -204,6 +314,7 @@ REFUSED = {
     "not a number": (["--to", "krl", "--tolerance", "nan"], "expected a number > 0 [um], got nan"),
     "cycle": (["--to", "fanuc", "--cycle-ms", "2.5"], "whole multiples of 1 ms, got 2.5 ms"),
     "letters": (["--to", "krl", "--name", "2nd cut"], "expected a letter, then letters, digits"),
+    "spacing": (["--to", "csv", "--shortest-ms", "8"], "--shortest-ms: csv: expected none"),
     "long": (["--to", "krl", "--name", "A" * 25], "at most 24 for KRL"),
     "word": (["--to", "krl", "--name", "Spline"], "expected none of KRL's own words, got 'Spline'"),
     "way out": (["--to", "rapid", "--name", "../../x"], "expected a letter, then letters, digits"),
@@ -249,7 +360,7 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
     run, command, tmp_path
 ):
     """Joint 1 the other way round, joint 2 from the horizontal: with it the turns of its angles."""
-    assert command("export", run, "--to", "krl").returncode == 0
+    assert command("export", run, "--to", "krl", "--tolerance", "500").returncode == 0
     assert "DECL FRAME P[" in (run / "krl" / "stroke.dat").read_text()
     robot = tmp_path / "robot.toml"
     signs = np.diag([-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]).tolist()
@@ -257,7 +368,7 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
     robot.write_text(find_robot("icme2008").read_text().replace("[sources]", f"{keys}[sources]"))
     case = run / "case.toml"
     case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
-    done = command("export", run, "--to", "krl", "--overwrite")
+    done = command("export", run, "--to", "krl", "--tolerance", "500", "--overwrite")
     assert done.returncode == 0, done.stderr
     text = (run / "krl" / "stroke.dat").read_text()
     start = np.rad2deg(read_program(run / "krl" / "stroke.src").moves[0].joints)
@@ -271,15 +382,17 @@ def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_count
 
 def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, command, tmp_path):
     place = tmp_path / "p"
-    assert command("export", run, "--to", "krl", "-o", place).returncode == 0
+    wide = ("--tolerance", "500")
+    assert command("export", run, "--to", "krl", *wide, "-o", place).returncode == 0
     first = (place / "stroke.src").read_bytes()
     again = command("export", run, "--to", "krl", "-o", place)
     assert again.returncode == 2
     assert "holds programs already: add --overwrite" in again.stderr
-    done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
+    done = command("export", run, "--to", "rapid", *wide, "-o", place, "--overwrite")
     assert done.returncode == 0
     assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json"}
-    assert command("export", run, "--to", "krl", "-o", place, "--overwrite").returncode == 0
+    done = command("export", run, "--to", "krl", *wide, "-o", place, "--overwrite")
+    assert done.returncode == 0
     assert (place / "stroke.src").read_bytes() == first  # byte for byte
     other = tmp_path / "mine"
     other.mkdir()
