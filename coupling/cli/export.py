@@ -78,7 +78,8 @@ def export(
             "--shortest-ms",
             min=0.1,
             max=10000.0,
-            help="Least time between targets; krl and rapid 12, fanuc 8 unless given.",
+            help="Least time between targets. Unless given: krl and rapid 12, fanuc 8, or less"
+            " where the tolerance takes that.",
         ),
     ] = None,
     overwrite: Annotated[

@@ -29,7 +29,8 @@ class ExportOptions:
         name: Name of the program; None for that of the run folder or table.
         tolerance: Largest loss at the tool [m].
         cycle: Period of the controller's set points [s]; None for the command's.
-        shortest: Least time between targets [s]; None for the language's.
+        shortest: Least time between targets [s]; None for the language's, or less where the tolerance
+            takes that.
     """
 
     language: Language
@@ -59,7 +60,7 @@ class ExportOptions:
 
     @property
     def spacing(self) -> float:
-        """Least time between targets [s]."""
+        """Least time between targets that is tried first [s]."""
         return self.language.shortest if self.shortest is None else self.shortest
 
 

@@ -29,9 +29,8 @@ _TRIES = 14
 _BEFORE, _GROWTH = 0.3, 1.5
 # What the inverse aims at, as parts of the tolerance, one after the other.
 _AIMS = (0.5, 0.1)
-# Distances of targets that are tried where one loses too much, in cycles; rounding of them [1], [s].
-_OTHER_SPACINGS = (1, 2, 3)
-_ROUNDING, _SAME = 1e-6, 1e-9
+# Largest distance of targets that is tried where another one loses too much, in cycles; rounding of it.
+_MOST_CYCLES, _ROUNDING = 3, 1e-6
 # Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
 _FEWEST = 8
 
@@ -97,41 +96,44 @@ def _name(own: RobotCommand, options: ExportOptions, several: bool) -> str:
 
 
 def few_points(job: ExportJob) -> ExportedProgram:
-    """Return the program of few points, with what it loses on joint lines and what would lose less."""
-    sampled = job.sampled(job.command.joints)
-    if job.options.targets == "cartesian":
+    """Return the program of few points, with what it loses on joint lines and what would lose less.
+
+    Where no least time between targets is asked for it is that of the language, or less if that is what
+    the tolerance takes.
+    """
+    options, sampled = job.options, job.sampled(job.command.joints)
+    if options.targets == "cartesian":
         job.require_regular_poses(sampled)
-    exported = _fewest_points(job, sampled)
-    if job.options.language.between == "straight":
+    usual = _cycles(options.spacing, job.cycle)
+    tried = list[ExportedProgram]()
+    for cycles in range(usual, 0, -1) if options.shortest is None else (usual,):
+        tried.append(_fewest_points(job, sampled, cycles))
+        if tried[-1].loss <= options.tolerance:
+            break
+    exported = min(tried, key=lambda program: program.loss)
+    if options.language.between == "straight":
         exported = job.on_joint_lines(exported, sampled)
-    if exported.loss <= job.options.tolerance:
+    if exported.loss <= options.tolerance:
         return exported
     return replace(exported, advice=_advice(job, sampled, exported))
 
 
 def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) -> str:
     """Return the option that keeps the tolerance, found by trying other distances of targets."""
-    options, best = job.options, exported
-    for cycles in _OTHER_SPACINGS:
-        shortest = cycles * job.cycle
-        if abs(shortest - _spacing(options, job.cycle)) < _SAME:
+    asked = job.options.shortest
+    for cycles in () if asked is None else range(_MOST_CYCLES, 0, -1):
+        if cycles == _cycles(job.options.spacing, job.cycle):
             continue
-        other = replace(job, options=replace(options, shortest=shortest))
-        tried = _fewest_points(other, sampled)
-        if tried.loss <= options.tolerance:
-            return f"--shortest-ms {1e3 * shortest:g} keeps it, with {1e6 * tried.loss:.2f} um"
-        best = min(best, tried, key=lambda program: program.loss)
-        if best is tried:
-            option = f"--shortest-ms {1e3 * shortest:g} "
-    accepted = f"{np.ceil(1e6 * exported.loss):g}"
-    if best is exported:
-        return f"--tolerance {accepted} accepts it"
-    return f"--tolerance {accepted} accepts it, {option}loses {1e6 * best.loss:.2f} um"
+        tried = _fewest_points(job, sampled, cycles)
+        if tried.loss <= job.options.tolerance:
+            option = f"--shortest-ms {1e3 * cycles * job.cycle:g}"
+            return f"{option} keeps it, with {1e6 * tried.loss:.2f} um"
+    return f"--tolerance {np.ceil(1e6 * exported.loss):g} accepts it"
 
 
-def _spacing(options: ExportOptions, cycle: float) -> float:
-    """Return the least time between targets, whole cycles [s]."""
-    return max(int(np.ceil(options.spacing / cycle - _ROUNDING)), 1) * cycle
+def _cycles(spacing: float, cycle: float) -> int:
+    """Return the fewest whole cycles that are no shorter than a time [s]."""
+    return max(int(np.ceil(spacing / cycle - _ROUNDING)), 1)
 
 
 def _spaced(points: np.ndarray, cycles: int) -> np.ndarray:
@@ -145,7 +147,7 @@ def _spaced(points: np.ndarray, cycles: int) -> np.ndarray:
     return np.append(chosen, points[-1:])
 
 
-def _fewest_points(job: ExportJob, sampled: SampledCommand) -> ExportedProgram:
+def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> ExportedProgram:
     """Return the first program that loses no more than is allowed, or the one that loses least.
 
     The points keep to the command within the tolerance.  Where the files, read back and simulated, then
@@ -153,7 +155,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand) -> ExportedProgram:
     halved there, until they do not.
     """
     options, found = job.options, list[ExportedProgram]()
-    candidates = _spaced(sampled.points, round(_spacing(options, job.cycle) / job.cycle))
+    candidates = _spaced(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)

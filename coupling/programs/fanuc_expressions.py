@@ -33,7 +33,7 @@ class Unknown:
     """A value that a program does not set itself.
 
     Attributes:
-        name: What it is, for messages.
+        name: Word for it in messages.
     """
 
     name: str

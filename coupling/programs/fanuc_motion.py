@@ -32,7 +32,7 @@ class MotionOption:
     """An option of a motion.
 
     Attributes:
-        kind: What is done with it.
+        kind: Treatment of it.
         words: Its words in the program.
         argument: Index of its position register, or what it does on the way; empty where none stands.
     """
@@ -52,7 +52,7 @@ class MotionInstruction:
         index: Expression of its number.
         speed: Expression of its speed or time.
         unit: Unit of that.
-        options: What stands behind FINE or CNT.
+        options: Options behind FINE or CNT.
     """
 
     letter: str

@@ -65,7 +65,7 @@ def position_of(text: str, where: str) -> TpPosition:
     """Return the position of its data.
 
     Args:
-        text: What stands between the braces.
+        text: Data between the braces.
         where: The position, for messages.
 
     Raises:

@@ -113,7 +113,7 @@ class RobotProgram:
         tool: TCP in the frame of the robot's flange, likewise.
         left_out: Words of statements that a reader left out because they do not change the path, each
             with how often it stands there.
-        assumptions: What a reader assumed where the program decides at run time, sentences.
+        assumptions: Assumptions of a reader where the program decides at run time, sentences.
 
     Example:
         >>> start = ProgramMove("joint", joints=(0.0, 0.1))

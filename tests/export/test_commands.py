@@ -58,8 +58,7 @@ def test_a_program_of_a_table_moves_the_robot_as_the_table_does(
     table = rows(robot)
     file = written(tmp_path / "way.csv", table)
     typed = ["--robot", robot, "--to", language, "--targets", targets]
-    closest = [] if language == "csv" else ["--shortest-ms", "4"]
-    done = command("export", file, *typed, *closest)
+    done = command("export", file, *typed)
     assert done.returncode == 0, done.stdout + done.stderr
     place = tmp_path / "way" / language
     assert f"Programs: {place}" in done.stdout
