@@ -135,6 +135,9 @@ class _FanucReader:
             if instruction.text.startswith("---"):
                 return after + 1
             here = running.text.where(after)
+            call = _CALL.fullmatch(instruction.text)
+            if call is not None and call[2].upper() not in self.files:
+                raise _missing(instruction.text, call[2], here)
             if not self._is_without_effect(running, instruction.text, here):
                 raise ProgramError(
                     f"{here}: expected outputs and waits alone in what runs during a motion, got"
@@ -311,10 +314,7 @@ class _FanucReader:
         word, name, arguments = call[1].upper(), call[2], call[3] or ""
         text = self.files.get(name.upper())
         if text is None:
-            raise ProgramError(
-                f"{where}: expected a file {name}.ls beside the program, got none for {word} {name}:"
-                " put it there, or remove the line if it does not move the robot"
-            )
+            raise _missing(f"{word} {name}", name, where)
         if is_harmless(name, self.files):
             self.notes.leave_out(f"{word} of outputs")
             return
@@ -332,6 +332,14 @@ class _FanucReader:
         if inner.offsets != running.offsets:
             # Whether a condition outlives the program that set it is not known.
             running.offsets = {}
+
+
+def _missing(words: str, name: str, where: str) -> ProgramError:
+    """Return the refusal of a program that is not there."""
+    return ProgramError(
+        f"{where}: expected a file {name}.ls beside the program, got none for {shortened(words)}: put it"
+        " there, or remove the line if it does not move the robot"
+    )
 
 
 def _parted(text: str) -> tuple[str, str]:

@@ -205,6 +205,10 @@ REFUSED = {
     "speed of turning without a turn": (f"{FIRST}\nL P[2] 5deg/sec FINE", ["deg/sec"]),
     "element beyond": ("PR[6]=P[1]\nPR[6,7]=2", ["1 to 6", "other axes"]),
     "open point logic": (f"{FIRST} TB .10sec,P-SPS\nDO[1]=ON", ["dashes"]),
+    "missing program in point logic": (
+        f"{FIRST} TB .10sec,P-SPS\nCALL SPRAY\n------",
+        ["line 7", "SPRAY.ls"],
+    ),
     "moving point logic": (f"{FIRST} TB .10sec,P-SPS\nPR[1,1]=3\n------", ["PR[1,1]=3"]),
 }
 
