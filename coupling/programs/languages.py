@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -35,6 +35,7 @@ class Language:
         longest_name: Characters that a program's name may have.
         targets: Kinds of targets in its programs, the usual first.
         step: Times are whole multiples of this [s]; 0 for any.
+        shortest: Least time between targets unless another one is asked for [s]; 0 for any.
         dense: Whether it has a point on every cycle.
         posture: Whether its poses state the robot's posture: "never", "known" where the robot file says
             how the controller counts, or "always", for the language has no pose without.
@@ -49,6 +50,7 @@ class Language:
     longest_name: int
     targets: tuple[Targets, ...] = ("cartesian", "joints")
     step: float = 0.0
+    shortest: float = 0.0
     dense: bool = False
     posture: Posture = "never"
     joints: int | None = 6
@@ -83,6 +85,8 @@ LANGUAGES = {
             ".src",
             "spline",
             krl.LONGEST_NAME,
+            # The interpolation cycle of KRC controllers.
+            shortest=0.012,
             posture="known",
         ),
         Language(
@@ -92,6 +96,8 @@ LANGUAGES = {
             ".mod",
             "straight",
             rapid.LONGEST_NAME - 2,
+            # No figure is published; a line of the program is planned in some milliseconds.
+            shortest=0.012,
             posture="always",
             endings=_RAPID_ENDINGS[1:],
         ),
@@ -103,6 +109,8 @@ LANGUAGES = {
             "straight",
             fanuc.LONGEST_NAME - 3,
             step=1e-3,
+            # The interpolation period (ITP) of R-30i controllers, whose multiples times become.
+            shortest=0.008,
             posture="always",
         ),
         Language(
@@ -142,46 +150,46 @@ def read_program(path: Path) -> RobotProgram:
 
 def _beside(path: Path, text: str) -> list[ProgramFile]:
     """Return the files that belong to one: its .dat, other modules, or programs that it calls."""
-    if path.suffix.lower() == ".src":
-        return _modules(path, text)
-    if path.suffix.lower() in _RAPID_ENDINGS:
-        return [
+    folder = [file for file in sorted(path.parent.iterdir()) if file.is_file() and file != path]
+    ending = path.suffix.lower()
+    if ending in _RAPID_ENDINGS:
+        return [_file(file) for file in folder if file.suffix.lower() in _RAPID_MODULES]
+    if ending == ".ls":
+        return _called(path, text, folder, fanuc_reader.called)
+    if ending == ".src":
+        programs = _called(path, text, folder, called_names)
+        names = {Path(program.name).stem.upper() for program in programs}
+        with_data = {path.stem.upper(), *names, CONFIGURATION}
+        data = [
             _file(file)
-            for file in sorted(path.parent.iterdir())
-            if file.suffix.lower() in _RAPID_MODULES and file != path and file.is_file()
+            for file in folder
+            if file.suffix.lower() == ".dat" and file.stem.upper() in with_data
         ]
-    wanted = set()
-    if path.suffix.lower() == ".ls":
-        wanted = {(name, ".ls") for name in fanuc_reader.called(text)}
-    files = sorted(path.parent.iterdir()) if wanted else []
-    return [
-        _file(file)
-        for file in files
-        if (file.stem.upper(), file.suffix.lower()) in wanted and file != path
-    ]
+        return [*programs, *data]
+    return []
 
 
-def _modules(path: Path, text: str) -> list[ProgramFile]:
-    """Return the .src in the folder that a .src calls, and those they call, with all their .dat."""
-    folder = {
-        (file.stem.upper(), file.suffix.lower()): file for file in sorted(path.parent.iterdir())
+def _called(
+    path: Path, text: str, folder: Sequence[Path], called: Callable[[str], Iterable[str]]
+) -> list[ProgramFile]:
+    """Return the files of a folder with the programs that a text calls, and those that these call.
+
+    Args:
+        path: The text's file.
+        folder: Other files.
+        called: Function from a text to the names that it calls, in capitals.
+    """
+    there = {
+        file.stem.upper(): file for file in folder if file.suffix.lower() == path.suffix.lower()
     }
-    wanted, modules, files = [path.stem.upper()], {path.stem.upper()}, []
-    texts = {path.stem.upper(): text}
-    while wanted:
-        module = wanted.pop()
-        for name in sorted(called_names(texts[module]) - modules):
-            if (source := folder.get((name, ".src"))) is not None:
-                modules.add(name)
-                wanted.append(name)
-                files.append(_file(source))
-                texts[name] = files[-1].text
-    data = [
-        folder[name, ".dat"]
-        for name in sorted({*modules, CONFIGURATION})
-        if (name, ".dat") in folder
-    ]
-    return [*files, *(_file(file) for file in data)]
+    files: dict[str, ProgramFile] = {}
+    names = sorted(called(text))
+    while names:
+        name = names.pop()
+        if name in there and name not in files:
+            files[name] = _file(there[name])
+            names += sorted(called(files[name].text))
+    return [files[name] for name in sorted(files)]
 
 
 def _file(path: Path) -> ProgramFile:

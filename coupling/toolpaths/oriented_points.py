@@ -102,8 +102,8 @@ class OrientedPoints:
 
         Args:
             part: base_from_part.
-            law: How they are passed.
-            where: What an error is about.
+            law: Law by which they are passed.
+            where: Place for messages.
             corners: Times at which the process is to be evaluated as well [s].
 
         Raises:

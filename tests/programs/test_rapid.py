@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pytest
+from counted_calls import counted_calls
 from damage import damaged
 from hypothesis import given
 from hypothesis import strategies as st
@@ -463,19 +463,16 @@ def test_what_was_left_out_and_assumed_stands_in_the_tasks_remarks(tmp_path: Pat
     assert any("zones, up to 50 mm, are not rounded" in remark for remark in remarks)
 
 
-def test_long_programs_are_read_in_a_time_that_grows_with_their_length():
-    def seconds(count: int) -> float:
+def test_work_grows_in_proportion_to_length():
+    def calls(count: int) -> int:
         lines = [
             f"MoveL [[{0.1 * k:.3f},0,{k % 7}.5],{UPRIGHT},v50,z1,tq\\WObj:=wq;"
             for k in range(count)
         ]
         text = module("\n".join(lines))
-        begun = perf_counter()
-        assert len(rapid_reader.read(text).moves) == count
-        return perf_counter() - begun
+        return counted_calls(lambda: rapid_reader.read(text))
 
-    seconds(100)
-    assert seconds(4000) < 20.0 * max(seconds(500), 0.02)
+    assert calls(800) - calls(400) < 1.01 * 2.0 * (calls(400) - calls(200))
 
 
 @pytest.mark.parametrize("seed", range(3))
