@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, task_step
 from coupling.robot.batch.serial_robot import BatchPosture, SerialRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
@@ -16,6 +17,12 @@ _REACHED = 1e-8
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
 _LEAST = 1e-12
+# A posture is the one nearest to home when so little is left along the self-motion [rad].
+_NEAREST = 1e-9
+# Postures around home that a search for the nearest one starts from, their spread [rad] and seed.
+_STARTS, _SPREAD, _SEED = 96, 1.0, 1
+# Angle by which accelerations of a redundant robot look ahead and back [rad].
+_AHEAD = 1e-4
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
@@ -48,6 +55,7 @@ def reached(
     start: np.ndarray,
     iterations: int = _ITERATIONS,
     tolerance: float = _REACHED,
+    near: NearHome | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
@@ -56,6 +64,7 @@ def reached(
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
+        near: What chooses among the postures of a robot of more than six joints; None: the shortest way.
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
@@ -64,13 +73,11 @@ def reached(
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
-        done = size < tolerance**2
+        step, nearest = _step(posture, robot.reach, error, size, near and near.chosen(live))
+        done = (size < tolerance**2) & nearest
         found[live[done]] = True
         if done.all():
             break
-        normal, transposed = _normal(posture, robot.reach, _DAMPING * size)
-        gradient = np.einsum("jkn,kn->nj", transposed, error)
-        step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
         largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
         step *= np.minimum(1.0, _LARGEST_STEP / largest)
         keep = ~done
@@ -80,7 +87,7 @@ def reached(
 
 
 def angles_from_home(
-    robot: SerialRobot, targets: Targets, home: np.ndarray
+    robot: SerialRobot, targets: Targets, home: np.ndarray, near: NearHome | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
@@ -89,6 +96,7 @@ def angles_from_home(
     Args:
         targets: The poses.
         home: Angles of the home posture [rad], (joints,).
+        near: As of `reached`.
     """
     begin = robot.posture(home[:, None], np.zeros((3, 1)))
     first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
@@ -102,7 +110,27 @@ def angles_from_home(
         tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
         on_the_way = Targets(position, tool, share * targets.tcp_shift)
         q, _ = reached(robot, on_the_way, q, _ITERATIONS_LED)
-    return reached(robot, targets, q)
+    return reached(robot, targets, q, near=near)
+
+
+def nearest_angles(robot: SerialRobot, targets: Targets, near: NearHome) -> np.ndarray | None:
+    """Return the posture nearest to home that holds the tool on a pose [rad], (joints,), or None.
+
+    Of those that a search from home and from postures around it finds.
+
+    Args:
+        targets: One pose.
+        near: What chooses, with one home.
+    """
+    rng, count = np.random.default_rng(_SEED), len(near.home)
+    starts = near.home[:, None] + _SPREAD * rng.normal(size=(count, _STARTS))
+    starts = np.clip(starts.T, near.limits.lower, near.limits.upper).T
+    starts[:, 0] = near.home
+    q, came = reached(robot, targets.chosen(np.zeros(_STARTS, dtype=int)), starts, near=near)
+    if not came.any():
+        return None
+    nearest: np.ndarray = q[:, np.argmin(np.where(came, near.cost(q.T), np.inf))]
+    return nearest
 
 
 @dataclass(frozen=True)
@@ -112,8 +140,8 @@ class FollowingRobot:
     Attributes:
         posture: Its posture.
         rate, acceleration: q' [rad/s], q'' [rad/s^2], (joints, n).
-        conditioning: 1 / |J^-1| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
-            smallest singular value of J, and at least 0.4 of it for six joints.
+        conditioning: 1 / |J^+| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
+            smallest singular value of J, and at least 0.4 of it for six joints or more.
     """
 
     posture: BatchPosture
@@ -123,7 +151,11 @@ class FollowingRobot:
 
 
 def following(
-    robot: SerialRobot, q: np.ndarray, tcp_shift: np.ndarray, motion: TipMotion
+    robot: SerialRobot,
+    q: np.ndarray,
+    tcp_shift: np.ndarray,
+    motion: TipMotion,
+    near: NearHome | None = None,
 ) -> FollowingRobot:
     """Return rates and accelerations of the joints with the tool in motion.
 
@@ -131,22 +163,86 @@ def following(
         q: Joint angles [rad], (joints, n).
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
+        near: What chooses among the postures of a robot of more than six joints, whose angles these
+            are; None: the smallest rates.
     """
     posture = robot.posture(q, tcp_shift)
-    normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
-    inverse = np.linalg.inv(normal)
+    if len(q) <= POSE:
+        normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
+        inverse = np.linalg.inv(normal)
+    else:
+        jacobian = _jacobian(posture, robot.reach)
+        inverse = np.linalg.inv(
+            jacobian @ jacobian.swapaxes(1, 2) + _LEAST * np.eye(jacobian.shape[1])
+        )
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
+        if len(q) > POSE:
+            return np.einsum("nji,njk,kn->in", jacobian, inverse, task, optimize=True)
         gradient = np.einsum("jkn,kn->jn", transposed, task)
         return np.einsum("nij,jn->in", inverse, gradient)
 
     rate = joints(motion.velocity, motion.spin)
-    acceleration, spin_rate = robot.bias(posture, rate)
-    missing = joints(motion.acceleration - acceleration, motion.spin_rate - spin_rate)
+    if len(q) > POSE and near is not None:
+        rate = rate + SelfMotion.of(jacobian, q.T, near).rate(rate.T).T
+        acceleration = _bending(robot, q, tcp_shift, motion, rate, near)
+    else:
+        by_rates, spin_by_rates = robot.bias(posture, rate)
+        acceleration = joints(motion.acceleration - by_rates, motion.spin_rate - spin_by_rates)
     return FollowingRobot(
-        posture, rate, missing, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2))
+        posture, rate, acceleration, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2))
     )
+
+
+def _bending(
+    robot: SerialRobot,
+    q: np.ndarray,
+    tcp_shift: np.ndarray,
+    motion: TipMotion,
+    rate: np.ndarray,
+    near: NearHome,
+) -> np.ndarray:
+    """Return q'' [rad/s^2], (joints, n): central differences of the rates along the motion."""
+    ahead = _AHEAD / np.maximum(np.abs(rate).max(axis=0), _AHEAD)
+    ends = []
+    for time in (ahead, -ahead):
+        there = q + time * rate
+        jacobian = _jacobian(robot.posture(there, tcp_shift), robot.reach)
+        velocity = motion.velocity + time * motion.acceleration
+        spin = motion.spin + time * motion.spin_rate
+        task = np.concatenate([velocity / robot.reach, spin]).T
+        of_task = task_step(jacobian, task, np.full(len(task), _LEAST))
+        ends.append(of_task + SelfMotion.of(jacobian, there.T, near).rate(of_task))
+    bending: np.ndarray = (ends[0] - ends[1]).T / (2.0 * ahead)
+    return bending
+
+
+def _step(
+    posture: BatchPosture,
+    reach: float,
+    error: np.ndarray,
+    size: np.ndarray,
+    near: NearHome | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the step to the targets [rad], (joints, n), and whether postures are nearest to home, (n,)."""
+    if len(posture.angle) <= POSE:
+        normal, transposed = _normal(posture, reach, _DAMPING * size)
+        gradient = np.einsum("jkn,kn->nj", transposed, error)
+        step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
+        return step, np.ones(len(size), dtype=bool)
+    jacobian = _jacobian(posture, reach)
+    step = task_step(jacobian, error.T, _DAMPING * size + _LEAST)
+    if near is None:
+        return step.T, np.ones(len(size), dtype=bool)
+    along = SelfMotion.of(jacobian, posture.angle.T, near).step(step)
+    return (step + along).T, np.abs(along).max(axis=1) < _NEAREST
+
+
+def _jacobian(posture: BatchPosture, reach: float) -> np.ndarray:
+    """Return J, (n, 6, joints), lengths over the reach."""
+    transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
+    return np.ascontiguousarray(transposed.transpose(2, 1, 0))
 
 
 def _error(posture: BatchPosture, targets: Targets, reach: float) -> np.ndarray:
