@@ -7,12 +7,20 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.reversals import backlash_error, margin
 from coupling.place.gear_loops import GearLoops
 from coupling.place.moved_path import MovedPath, split, waves_of
-from coupling.place.settings import CellLayout
+from coupling.place.settings import ArmHome, CellLayout
 from coupling.place.stations import Stations
-from coupling.robot.batch.following import FollowingRobot, angles_from_home, following, reached
+from coupling.robot.batch.following import (
+    FollowingRobot,
+    angles_from_home,
+    following,
+    nearest_angles,
+    reached,
+)
+from coupling.robot.batch.redundancy import NearHome
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
@@ -126,7 +134,7 @@ class Screen:
     Args:
         robot: The robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
-        home: Joint angles from which the tool is led to the part [rad], (joints,).
+        arm: Home posture from which the tool is led to the part.
         cell: Layout that all settings share.
         stations: Places of the path to look at.
 
@@ -139,16 +147,17 @@ class Screen:
         self,
         robot: Robot,
         gears: GearLoops,
-        home: np.ndarray,
+        arm: ArmHome,
         cell: CellLayout,
         stations: Stations,
     ) -> None:
-        self.stations, self._cell, self._home, self._gears = stations, cell, home, gears
+        self.stations, self._cell, self._arm, self._gears = stations, cell, arm, gears
         self._robot, self._serial = robot, SerialRobot(robot)
         chain, parameters = build_chain(robot), Parameters.of(robot)
         self._softness = 1.0 / parameters.stiffness
         self.gear_joint = chain.elastic_joint[chain.torsions]
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
+        self._drives = JointLimits.of(robot)
         self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
         self._errors = chain.kinematic_errors
         self._motors = [
@@ -167,7 +176,7 @@ class Screen:
         """Return the figures of settings.
 
         Args:
-            settings: By `NAMES` [m], [rad], (n, 8).
+            settings: By `NAMES` [m], [rad], (n, 9).
             report: Called with the number of settings done.
         """
         parts = []
@@ -178,24 +187,31 @@ class Screen:
         return joined(parts)
 
     def batch(self, settings: np.ndarray) -> Batch:
-        """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 8)."""
+        """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 9)."""
         placed, count = self._cell.placed(settings), len(settings)
-        found = Batch.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
+        found = Batch.unknown(
+            self.stations.count, len(self._robot.joints), len(self.gear_joint), count
+        )
         moved = MovedPath(placed, self._cell.sphere_radius, self.stations)
-        alive = np.arange(count)
+        alive, homes = np.arange(count), self._arm.homes(settings)
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
-            if before is None:
-                q, came = angles_from_home(self._serial, targets, self._home)
+            own = homes[:, np.tile(alive, len(places))]
+            near = NearHome(own.T, self._drives) if self._arm.is_redundant else None
+            if before is None and near is not None:
+                q, came = nearest_angles(self._serial, targets, near)
+            elif before is None:
+                q, came = angles_from_home(self._serial, targets, self._arm.angles)
             else:
-                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
-                q, came = reached(self._serial, targets, guess, _ITERATIONS)
+                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(own), -1)
+                q, came = reached(self._serial, targets, guess, _ITERATIONS, near=near)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:
                 break
             shift, motion = targets.tcp_shift[:, chosen], moved.motion(places, alive)
-            moving = following(self._serial, q[:, chosen], shift, motion)
+            nearest = near and near.chosen(chosen)
+            moving = following(self._serial, q[:, chosen], shift, motion, nearest)
             loads = moved.wrench(places, alive), moved.gravity(places, alive)
             found.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
         found.forget(np.setdiff1d(np.arange(count), alive))

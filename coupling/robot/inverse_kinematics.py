@@ -12,7 +12,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.batch.following import Targets, nearest_angles, reached
-from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, task_step
+from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
@@ -153,12 +153,12 @@ class InverseKinematics:
         return angles
 
     def _begin(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-        """Return the angles that inverse kinematics begins with at a path's first pose [rad], (joints,)."""
+        """Return the angles to begin with at a path's first pose [rad], (joints,)."""
         if self._near is None:
             return self._home
         first = _targets(position[None], rotation[None])
-        nearest = nearest_angles(SerialRobot(self._robot), first, self._near)
-        return self._home if nearest is None else nearest
+        nearest, came = nearest_angles(SerialRobot(self._robot), first, self._near)
+        return nearest[:, 0] if came[0] else self._home
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the path of the undeflected tool under a motion of the drives.
@@ -209,15 +209,16 @@ class InverseKinematics:
         raise PlanningError(
             f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
             f" the tool stays {1e3 * best:.3g} mm away (joint {farthest} moved farthest)"
+            f"{few_joints(len(q))}"
         )
 
     def _step(
         self, jacobian: np.ndarray, error: np.ndarray, q: np.ndarray
     ) -> tuple[np.ndarray, bool]:
-        """Return the step to a pose [rad], (joints,), and whether the posture is the one nearest to home."""
+        """Return the step to a pose [rad], (joints,), and whether the posture is nearest to home."""
         damping = _DAMPING * float(error @ error)
         if self._near is None:
-            normal = jacobian.T @ jacobian + damping * np.eye(len(q))
+            normal = jacobian.T @ jacobian + (damping + _LEAST) * np.eye(len(q))
             return np.linalg.solve(normal, jacobian.T @ error), True
         scale = np.repeat([1.0 / self._reach, 1.0], 3)
         own, regular = (scale[:, None] * jacobian)[None], np.array([damping + _LEAST])

@@ -20,7 +20,7 @@ _LEAST = 1e-12
 # A posture is the one nearest to home when so little is left along the self-motion [rad].
 _NEAREST = 1e-9
 # Postures around home that a search for the nearest one starts from, their spread [rad] and seed.
-_STARTS, _SPREAD, _SEED = 96, 1.0, 1
+_STARTS, _SPREAD, _SEED = 16, 1.0, 1
 # Angle by which accelerations of a redundant robot look ahead and back [rad].
 _AHEAD = 1e-4
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
@@ -87,7 +87,7 @@ def reached(
 
 
 def angles_from_home(
-    robot: SerialRobot, targets: Targets, home: np.ndarray, near: NearHome | None = None
+    robot: SerialRobot, targets: Targets, home: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
 
@@ -96,7 +96,6 @@ def angles_from_home(
     Args:
         targets: The poses.
         home: Angles of the home posture [rad], (joints,).
-        near: As of `reached`.
     """
     begin = robot.posture(home[:, None], np.zeros((3, 1)))
     first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
@@ -110,27 +109,50 @@ def angles_from_home(
         tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
         on_the_way = Targets(position, tool, share * targets.tcp_shift)
         q, _ = reached(robot, on_the_way, q, _ITERATIONS_LED)
-    return reached(robot, targets, q, near=near)
+    return reached(robot, targets, q)
 
 
-def nearest_angles(robot: SerialRobot, targets: Targets, near: NearHome) -> np.ndarray | None:
-    """Return the posture nearest to home that holds the tool on a pose [rad], (joints,), or None.
-
-    Of those that a search from home and from postures around it finds.
+def self_motion(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
+    """Return the self-motion of a posture, by the angle of its freest joint [1], (joints,).
 
     Args:
-        targets: One pose.
-        near: What chooses, with one home.
+        q: Joint angles of a robot of more than six joints [rad], (joints,).
     """
-    rng, count = np.random.default_rng(_SEED), len(near.home)
-    starts = near.home[:, None] + _SPREAD * rng.normal(size=(count, _STARTS))
-    starts = np.clip(starts.T, near.limits.lower, near.limits.upper).T
-    starts[:, 0] = near.home
-    q, came = reached(robot, targets.chosen(np.zeros(_STARTS, dtype=int)), starts, near=near)
-    if not came.any():
-        return None
-    nearest: np.ndarray = q[:, np.argmin(np.where(came, near.cost(q.T), np.inf))]
-    return nearest
+    jacobian = _jacobian(robot.posture(q[:, None], np.zeros((3, 1))), robot.reach)[0]
+    free = np.eye(len(q)) - np.linalg.pinv(jacobian) @ jacobian
+    most = int(np.argmax(np.diag(free)))
+    direction: np.ndarray = free[most] / np.abs(free[most]).max()
+    return direction
+
+
+def nearest_angles(
+    robot: SerialRobot, targets: Targets, near: NearHome
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the postures nearest to home that hold the tool on poses, and whether any was reached.
+
+    Of those that a search from home and from some postures around it finds.
+
+    Args:
+        targets: The poses.
+        near: What chooses.
+
+    Returns:
+        Joint angles [rad], (joints, n), and a mask, (n,).
+    """
+    rng, (size, count) = (
+        np.random.default_rng(_SEED),
+        (near.home.shape[-1], len(targets.position.T)),
+    )
+    homes = np.broadcast_to(near.home, (count, size))
+    around = _SPREAD * rng.normal(size=(_STARTS, 1, size))
+    around[0] = 0.0
+    starts = np.clip(homes + around, near.limits.lower, near.limits.upper).reshape(-1, size)
+    each = NearHome(np.tile(homes, (_STARTS, 1)), near.limits)
+    every = targets.chosen(np.tile(np.arange(count), _STARTS))
+    q, came = reached(robot, every, starts.T, near=each)
+    cost = np.where(came, each.cost(q.T), np.inf).reshape(_STARTS, count)
+    best = np.argmin(cost, axis=0) * count + np.arange(count)
+    return q[:, best], came[best]
 
 
 @dataclass(frozen=True)
@@ -225,7 +247,7 @@ def _step(
     size: np.ndarray,
     near: NearHome | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the step to the targets [rad], (joints, n), and whether postures are nearest to home, (n,)."""
+    """Return the step to the targets [rad], (joints, n), and a mask of postures nearest to home."""
     if len(posture.angle) <= POSE:
         normal, transposed = _normal(posture, reach, _DAMPING * size)
         gradient = np.einsum("jkn,kn->nj", transposed, error)

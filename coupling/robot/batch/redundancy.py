@@ -153,3 +153,15 @@ def task_step(jacobian: np.ndarray, error: np.ndarray, damping: np.ndarray) -> n
     gram[:, each, each] += damping[:, None]
     step: np.ndarray = jacobian.swapaxes(1, 2) @ np.linalg.solve(gram, error[:, :, None])
     return step[:, :, 0]
+
+
+def few_joints(count: int) -> str:
+    """Return what a robot of fewer than six joints cannot do, to end a sentence with; "" for others.
+
+    Example:
+        >>> few_joints(5)
+        ': 5 joints hold a tool at few of the orientations that a path may ask for, six at any'
+    """
+    if count >= POSE:
+        return ""
+    return f": {count} joints hold a tool at few of the orientations that a path may ask for, six at any"
