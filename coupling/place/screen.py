@@ -118,9 +118,8 @@ class Batch:
             if kept.ndim == 2:
                 kept[at] = value.reshape(len(places), -1)
             else:
-                kept[at[0], :, at[1]] = value.reshape(len(value), len(places), -1).transpose(
-                    1, 2, 0
-                )
+                rows = value.reshape(len(value), len(places), len(settings))
+                kept[at[0], :, at[1]] = rows.transpose(1, 2, 0)
 
     def forget(self, settings: np.ndarray) -> None:
         """Set all values of the settings of these numbers, (s,), to NaN."""
@@ -224,14 +223,14 @@ class Screen:
         load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
         axes, arms = self._elastic_axes(moving)
         push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
-        gears = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
+        gears = np.flatnonzero([tilt == 0 for _, tilt in self._elastic])
         deviation, compliance = self._given_way(arms, push)
-        torque = np.stack([push[k] for k in gears]) - load[self.gear_joint]
+        torque = np.stack(push)[gears] - load[self.gear_joint]
         return Batch(
             q=q,
             rate=moving.rate,
             torque=torque,
-            lever=np.stack([np.sqrt(dot(arms[k], arms[k])) for k in gears]),
+            lever=np.stack([np.sqrt(dot(arm, arm)) for arm in arms])[gears],
             deviation=deviation,
             compliance=compliance,
             conditioning=moving.conditioning,
