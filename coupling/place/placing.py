@@ -92,7 +92,7 @@ def setting_keys(setting: np.ndarray) -> dict[str, float]:
     """Return a setting by `NAMES` [m], [rad], (9,), by the keys of [place], [m] and [deg].
 
     Example:
-        >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0]))["lead_deg"]
+        >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0, 0]))["lead_deg"]
         15.0
     """
     found = {}

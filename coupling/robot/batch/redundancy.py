@@ -90,7 +90,7 @@ class SelfMotion:
         """Return that of states.
 
         Args:
-            jacobian: Jacobians of the TCP, base axes, lengths in any unit, (k, 6, n).
+            jacobian: Jacobians of the TCP, base axes, lengths in any unit [1], (k, 6, n).
             q: Joint angles [rad], (k, n).
             near: The cost.
         """
@@ -144,9 +144,9 @@ def task_step(jacobian: np.ndarray, error: np.ndarray, damping: np.ndarray) -> n
     """Return the damped least-squares step J^T (J J^T + damping)^-1 error [rad], (k, n).
 
     Args:
-        jacobian: (k, 6, n), n >= 6.
-        error: From the poses to the targets, (k, 6).
-        damping: > 0 where a Jacobian may be singular, (k,).
+        jacobian: Jacobians, lengths in any unit [1], (k, 6, n), n >= 6.
+        error: From the poses to the targets, lengths as in the Jacobians [1], (k, 6).
+        damping: Damping [1], > 0 where a Jacobian may be singular, (k,).
     """
     gram = jacobian @ jacobian.swapaxes(1, 2)
     each = np.arange(gram.shape[1])
