@@ -64,7 +64,7 @@ def reached(
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
-        near: What chooses among the postures of a robot of more than six joints; None: the shortest way.
+        near: Cost that chooses among the postures of a robot of more than six joints; None: the shortest way.
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
@@ -134,7 +134,7 @@ def nearest_angles(
 
     Args:
         targets: The poses.
-        near: What chooses.
+        near: Cost that chooses among postures.
 
     Returns:
         Joint angles [rad], (joints, n), and a mask, (n,).
@@ -185,7 +185,7 @@ def following(
         q: Joint angles [rad], (joints, n).
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
-        near: What chooses among the postures of a robot of more than six joints, whose angles these
+        near: Cost that chooses among the postures of a robot of more than six joints, whose angles these
             are; None: the smallest rates.
     """
     posture = robot.posture(q, tcp_shift)
