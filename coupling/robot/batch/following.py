@@ -64,7 +64,7 @@ def reached(
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
-        near: Cost that chooses among the postures of a robot of more than six joints; None: the shortest way.
+        near: Cost that chooses a posture where there are more than six joints; None: the shortest way.
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
