@@ -14,6 +14,7 @@ from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
+from coupling.fmu_export.robot_text import require_native
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
@@ -24,7 +25,7 @@ from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, support_along
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
-from elastic_robot.errors import ElasticRobotError
+from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.fmi.interface import IDEAL, MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -128,6 +129,16 @@ class RobotTable(_MemberTable):
     mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
     fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+
+    def robot(self, folder: Path) -> Robot:
+        """Return the description, as every robot's, no larger than the kind of its FMU holds."""
+        robot = super().robot(folder)
+        try:
+            if self.fmu == DEFAULT_KIND:
+                require_native(robot)
+        except RobotFileError as cause:
+            raise CaseError(f"description: {cause}") from cause
+        return robot
 
     def world_from_base(self) -> Frame:
         """Return the robot's frame: the world's."""

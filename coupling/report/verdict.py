@@ -89,7 +89,7 @@ def _of_backlash(figures: RunResult) -> str:
     if rows:
         return _worst(rows)
     with_backlash = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
-    if figures.gears and not with_backlash:
+    if not with_backlash:
         return "no gear has backlash in this model"
     gears = [gear for gear in with_backlash if gear.backlash_reversals or gear.in_backlash_s]
     if gears:

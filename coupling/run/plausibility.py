@@ -149,7 +149,17 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
             "process: expected a force along the path, got 0 N everywhere: check that the path is in"
             " contact with the part, and its frame and units"
         )
-    return (*found, *_of_ideal_drives(case))
+    return (*found, *_of_rigid_robots(case), *_of_ideal_drives(case))
+
+
+def _of_rigid_robots(case: Case) -> Iterator[str]:
+    """Yield a sentence for each robot that does not give way anywhere."""
+    for own in case.robots:
+        if own.description.is_rigid:
+            yield (
+                f"robot {own.description.name}: no joint is elastic, so that its deviation is zero under"
+                " any force: add stiffness and damping under [[joint]] of its file"
+            )
 
 
 def _of_ideal_drives(case: Case) -> Iterator[str]:

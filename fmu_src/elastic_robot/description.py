@@ -314,6 +314,11 @@ class Robot:
         _require_vector("tcp position", self.tcp_position, 3, "m")
         _require_vector("tcp rpy", self.tcp_rpy, 3, "rad")
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no joint gives way, neither about its axis nor by a tilt."""
+        return all(joint.stiffness is None and not joint.tilt for joint in self.joints)
+
     def to_json(self) -> str:
         """Return the robot as JSON; `from_json` restores it exactly."""
         return json.dumps(dataclasses.asdict(self), indent=1)
