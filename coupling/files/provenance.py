@@ -33,6 +33,12 @@ class Provenance:
     stiffness_ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
+    @property
+    def stiffness_range(self) -> tuple[float, float] | None:
+        """Lowest and highest of all ranges; None where every stiffness is the robot's."""
+        ranges = self.stiffness_ranges.values()
+        return (min(ranges)[0], max(high for _, high in ranges)) if ranges else None
+
 
 def load_provenance(path: Path, robot: Robot) -> Provenance:
     """Return the provenance of a robot file's numbers.
@@ -117,6 +123,13 @@ def _remarks(path: Path, file: UrdfRobotFile) -> Iterator[str]:
             yield (
                 f"{source.name}: joint {joint.name!r}: effort: expected >= 0 N m, got {effort:g}: it is"
                 " not used as a limit"
+            )
+    limited = {plain_name(joint.name) for joint in file.joint if joint.limits}
+    for name in chain.unlimited:
+        if name not in limited:
+            yield (
+                f"{source.name}: joint {name!r}: limits: expected a range of a revolute joint, got none:"
+                " it turns without end here; give limits in [[joint]]"
             )
     bare = [joint for joint, _ in joints if joint.body.mass == 0.0]
     if bare:

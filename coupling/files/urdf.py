@@ -92,6 +92,7 @@ class UrdfChain:
         base_from_tip: Placement of the tip link at zero angles.
         efforts: Highest torque of each joint as it is written; 0 where there is none [N m].
         masses: Masses of the links that move, by name [kg].
+        unlimited: Names of the revolute joints without a range.
     """
 
     joints: tuple[Joint, ...]
@@ -100,6 +101,7 @@ class UrdfChain:
     base_from_tip: pin.SE3
     efforts: tuple[float, ...]
     masses: dict[str, float]
+    unlimited: tuple[str, ...]
 
 
 def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
@@ -198,6 +200,7 @@ def _chain(tree: UrdfTree, way: Sequence[UrdfJoint], driven: Sequence[UrdfJoint]
         base_from_link,
         tuple(joint.effort for joint in driven),
         masses,
+        tuple(own.name for own in driven if own.kind == "revolute" and own.limits is None),
     )
 
 

@@ -275,8 +275,6 @@ def _limits(
         _number(limit, key, default=0.0) for key in ("lower", "upper", "velocity", "effort")
     )
     stated = kind != "continuous" and not low == high == 0.0
-    if stated and low >= high:
-        raise ValueError(f"limits: expected [low, high], low < high [rad], got {[low, high]}")
     return (low, high) if stated else None, rate if rate > 0.0 else None, effort
 
 

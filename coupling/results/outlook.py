@@ -11,6 +11,9 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
+# Replays of gears whose stiffness is that of a class of robots: its lowest and its highest.
+ENDS_OF_RANGES = ("the softest gears of their class", "the stiffest gears of their class")
+
 
 @dataclass(frozen=True)
 class Replay:

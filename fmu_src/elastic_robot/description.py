@@ -116,6 +116,17 @@ class Body:
         return Body.from_matrix(self.mass, com, rotation @ self.inertia_matrix @ rotation.T)
 
 
+def triangle_excess(body: Body) -> float:
+    """Return by what part of itself a body's largest principal moment exceeds the sum of the others.
+
+    Example:
+        >>> round(triangle_excess(Body(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 2.02))), 4)
+        0.0099
+    """
+    small, middle, large = np.linalg.eigvalsh(body.inertia_matrix)
+    return max(float((large - small - middle) / large), 0.0) if large > 0.0 else 0.0
+
+
 @dataclass(frozen=True)
 class Tilt:
     """Elastic rotation of a joint about an axis other than its own.

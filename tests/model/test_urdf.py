@@ -382,7 +382,12 @@ MISTAKES = {
         '<parent link="upper_arm"/><mimic joint="shoulder"/>',
         ["joint 'elbow'", "mimic"],
     ),
-    "mass that is no number": ("urdf", 'value="5"', 'value="heavy"', ["link 'upper_arm'", "mass", "'heavy'"]),
+    "mass that is no number": (
+        "urdf",
+        link("upper_arm"),
+        link("upper_arm").replace('"5"', '"heavy"'),
+        ["link 'upper_arm'", "mass", "'heavy'"],
+    ),
     "no inertia": (
         "urdf",
         link("forearm") + "\n" + link("finger"),
