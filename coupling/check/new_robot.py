@@ -26,10 +26,8 @@ from elastic_robot.errors import RobotFileError
 
 # Torsions whose damping is that of 1 ms: a ratio of 0.03 at 10 Hz.
 _DAMPING_TIME = 1e-3
-# Turns of x to each of the axes, and against it.
-_QUARTERS = 0.5 * np.pi * np.array(
-    [[0, 0, 0], [0, -1, 0], [0, 0, 1], [0, 1, 0], [0, 0, -1], [0, 0, 2]], dtype=float
-)
+# Lengths [m], and quarters of a turn, that are the same but for rounding in a URDF.
+_SAME = 1e-5
 # Each link weighs so much of the one before, and is as thick as a part of the longest one.
 _LIGHTER, _THICK = 0.7, 0.15
 
@@ -192,19 +190,26 @@ class _Skeleton:
         return [f"gravity = {_numbers(gravity)}     # the root's -z, in the axes of the base"]
 
     def _tool_rpy(self) -> np.ndarray:
-        """Return the turn that takes x to the last joint's axis, away from the joint before."""
+        """Return the turn of a tool along the last axis, away from the joint before, in the tip's frame.
+
+        At zero angles its y axis is as near as may be to the base's: a robot that is stretched forward
+        then bends its wrist, and does not turn it, to point the tool down.
+        """
         axis = np.array(self.chain.joints[-1].axis)
         ends = [placement.translation for placement in self.chain.base_from_joint]
         out = self.chain.base_from_tip.translation - ends[-1]
-        if abs(out @ axis) < 1e-6 and len(ends) > 1:
+        if abs(out @ axis) < _SAME and len(ends) > 1:
             out = ends[-1] - ends[-2]
-        tip_from_base = self.chain.base_from_tip.rotation.T
-        away = tip_from_base @ (axis if out @ axis >= -1e-9 else -axis)
-        for rpy in _QUARTERS:
-            if pin.rpy.rpyToMatrix(rpy)[:, 0] @ away > 1.0 - 1e-6:
-                return rpy
-        turn = pin.Quaternion.FromTwoVectors(np.array([1.0, 0.0, 0.0]), away).matrix()
-        return pin.rpy.matrixToRpy(turn)
+        x = axis if out @ axis >= -_SAME else -axis
+        left = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
+        y = left - (left @ x) * x
+        y /= np.linalg.norm(y)
+        base_from_tool = np.stack([x, y, np.cross(x, y)], axis=1)
+        quarters = pin.rpy.matrixToRpy(self.chain.base_from_tip.rotation.T @ base_from_tool)
+        quarters /= 0.5 * np.pi
+        whole = np.round(quarters)
+        near: np.ndarray = np.where(np.abs(quarters - whole) < _SAME, whole, quarters)
+        return 0.5 * np.pi * near
 
     @property
     def _estimated(self) -> list[int]:

@@ -70,7 +70,11 @@ def _root_tag(path: Path) -> str:
 
 def _of_xacro(path: Path) -> ForeignRobot:
     xacrodoc = extra("xacrodoc", "xacro", "a xacro file")
+    # A package's neighbours, which are of the same repository, are found without an installation.
+    packages = [folder for folder in path.resolve().parents if (folder / "package.xml").is_file()]
     try:
+        if packages:
+            extra("xacrodoc.packages", "xacro", "a xacro file").look_in([packages[0].parent])
         text = xacrodoc.XacroDoc.from_file(str(path)).to_urdf_string()
     except Exception as cause:  # whatever xacro and the expressions in the file may raise
         reason = " ".join(str(cause).split())

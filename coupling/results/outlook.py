@@ -96,8 +96,16 @@ class WorstReplay(ResultPart):
             return f"Expected deviation on a real robot: {figures}."
         return (
             "This command may be WORSE THAN NONE: with small errors of the robot's parameters or of the"
-            f" force the deviation is {figures}. Measure the force and the gears' backlash more exactly,"
-            " or place the part where no gear reverses (elastic-robot place)."
+            f" force the deviation is {figures}. {self._advice}"
+        )
+
+    @property
+    def _advice(self) -> str:
+        if self.worst in ENDS_OF_RANGES:
+            return "Measure the stiffness of the gears (elastic-robot identify), which is that of a class."
+        return (
+            "Measure the force and the gears' backlash more exactly, or place the part where no gear"
+            " reverses (elastic-robot place)."
         )
 
 
