@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,7 @@ class PlacedRobot:
     drive: OneOfDrives = IDEAL
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None
-    provenance: Provenance = Provenance()
+    provenance: Provenance = field(default_factory=Provenance)
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a path of its tool in the world as its program has it."""

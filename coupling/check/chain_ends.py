@@ -51,8 +51,8 @@ class ChainEnds:
 def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) -> ChainEnds:
     """Return base and tip; those that are not given are guessed.
 
-    What slides or floats before the first rotation carries the robot: the base is behind it.  What slides
-    behind the last one is carried, as the quill of a SCARA: the tip is before it.
+    What slides or floats before the first rotation carries the robot: the base is behind it.  What
+    slides behind the last one is carried, as the quill of a SCARA: the tip is before it.
 
     Raises:
         RobotFileError: If no joint turns, or it is not clear which chain is meant.
@@ -82,7 +82,9 @@ def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) 
     full = [link for link, joints in chains.items() if len(joints) == longest]
     last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
     chosen = _the_one(last, chains)
-    return _ends(tree, root, chosen, base is None, f"the end of the longest chain, {longest} joints")
+    return _ends(
+        tree, root, chosen, base is None, f"the end of the longest chain, {longest} joints"
+    )
 
 
 def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> ChainEnds:

@@ -1,4 +1,4 @@
-"""A robot file on top of a URDF that somebody else wrote: what it has, and marked stand-ins for the rest.
+"""A robot file on top of a URDF that somebody else wrote: its numbers, and marked stand-ins.
 
 Nothing in it is of the robot unless the URDF has it: gears have the stiffness of a class, with its
 range, and bodies without mass an estimate, each said beside the number and in [sources].
@@ -121,7 +121,7 @@ class _Skeleton:
             f"file = {_quoted(self.urdf)}",
             f"base = {_quoted(self.ends.base)}",
             "",
-            "[tcp]                                # its x axis points along the tool, away from the flange",
+            "[tcp]                       # its x axis points along the tool, away from the flange",
             f"link = {_quoted(self.ends.tip)}",
             "position = [0.0, 0.0, 0.0]           # tip of the tool in that link's frame [m]",
             f"rpy = {_numbers(self._tool_rpy())}",

@@ -17,8 +17,8 @@ class GearClass:
         arm, wrist: Lowest, typical and highest stiffness of the gears of the arm and of the last three
             joints [N m/rad].
         source: What the ranges are from.
-        longest: Length of links from the first joint to the flange up to which a robot whose class is not
-            stated is taken for one of it [m].
+        longest: Length of links from the first joint to the flange up to which a robot is taken for one
+            of the class, if none is stated [m].
         moving_mass: Mass of the links that such a robot moves [kg], for an estimate.
     """
 
@@ -35,8 +35,8 @@ CLASSES = {
         "light arms with strain wave gears, up to 15 kg",
         (5e3, 1.5e4, 5e4),
         (2e3, 6e3, 2e4),
-        "the order of 1e4 N m/rad of light arms with strain wave gears [AlbuSchaeffer2007]; how far gears"
-        " of other sizes are from it is an assumption",
+        "the order of 1e4 N m/rad of light arms with strain wave gears [AlbuSchaeffer2007]; how far"
+        " gears of other sizes are from it is an assumption",
         1.35,
         20.0,
     ),
@@ -44,8 +44,8 @@ CLASSES = {
         "industrial robots of 5 to 20 kg",
         (1.5e5, 3.5e5, 7e5),
         (1e4, 4e4, 1e5),
-        "2.1e5 to 4.7e5 N m/rad of the arm of a robot of 15 kg [Tuerk1990]; the wrist is an assumption, a"
-        " ninth of the arm as in heavy robots",
+        "2.1e5 to 4.7e5 N m/rad of the arm of a robot of 15 kg [Tuerk1990]; the wrist is an"
+        " assumption, a ninth of the arm as in heavy robots",
         2.0,
         120.0,
     ),
@@ -62,8 +62,8 @@ CLASSES = {
         (1.3e6, 3.3e6, 7.6e6),
         (2e5, 4.5e5, 8e5),
         "arm 2.4e6 and 3.3e6 of 270 kg [Klimchik2013], 3.7e6 to 4.8e6 of 500 kg [Bharti2024], 1.4e6 to"
-        " 2.8e6 of 165 kg [Liu2026]; wrist 3.0e5 to 4.2e5, 4.7e5 to 7.6e5, 4.3e5 to 5.0e5 N m/rad of the"
-        " same; 1.5e6 to 3.4e6 of modal fits of wrists [GBTMilling] are left out",
+        " 2.8e6 of 165 kg [Liu2026], 4.1e6 to 7.5e6 of 300 kg (the file kuka_kr300);"
+        " wrist 3.0e5 to 4.2e5, 4.7e5 to 7.6e5, 4.3e5 to 5.0e5 N m/rad of the first three; 1.5e6 to 3.4e6 of modal fits of wrists [GBTMilling] are left out",
         5.0,
         1000.0,
     ),

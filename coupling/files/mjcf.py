@@ -1,4 +1,4 @@
-"""MJCF -> URDF: bodies, hinges, slides and inertias as MuJoCo compiles them; the rest has no place there."""
+"""MJCF -> URDF: bodies, hinges, slides and inertias as MuJoCo compiles them, and no more."""
 
 from __future__ import annotations
 
@@ -109,14 +109,13 @@ def _write_inertia(
         return
     link = next(own for own in root.findall("link") if own.get("name") == name)
     inertial = SubElement(link, "inertial")
-    _write_origin(inertial, link_from_body * _placement(model.body_ipos[body], model.body_iquat[body]))
-    SubElement(inertial, "mass", value=f"{float(model.body_mass[body]):.17g}")
-    moments = zip(("ixx", "iyy", "izz"), model.body_inertia[body], strict=True)
-    SubElement(
-        inertial,
-        "inertia",
-        {key: f"{float(value):.17g}" for key, value in moments} | dict.fromkeys(("ixy", "ixz", "iyz"), "0"),
+    _write_origin(
+        inertial, link_from_body * _placement(model.body_ipos[body], model.body_iquat[body])
     )
+    SubElement(inertial, "mass", value=f"{float(model.body_mass[body]):.17g}")
+    principal = zip(("ixx", "iyy", "izz"), model.body_inertia[body], strict=True)
+    moments = {key: f"{float(value):.17g}" for key, value in principal}
+    SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
 
 
 def _write_origin(element: Element, placement: pin.SE3) -> None:

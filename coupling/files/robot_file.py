@@ -240,9 +240,7 @@ def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
         raise RobotFileError(f"{path}: {cause}") from cause
 
 
-def rigid_joints(
-    path: Path, file: UrdfRobotFile, chain: UrdfChain
-) -> Iterator[tuple[Joint, str]]:
+def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[tuple[Joint, str]]:
     """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or "".
 
     Raises:

@@ -204,10 +204,8 @@ def _chain(tree: UrdfTree, way: Sequence[UrdfJoint], driven: Sequence[UrdfJoint]
     )
 
 
-def _links_on(
-    tree: UrdfTree, joint: UrdfJoint, on_way: set[str]
-) -> Iterator[tuple[str, pin.SE3]]:
-    """Yield each link that a joint carries up to the next ones of the way, and its frame in the joint's."""
+def _links_on(tree: UrdfTree, joint: UrdfJoint, on_way: set[str]) -> Iterator[tuple[str, pin.SE3]]:
+    """Yield each link that a joint carries up to the way's next, and its frame in the joint's."""
     waiting = [(joint.child, pin.SE3.Identity())]
     while waiting:
         link, placement = waiting.pop()

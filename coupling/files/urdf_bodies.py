@@ -51,8 +51,8 @@ def body_of(
     completed = about * (along + 0.5 * (np.eye(3) - along))  # those of a disc
     return (
         Body.from_matrix(mass, centre, completed),
-        f"principal moments {', '.join(f'{moment:.4g}' for moment in moments)} kg m2 are those of no body:"
-        f" only the {about:.4g} kg m2 about the joint's axis matter, and are used",
+        f"principal moments {', '.join(f'{moment:.4g}' for moment in moments)} kg m2 are those of no"
+        f" body: only the {about:.4g} kg m2 about the joint's axis matter, and are used",
     )
 
 

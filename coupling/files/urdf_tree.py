@@ -31,10 +31,10 @@ _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def plain_name(name: str) -> str:
-    """Return a name as it is compared: an XML attribute cannot tell a tab from a blank.
+    r"""Return a name as it is compared: an XML attribute cannot tell a tab from a blank.
 
     Example:
-        >>> plain_name("joint\\t1")
+        >>> plain_name("joint\t1")
         'joint 1'
     """
     return " ".join(name.split())
@@ -182,13 +182,13 @@ def read_tree(file: Path) -> UrdfTree:
 
 
 def parse_xml(text: bytes) -> Element:
-    """Return the root of an XML text whose prefixes need not be declared.
+    r"""Return the root of an XML text whose prefixes need not be declared.
 
     Raises:
         ValueError: If it is no XML, declares entities or is nested without end.
 
     Example:
-        >>> parse_xml(b"\\n<?xml version='1.0'?><robot><gazebo:plugin/></robot>")[0].tag
+        >>> parse_xml(b"\n<?xml version='1.0'?><robot><gazebo:plugin/></robot>")[0].tag
         'gazebo:plugin'
     """
     builder, depth = TreeBuilder(), 0
@@ -236,7 +236,9 @@ def _joints(root: Element, links: dict[str, Element]) -> dict[str, UrdfJoint]:
         for role in ("parent", "child"):
             link = getattr(joint, role)
             if link not in links:
-                raise ValueError(f"joint {joint.name!r}: {role}: {one_of(links, link, kind='link ')}")
+                raise ValueError(
+                    f"joint {joint.name!r}: {role}: {one_of(links, link, kind='link ')}"
+                )
     return {joint.name: joint for joint in joints}
 
 
@@ -264,9 +266,7 @@ def _joint(element: Element) -> UrdfJoint:
         raise ValueError(f"joint {name!r}: {cause}") from cause
 
 
-def _limits(
-    element: Element, kind: str
-) -> tuple[tuple[float, float] | None, float | None, float]:
+def _limits(element: Element, kind: str) -> tuple[tuple[float, float] | None, float | None, float]:
     """Return range, highest rate and effort of a joint; a range of 0 to 0 is one that is not stated."""
     limit = element.find("limit")
     if limit is None or kind in ("fixed", "floating", "planar"):

@@ -102,7 +102,9 @@ class WorstReplay(ResultPart):
     @property
     def _advice(self) -> str:
         if self.worst in ENDS_OF_RANGES:
-            return "Measure the stiffness of the gears (elastic-robot identify), which is that of a class."
+            return (
+                "Measure the gears' stiffness, which is that of a class (elastic-robot identify)."
+            )
         return (
             "Measure the force and the gears' backlash more exactly, or place the part where no gear"
             " reverses (elastic-robot place)."

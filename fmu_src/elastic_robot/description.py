@@ -78,7 +78,8 @@ class Body:
         if small < -slack or large > small + middle + excess:
             raise ValueError(
                 "inertia: expected principal moments >= 0 of which none exceeds the sum of the others"
-                f" by more than {100.0 * TRIANGLE_TOLERANCE:g} %, got {small:.6g}, {middle:.6g}, {large:.6g} kg m^2 of {list(self.inertia)}"
+                f" by more than {100.0 * TRIANGLE_TOLERANCE:g} %,"
+                f" got {small:.6g}, {middle:.6g}, {large:.6g} kg m^2 of {list(self.inertia)}"
             )
         if self.mass == 0.0 and large > 0.0:
             raise ValueError(f"mass: expected > 0 [kg] with inertia {list(self.inertia)}, got 0")
