@@ -63,7 +63,8 @@ CLASSES = {
         (2e5, 4.5e5, 8e5),
         "arm 2.4e6 and 3.3e6 of 270 kg [Klimchik2013], 3.7e6 to 4.8e6 of 500 kg [Bharti2024], 1.4e6 to"
         " 2.8e6 of 165 kg [Liu2026], 4.1e6 to 7.5e6 of 300 kg (the file kuka_kr300);"
-        " wrist 3.0e5 to 4.2e5, 4.7e5 to 7.6e5, 4.3e5 to 5.0e5 N m/rad of the first three; 1.5e6 to 3.4e6 of modal fits of wrists [GBTMilling] are left out",
+        " wrist 3.0e5 to 4.2e5, 4.7e5 to 7.6e5, 4.3e5 to 5.0e5 N m/rad of the first three;"
+        " 1.5e6 to 3.4e6 of modal fits of wrists [GBTMilling] are left out",
         5.0,
         1000.0,
     ),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from coupling.files.robot_file import rigid_joints, urdf_of, validated
-from coupling.files.robot_schema import UrdfRobotFile
+from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
 from coupling.files.sources import Number
 from coupling.files.urdf_tree import plain_name
 from elastic_robot.description import Joint, Robot
@@ -51,15 +51,14 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
         RobotFileError: If it or its URDF cannot be read.
     """
     _, file = validated(path)
-    order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
-    ranges = {
-        order[plain_name(joint.name)] if isinstance(file, UrdfRobotFile) else number: (
-            joint.stiffness_range[0],
-            joint.stiffness_range[1],
-        )
-        for number, joint in enumerate(file.joint, start=1)
-        if joint.stiffness_range
-    }
+    in_order = [joint.name for joint in robot.joints]
+    ranges: dict[int, tuple[float, float]] = {}
+    for row, joint in enumerate(file.joint, start=1):
+        number = row
+        if isinstance(joint, UrdfJoint):
+            number = in_order.index(plain_name(joint.name)) + 1
+        if joint.stiffness_range is not None:
+            ranges[number] = joint.stiffness_range[0], joint.stiffness_range[1]
     files, remarks = [path], list[str]()
     if isinstance(file, UrdfRobotFile):
         files.append(urdf_of(path, file)[0])
@@ -94,14 +93,15 @@ def urdf_numbers(path: Path) -> list[Number]:
             if table is not None and getattr(table, replaced_by) is not None:
                 continue  # listed as the robot file's
             heavy = key in ("mass", "com", "inertia")
+            shown: object = value
             text = f"URDF {source.name}{scaled if heavy else ''}"
             if value is None or (key in ("effort", "mass") and value == 0.0):
-                text, value = f"not in the URDF {source.name}", "none"
+                text, shown = f"not in the URDF {source.name}", "none"
             elif heavy and body.mass == 0.0:
                 continue
             elif key == "inertia" and remark:
                 text += f"; {remark}"
-            listed.append(Number(f"joint {joint.name!r}: {key}", value, text))
+            listed.append(Number(f"joint {joint.name!r}: {key}", shown, text))
     return listed
 
 

@@ -1,4 +1,4 @@
-"""elastic-robot init for robots that others describe: a file that runs, and what in it is of no robot."""
+"""elastic-robot init for robots that others describe: a file that runs, its stand-ins marked."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_two_arms_are_told_apart_by_tip(tmp_path):
     )
     tree = read_tree(Path(write(tmp_path, f"<robot name='two'>{links}{joints}</robot>")))
     with pytest.raises(
-        RobotFileError, match="left_tool0, right_tool0: choose its last link by --tip"
+        RobotFileError, match=r"left_tool0, right_tool0: choose its last link by --tip"
     ):
         chain_ends(tree)
     assert chain_ends(tree, tip="left_tool0").joints == ("left",)
@@ -240,7 +240,7 @@ def test_what_is_no_robot_is_refused_by_its_file(tmp_path, text, words):
 
 
 def test_an_unknown_class_is_refused(tmp_path):
-    with pytest.raises(RobotFileError, match="--payload-class: .*did you mean 'heavy'"):
+    with pytest.raises(RobotFileError, match=r"--payload-class: .*did you mean 'heavy'"):
         new_robot(write(tmp_path, arm()), RobotChoice(gears="heavi"), tmp_path)
 
 
