@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from coupling.errors import one_of
-from coupling.files.urdf_tree import UrdfJoint, UrdfTree
+from coupling.files.urdf_tree import TreeJoint, UrdfTree
 from elastic_robot.errors import RobotFileError
 
 # Links that a tool is put on, the usual ones first.
@@ -120,7 +120,7 @@ def _rotations(tree: UrdfTree, root: str, link: str) -> tuple[str, ...]:
     return tuple(j.name for j in moving) if all(j.is_rotation for j in moving) else ()
 
 
-def _moving(tree: UrdfTree, root: str, link: str) -> list[UrdfJoint]:
+def _moving(tree: UrdfTree, root: str, link: str) -> list[TreeJoint]:
     return [joint for joint in tree.way(root, link) if joint.kind != "fixed"]
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from coupling.files.urdf_tree import ROTATIONS, UrdfJoint, UrdfTree, read_tree
+from coupling.files.urdf_tree import ROTATIONS, TreeJoint, UrdfTree, read_tree
 from elastic_robot.description import Body, Joint
 from elastic_robot.errors import RobotFileError
 
@@ -136,7 +136,7 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
         raise RobotFileError(f"{file}: {cause}") from cause
 
 
-def _driven(way: Sequence[UrdfJoint], base: str, tip: str) -> list[UrdfJoint]:
+def _driven(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
     """Return the joints of a way that turn; the others of it are fixed."""
     moving = [joint for joint in way if joint.kind != "fixed"]
     turning = [joint for joint in moving if joint.is_rotation]
@@ -159,7 +159,7 @@ def _driven(way: Sequence[UrdfJoint], base: str, tip: str) -> list[UrdfJoint]:
     return turning
 
 
-def _chain(tree: UrdfTree, way: Sequence[UrdfJoint], driven: Sequence[UrdfJoint]) -> UrdfChain:
+def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]) -> UrdfChain:
     """Return the chain of a way's joints."""
     base_from_link, placements = pin.SE3.Identity(), dict[str, pin.SE3]()
     for joint in way:
@@ -204,7 +204,7 @@ def _chain(tree: UrdfTree, way: Sequence[UrdfJoint], driven: Sequence[UrdfJoint]
     )
 
 
-def _links_on(tree: UrdfTree, joint: UrdfJoint, on_way: set[str]) -> Iterator[tuple[str, pin.SE3]]:
+def _links_on(tree: UrdfTree, joint: TreeJoint, on_way: set[str]) -> Iterator[tuple[str, pin.SE3]]:
     """Yield each link that a joint carries up to the way's next, and its frame in the joint's."""
     waiting = [(joint.child, pin.SE3.Identity())]
     while waiting:

@@ -41,7 +41,7 @@ def plain_name(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class UrdfJoint:
+class TreeJoint:
     """A joint of a URDF.
 
     Attributes:
@@ -83,17 +83,17 @@ class UrdfTree:
     """
 
     links: dict[str, Element]
-    joints: dict[str, UrdfJoint]
+    joints: dict[str, TreeJoint]
 
     @cached_property
-    def parent_joint(self) -> dict[str, UrdfJoint]:
+    def parent_joint(self) -> dict[str, TreeJoint]:
         """Joint before each link but the root, by the link's name."""
         return {joint.child: joint for joint in self.joints.values()}
 
     @cached_property
-    def child_joints(self) -> dict[str, list[UrdfJoint]]:
+    def child_joints(self) -> dict[str, list[TreeJoint]]:
         """Joints behind each link, by its name."""
-        behind: dict[str, list[UrdfJoint]] = {name: [] for name in self.links}
+        behind: dict[str, list[TreeJoint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             behind[joint.parent].append(joint)
         return behind
@@ -113,13 +113,13 @@ class UrdfTree:
             raise ValueError(one_of(self.links, name, kind="link "))
         return plain_name(name)
 
-    def way(self, base: str, tip: str) -> list[UrdfJoint]:
+    def way(self, base: str, tip: str) -> list[TreeJoint]:
         """Return the joints from one link to another, in their order.
 
         Raises:
             ValueError: If the tip is not behind the base.
         """
-        joints: list[UrdfJoint] = []
+        joints: list[TreeJoint] = []
         link = tip
         while link != base:
             if link == self.root:
@@ -227,7 +227,7 @@ def _links(root: Element) -> dict[str, Element]:
     return dict(named)
 
 
-def _joints(root: Element, links: dict[str, Element]) -> dict[str, UrdfJoint]:
+def _joints(root: Element, links: dict[str, Element]) -> dict[str, TreeJoint]:
     """Return the joints by their names, whose links exist."""
     # Those of a <transmission> or a <gazebo> are not among the robot's own children.
     joints = [_joint(element) for element in root.findall("joint")]
@@ -242,7 +242,7 @@ def _joints(root: Element, links: dict[str, Element]) -> dict[str, UrdfJoint]:
     return {joint.name: joint for joint in joints}
 
 
-def _joint(element: Element) -> UrdfJoint:
+def _joint(element: Element) -> TreeJoint:
     name = _name(element, "joint")
     try:
         kind = element.get("type", "")
@@ -250,7 +250,7 @@ def _joint(element: Element) -> UrdfJoint:
             raise ValueError(f"type: {one_of(_TYPES, kind)}")
         mimic = element.find("mimic")
         limits, max_rate, effort = _limits(element, kind)
-        return UrdfJoint(
+        return TreeJoint(
             name=name,
             kind=kind,
             parent=_link_of(element, "parent"),
