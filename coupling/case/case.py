@@ -44,7 +44,7 @@ class PlacedRobot:
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
-        provenance: Where the numbers of its file are from, and how sure they are.
+        provenance: Sources of the numbers of its file, and how sure they are.
     """
 
     name: str

@@ -39,7 +39,7 @@ class ChainEnds:
     Attributes:
         base, tip: Names of the links.
         joints: Names of the joints between them that turn.
-        about: Why these, in words.
+        about: Reason for these, in words.
     """
 
     base: str

@@ -120,7 +120,7 @@ def new_case(
     Args:
         robot: A shipped robot's name, whose file is copied, a robot file, which is named, or a robot as
             others describe it, for which one is written.
-        choice: What is to be taken for a robot that others describe; None: all is guessed.
+        choice: Links and gears of a robot that others describe; None: all is guessed.
         process: Name in `STARTS`.
         two_robots: A second robot of the same kind supports the sheet from behind.
 

@@ -66,8 +66,8 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
 
     Args:
         name_or_path: A URDF, xacro or MJCF file, or a name of robot_descriptions.
-        choice: What the user has chosen.
-        folder: Where the file will lie.
+        choice: Links and gears that the user has chosen.
+        folder: Folder of the file.
 
     Raises:
         RobotFileError: If the description cannot be read, or does not tell which chain is meant.

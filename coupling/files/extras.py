@@ -14,7 +14,7 @@ def extra(module: str, name: str, what: str) -> ModuleType:
     Args:
         module: Name of the module.
         name: Name of the extra.
-        what: What it is needed for.
+        what: Purpose, for messages.
 
     Raises:
         RobotFileError: If it is not installed.

@@ -24,7 +24,7 @@ class ForeignRobot:
         name: Its name, for files.
         file: The URDF as it stands; None where it had to be made.
         text: The URDF that was made.
-        source: What it is from, in words.
+        source: Origin, in words.
     """
 
     name: str

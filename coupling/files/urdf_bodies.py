@@ -19,7 +19,7 @@ def body_of(
     """Return the body behind a joint, in its frame, and a remark where its inertia was completed.
 
     Args:
-        carried: What the URDF has there, centre and inertia about it, body axes.
+        carried: Mass [kg], centre [m] and inertia about it [kg m^2] that the URDF has there, body axes.
         scale: Factor of its masses and inertias.
         keys: Table of the joint in the robot file, whose mass, com and inertia replace the URDF's.
         base_from_file: Rotation from the axes of that table, which are the URDF joint's, (3, 3).
