@@ -23,8 +23,8 @@ def body_of(
         scale: Factor of its masses and inertias.
         keys: Table of the joint in the robot file, whose mass, com and inertia replace the URDF's.
         base_from_file: Rotation from the axes of that table, which are the URDF joint's, (3, 3).
-        lone_axis: The joint's axis, (3,), where the body turns about it alone: of the first joint
-            without tilts.  None for others.
+        lone_axis: Direction of the joint's axis, (3,), where the body turns about it alone: of a first
+            joint without tilts.  None for others.
 
     Raises:
         ValueError: If no body has these numbers.
