@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
 
 from coupling.errors import CaseError, one_of
+from coupling.files.provenance import Provenance, load_provenance
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
@@ -112,6 +113,10 @@ class _MemberTable(Schema):
     def ratings(self, folder: Path, robot: Robot) -> Ratings:
         """Return the rated loads of the description; `robot` is the one that was read."""
         return load_ratings(find_robot(self.description, folder), robot)
+
+    def provenance(self, folder: Path, robot: Robot) -> Provenance:
+        """Return where the numbers of the description are from; `robot` is the one that was read."""
+        return load_provenance(find_robot(self.description, folder), robot)
 
     def resolved(self, folder: Path, drive: str) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path, and how its drives move."""
