@@ -105,7 +105,9 @@ class ElasticRobotSlave(Fmi2Slave):
     @_allowed(lifecycle.STEP)
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are those at its start."""
-        self._instance.step(current_time, step_size)
+        said = self._instance.step(current_time, step_size)
+        if said:  # in the log only: some masters stop at a step that is not OK
+            self.log(said, Fmi2Status.ok, "logStatusWarning")
         return True
 
     @_allowed(lifecycle.GET)

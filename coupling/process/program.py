@@ -58,8 +58,8 @@ def run_program(
         watch: Function called with every line that it prints.
 
     Raises:
-        ProcessError: If it cannot be started, as no program can on Windows, takes too long or ends with a
-            status other than 0.
+        ProcessError: If it cannot be started, as none can on Windows, takes too long or ends with
+            a status other than 0.
 
     Example:
         >>> import sys, tempfile
@@ -70,8 +70,8 @@ def run_program(
     """
     if not _HAS_LOCKS:
         raise ProcessError(
-            f"{command[0]!r}: expected a system with a POSIX shell and file locks, such as Linux, macOS or"
-            f" WSL, got {sys.platform}: run the case there, or give the process as an FMU or in Python"
+            f"{command[0]!r}: expected a system with a POSIX shell and file locks, such as Linux, macOS"
+            f" or WSL, got {sys.platform}: run it there, or give the process as an FMU"
         )
     if shutil.which(command[0], path=None) is None and not (folder / command[0]).is_file():
         raise ProcessError(f"{command[0]!r} cannot be started: there is no such program")
