@@ -8,6 +8,7 @@ import contextlib
 import multiprocessing
 import os
 import tempfile
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,12 @@ import plotly.graph_objects as go
 from fmpy import simulate_fmu
 
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu.precice_robot import CoupledMotion, run_robot
+from coupling.fmu.precice_robot import CoupledMotion, PreciceNames, run_robot
 from coupling.fmu_export.build import build_fmu
 
 WALL_STIFFNESS = 1e6  # [N/m]
 CLEARANCE, DEPTH, LASTS = 1e-3, 2e-3, 0.2  # [m, m, s]; before contact, commanded past the wall
+NAMES = PreciceNames()
 CONFIGURATION = Path(__file__).with_name("precice-config.xml")
 FIGURE = Path("results", "press_with_precice.html")
 
@@ -47,11 +49,11 @@ def motion(folder: Path) -> Path:
     return file
 
 
-def wall(height: float) -> None:
-    """Be the wall: a participant that answers a position with a force and its stiffness."""
+def wall(height: float, configuration: Path, has_spring: bool) -> None:
+    """Be the wall: a participant that answers a position with a force and, if asked, its stiffness."""
     import precice
 
-    participant = precice.Participant("Wall", str(CONFIGURATION), 0, 1)
+    participant = precice.Participant("Wall", str(configuration), 0, 1)
     mesh = "Wall-Mesh"
     vertex = participant.set_mesh_vertices(mesh, np.zeros((1, 3)))
     participant.initialize()
@@ -60,37 +62,44 @@ def wall(height: float) -> None:
         window = participant.get_max_time_step_size()
         depth = height - participant.read_data(mesh, "Position", vertex, window)[0, 2]
         stiffness = WALL_STIFFNESS if depth > 0.0 else 0.0
-        for data, row in (
-            ("Force", [0.0, 0.0, stiffness * depth]),
-            ("Stiffness", [0.0, 0.0, stiffness]),
-            ("Cross-Stiffness", [0.0, 0.0, 0.0]),
-        ):
+        rows = {"Force": [0.0, 0.0, stiffness * depth]}
+        if has_spring:
+            rows |= {"Stiffness": [0.0, 0.0, stiffness], "Cross-Stiffness": [0.0, 0.0, 0.0]}
+        for data, row in rows.items():
             participant.write_data(mesh, data, vertex, np.array([row]))
         participant.advance(window)
         participant.requires_reading_checkpoint()
     participant.finalize()
 
 
-def press(mode: str = "dynamic") -> tuple[CoupledMotion, float]:
+def prepare(folder: Path, mode: str) -> tuple[Path, dict[str, float | str], float]:
+    """Return the robot's FMU, its start values and the height of the wall [m]."""
+    fmu = build_fmu(load_robot(shipped_robots()["icme2008"]), folder / "Robot.fmu")
+    motion_file = str(motion(folder))
+    parameters: dict[str, float | str] = {"trajectory": motion_file, "mode": mode}
+    parameters["torque_curve"] = "linear"
+    rest = simulate_fmu(str(fmu), stop_time=0.0, start_values=parameters, output=["tcp.z"])
+    return fmu, parameters, float(rest["tcp.z"][0]) - CLEARANCE
+
+
+def press(
+    mode: str = "dynamic",
+    configuration: Path = CONFIGURATION,
+    names: PreciceNames = NAMES,
+) -> tuple[CoupledMotion, float]:
     """Return the motion of the tool, and the height of the wall [m]."""
     with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
-        fmu = build_fmu(load_robot(shipped_robots()["icme2008"]), Path(place, "Robot.fmu"))
-        parameters = {
-            "trajectory": str(motion(Path(place))),
-            "mode": mode,
-            "torque_curve": "linear",
-        }
-        free = simulate_fmu(str(fmu), stop_time=0.0, start_values=parameters, output=["tcp.z"])
-        height = free["tcp.z"][0] - CLEARANCE
-        partner = start_wall(height)
-        tool = run_robot(fmu, CONFIGURATION, parameters)
+        fmu, parameters, height = prepare(Path(place), mode)
+        partner = start_wall(height, configuration, bool(names.stiffness))
+        tool = run_robot(fmu, configuration, parameters, names)
         partner.join()
     return tool, height
 
 
-def start_wall(height: float) -> multiprocessing.Process:
-    """Start the wall in a process of its own: preCICE connects the two."""
-    process = multiprocessing.get_context("spawn").Process(target=wall, args=(height,))
+def start_wall(height: float, configuration: Path, has_spring: bool) -> BaseProcess:
+    """Start the wall in a process of its own: preCICE connects the two, in the working folder."""
+    arguments = (height, configuration, has_spring)
+    process = multiprocessing.get_context("spawn").Process(target=wall, args=arguments)
     process.start()
     return process
 
