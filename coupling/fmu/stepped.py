@@ -12,7 +12,7 @@ import numpy as np
 
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import load
-from coupling.fmu.job import SimulationJob
+from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import unpack
 
 
@@ -49,6 +49,10 @@ class SteppedFmu:
         self._is_there = False
         try:
             unpack(file, self._folder.path)
+            if (self._folder.path / "resources" / "slavemodule.txt").is_file():
+                raise FmuError(
+                    "expected an FMU without Python, got one in Python: build a native one"
+                )
             self._driver = load(self._folder.path)
             self._driver.require(inputs, outputs, parameters)
             job = SimulationJob(parameters, np.array([start, inf]), (), self._inputs, (), 0)

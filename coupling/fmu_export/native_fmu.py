@@ -90,7 +90,7 @@ def build_native_fmu(
         source_files = tuple(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
-    entries |= standard.further_entries(name, source_files)
+    entries |= standard.further_entries(groups, name, source_files)
     described = replace(
         about(name, robot_line(robot), "native", date, standard.capabilities),
         exchange=standard.exchange,

@@ -1,12 +1,12 @@
-"""The robot's FMU as a participant of preCICE: with preCICE where it is installed, else with a stand-in."""
+"""The robot's FMU in preCICE, with the library where it is installed, else with a stand-in for it."""
 
 from __future__ import annotations
 
 import importlib
-import runpy
 import sys
 import threading
 from pathlib import Path
+from types import ModuleType
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,7 +19,8 @@ from coupling.errors import HostError, SimulationError
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu.precice_robot import PreciceNames, run_robot
 from coupling.fmu.stepped import SteppedFmu
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from examples.precice import press_with_precice
 
 FOLDER = EXAMPLES / "precice"
 STIFFNESS, STOP, WINDOW = 1e6, 0.4, 0.002
@@ -40,25 +41,24 @@ def fmu(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def pressing(monkeypatch) -> dict:
-    """Names of the example; without preCICE its wall is a thread on the stand-in."""
-    names = runpy.run_path(str(FOLDER / "press_with_precice.py"))
+def pressing(monkeypatch) -> ModuleType:
+    """The example; without preCICE its wall is a thread on the stand-in."""
     if precice_is_there():
-        return names
+        return press_with_precice
     monkeypatch.setitem(sys.modules, "precice", precice_stand_in)
 
     def start_wall(*arguments: object) -> threading.Thread:
-        thread = threading.Thread(target=names["wall"], args=arguments, daemon=True)
+        thread = threading.Thread(target=press_with_precice.wall, args=arguments, daemon=True)
         thread.start()
         return thread
 
-    names["press"].__globals__["start_wall"] = start_wall
-    return names
+    monkeypatch.setattr(press_with_precice, "start_wall", start_wall)
+    return press_with_precice
 
 
-def in_one_fmu(names: dict, folder: Path, mode: str = "dynamic") -> np.ndarray:
-    """Return the tool's heights at the windows' ends where the wall is the contact of the FMU itself [m]."""
-    fmu, parameters, height = names["prepare"](folder, mode)
+def in_one_fmu(pressing: ModuleType, folder: Path, mode: str = "dynamic") -> np.ndarray:
+    """Return the tool's heights at the windows' ends, the wall being the FMU's own contact [m]."""
+    fmu, parameters, height = pressing.prepare(folder, mode)
     contact = {"contact.stiffness": STIFFNESS, "anchor.z": height, "tcp_tolerance": 1e-9}
     found = simulate_fmu(
         str(fmu),
@@ -73,7 +73,7 @@ def in_one_fmu(names: dict, folder: Path, mode: str = "dynamic") -> np.ndarray:
 
 def test_with_the_spring_the_tool_is_where_the_contact_inside_the_fmu_has_it(pressing, tmp_path):
     """Two equations for one wall, from the air into contact: to 1 um at windows of 2 ms."""
-    tool, height = pressing["press"]()
+    tool, height = pressing.press()
     expected = in_one_fmu(pressing, tmp_path)
     assert tool.time[-1] == pytest.approx(STOP, abs=1e-9)
     np.testing.assert_allclose(tool.pose[:, 2], expected, rtol=0, atol=1e-6)
@@ -86,13 +86,13 @@ def test_with_the_spring_the_tool_is_where_the_contact_inside_the_fmu_has_it(pre
 
 def test_under_ramps_of_the_force_alone_it_is_there_too(pressing, tmp_path):
     alone = PreciceNames(stiffness=())
-    tool, _ = pressing["press"]("dynamic", FOLDER / "runner-config.xml", alone)
+    tool, _ = pressing.press("dynamic", FOLDER / "runner-config.xml", alone)
     np.testing.assert_allclose(tool.pose[:, 2], in_one_fmu(pressing, tmp_path), rtol=0, atol=1e-6)
 
 
 def test_a_robot_without_inertia_rests_as_two_springs_in_a_row(pressing, tmp_path):
     """At the windows' ends the force belongs to the pose, whatever it was between them."""
-    tool, _ = pressing["press"]("quasistatic")
+    tool, _ = pressing.press("quasistatic")
     expected = in_one_fmu(pressing, tmp_path, "quasistatic")
     np.testing.assert_allclose(tool.pose[:, 2], expected, rtol=0, atol=1e-8)
 
@@ -114,7 +114,7 @@ def test_no_more_than_one_state_is_kept(pressing, monkeypatch):
 
     monkeypatch.setattr(SteppedFmu, "keep", counted_keep)
     monkeypatch.setattr(SteppedFmu, "_forget", counted_forget)
-    pressing["press"]()
+    pressing.press()
     assert kept == freed == round(STOP / WINDOW)
 
 
@@ -151,3 +151,10 @@ def test_configurations_exchange_what_their_participants_read_and_write(name):
     for participant in root.findall("participant"):
         used = [e.get("name") for e in participant if e.tag in ("read-data", "write-data")]
         assert used == names
+
+
+def test_a_robot_in_python_is_refused_before_it_is_loaded(tmp_path):
+    robot = load_robot(shipped_robots()["icme2008"])
+    fmu = build_fmu(robot, tmp_path / "Robot.fmu", BuildOptions("python"))
+    with pytest.raises(SimulationError, match="got one in Python: build a native one"):
+        run_robot(fmu, FOLDER / "precice-config.xml")
