@@ -17,11 +17,12 @@ from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
 from coupling.path.controller import on_cycle
+from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
-from coupling.run.step_error import coupled_path, step_errors
+from coupling.run.step_error import StepError, coupled_path, step_errors
 from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
 from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.toolpaths.task import Task
@@ -156,14 +157,21 @@ class SspSystem:
             return [
                 "what the step costs is not known: the coupling did not converge (couple says why)"
             ]
-        with tempfile.TemporaryDirectory() as folder:
-            robot = self._robot_fmu(Path(folder), "native", ())
-            steps = (self.step, self.step / 10.0)
-            found = step_errors(robot, self.process.law(), self.has_spring, coupled, steps)
+        found = self.errors(coupled, (self.step, self.step / 10.0))
         return [
             "distance of the tool from the coupling of `couple`, by communication step: "
             + "; ".join(map(str, found))
         ]
+
+    def errors(self, coupled: ToolPath, steps: Sequence[float]) -> list[StepError]:
+        """Return what communication steps cost [s], against a coupled path, base frame.
+
+        Raises:
+            CouplingError: If the robot cannot be simulated.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            robot = self._robot_fmu(Path(folder), "native", ())
+            return step_errors(robot, self.process.law(), self.has_spring, coupled, steps)
 
     def _robot_fmu(self, folder: Path, kind: str, platforms: Sequence[str]) -> Path:
         """Build the robot's FMU: its start values are the command and the case's settings."""
