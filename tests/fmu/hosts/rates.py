@@ -9,7 +9,7 @@ fmu = Fmu(sys.argv[1])
 
 
 def logged(command, **options):
-    """Return the warnings of an instance whose first axis is commanded q, q', q'' by the step's number."""
+    """Return the warnings of an instance whose first axis is commanded q, q', q'' by step."""
     i = fmu.instance(logging=True).start(**options)
     for k in range(8):
         given = zip(("q_cmd[1]", "qd_cmd[1]", "qdd_cmd[1]"), command(k), strict=True)

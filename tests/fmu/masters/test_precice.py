@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
+import json
+import subprocess
 import sys
 import threading
+import zipfile
 from pathlib import Path
 from types import ModuleType
 from xml.etree import ElementTree
@@ -13,13 +16,16 @@ import numpy as np
 import precice_stand_in
 import pytest
 from fmpy import simulate_fmu
-from places import EXAMPLES
+from places import EXAMPLES, LINE_CASE
 
+from coupling.case.file import load_case
 from coupling.errors import HostError, SimulationError
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu.precice_robot import PreciceNames, run_robot
 from coupling.fmu.stepped import SteppedFmu
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.run.ssp import SspSystem
+from coupling.run.step_error import coupled_path
 from examples.precice import press_with_precice
 
 FOLDER = EXAMPLES / "precice"
@@ -158,3 +164,45 @@ def test_a_robot_in_python_is_refused_before_it_is_loaded(tmp_path):
     fmu = build_fmu(robot, tmp_path / "Robot.fmu", BuildOptions("python"))
     with pytest.raises(SimulationError, match="got one in Python: build a native one"):
         run_robot(fmu, FOLDER / "precice-config.xml")
+
+
+@pytest.mark.skipif(
+    not precice_is_there() or importlib.util.find_spec("fmiprecice") is None,
+    reason="needs preCICE and fmiprecice",
+)
+def test_an_exported_process_under_the_runner_ends_where_couple_does(tmp_path, monkeypatch):
+    """Both FMUs of an archive, implicitly coupled, the robot without inertia: to 1e-11 m."""
+    monkeypatch.chdir(tmp_path)
+    case = load_case(LINE_CASE)
+    with zipfile.ZipFile(SspSystem.of(case).write(tmp_path / "line.ssp")) as archive:
+        archive.extractall(tmp_path)
+    coupled = coupled_path(case)
+    text = (FOLDER / "runner-config.xml").read_text().replace('"0.002"', '"0.01"')
+    configuration = tmp_path / "config.xml"
+    configuration.write_text(
+        text.replace('max-time value="0.4"', f'max-time value="{coupled.time[-1]}"')
+    )
+    simulation = {
+        "fmu_file_name": "./resources/Process.fmu",
+        "fmu_instance_name": "process",
+        "output_file_name": "./results/process.csv",
+        "output": ["force.z"],
+        "fmu_read_data_names": ["tcp.x", "tcp.y", "tcp.z"],
+        "fmu_write_data_names": ["force.x", "force.y", "force.z"],
+    }
+    participant = {
+        "participant_name": "Wall",
+        "config_file_name": "./config.xml",
+        "mesh_name": "Wall-Mesh",
+        "write_data_name": "Force",
+        "read_data_name": "Position",
+    }
+    Path("fmi.json").write_text(json.dumps({"simulation_params": simulation}))
+    Path("precice.json").write_text(json.dumps({"coupling_params": participant}))
+    runner = [sys.executable, "-m", "fmiprecice.runner", "fmi.json", "precice.json"]
+    with subprocess.Popen(runner) as process:
+        robot = tmp_path / "resources" / "ElasticRobot.fmu"
+        tool = run_robot(robot, configuration, names=PreciceNames(stiffness=()))
+        assert process.wait(60) == 0
+    assert tool.force[:, 2].max() > 100.0
+    np.testing.assert_allclose(tool.pose[:, :3], coupled.position[0], rtol=0, atol=1e-11)
