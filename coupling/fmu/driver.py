@@ -183,7 +183,13 @@ class Driver(ABC):
         return self.slave.doStep
 
     def series(self, function: str, names: Sequence[str], rows: np.ndarray) -> Series:
-        """Return what sets or gets named reals, row by row; valid while the instance is there."""
+        """Return what sets or gets named reals, row by row, while the instance is there.
+
+        Args:
+            function: `setter` or `getter`.
+            names: Variables of the columns.
+            rows: Values, any unit, in C order, (n, k).
+        """
         references = [self._references[name] for name in names]
         return Series(self.slave, function, references, rows, self.counted)
 

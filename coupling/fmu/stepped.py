@@ -23,7 +23,6 @@ class SteppedFmu:
         file: The FMU, a native one: that in Python belongs into a process without the model.
         inputs, outputs: Names of scalar variables.
         parameters: Start values by name.
-        initial: Inputs in initialisation, any unit, (inputs,).
         start: Start time [s].
 
     Attributes:
@@ -39,7 +38,6 @@ class SteppedFmu:
         inputs: Sequence[str],
         outputs: Sequence[str],
         parameters: Mapping[str, float | str] = MappingProxyType({}),
-        initial: np.ndarray | None = None,
         start: float = 0.0,
     ) -> None:
         self.time = start
@@ -63,9 +61,6 @@ class SteppedFmu:
                 self._in = self._driver.series(self._driver.setter, inputs, self._inputs)
                 self._out = self._driver.series(self._driver.getter, outputs, self._outputs)
                 self._driver.enter_initialization(job)
-                if initial is not None:
-                    self._inputs[0] = initial
-                    self._in.move(0)
                 self._driver.slave.exitInitializationMode()
         except BaseException:
             self.close()
@@ -96,10 +91,10 @@ class SteppedFmu:
         return self._outputs[0].copy()
 
     def step(self, inputs: np.ndarray, size: float) -> np.ndarray:
-        """Move on by a step under inputs at its start, (inputs,), and return the outputs, (outputs,).
+        """Move on by a step and return the outputs, any unit, (outputs,).
 
         Args:
-            inputs: Values, any unit.
+            inputs: Values at the step's start, any unit, (inputs,).
             size: Length of the step [s].
 
         Raises:

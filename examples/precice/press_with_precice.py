@@ -99,7 +99,7 @@ def press(
 def start_wall(height: float, configuration: Path, has_spring: bool) -> BaseProcess:
     """Start the wall in a process of its own: preCICE connects the two, in the working folder."""
     arguments = (height, configuration, has_spring)
-    process = multiprocessing.get_context("spawn").Process(target=wall, args=arguments)
+    process = multiprocessing.get_context("spawn").Process(target=wall, args=arguments, daemon=True)
     process.start()
     return process
 
