@@ -36,7 +36,7 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_coupling
 from coupling.run.ssp import INTERFACES, SspSystem
-from coupling.run.step_error import coupled_path, step_errors
+from coupling.run.step_error import coupled_path
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 from elastic_robot.errors import ParameterError
 
@@ -206,13 +206,18 @@ def test_a_master_that_sets_no_strings_moves_the_robot(system):
     assert travelled > 0.9 * np.ptp(system.case.desired.position[0, :, 0])
 
 
-def test_what_a_step_is_said_to_cost_is_what_libcosim_has(system, poses):
+@pytest.mark.parametrize("answer", INTERFACES)
+def test_what_a_step_is_said_to_cost_is_what_libcosim_has(system, answer):
+    require("libcosimpy")
     case, time = system.case, system.case.desired.time
     coupled = coupled_path(case)
-    robot = system.folder / "resources" / "ElasticRobot.fmu"
-    (cost,) = step_errors(robot, case.process.law(), False, coupled, [float(time[1])])
+    folder = system.sprung if answer == "spring" else system.folder
+    (cost,) = SspSystem.of(case, answer).errors(coupled, [float(time[1])])
+    poses = run_system("SSP-libcosimpy", folder, float(time[1]), time[-1])
     distance = distance_at_samples(poses, coupled)
     assert cost.largest == pytest.approx(distance.max(), abs=1e-10)
+    mean = np.sum(distance**2) / len(coupled.time)  # the first sample is the start
+    assert cost.rms == pytest.approx(np.sqrt(mean), abs=1e-11)
     assert distance.max() > 1e-6
 
 
