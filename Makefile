@@ -11,6 +11,10 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
+# Needs preCICE, which no package index has; not among the pages below.
+precice: .venv/installed
+	.venv/bin/python docs/scripts/make_precice.py
+
 # What runs write into docs/, and the scripts that do: all of it takes about an hour and a half, one is make milling.
 PAGES = figures inverse robin study identify motion learn next comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands contact masters-table stable-steps wrist performance real-time inverse-time trust
 script = docs/scripts/make_$(subst -,_,$@).py
@@ -18,7 +22,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: notebooks run lint check test fuzz emulators docs site $(PAGES) masters clean
+.PHONY: precice notebooks run lint check test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed

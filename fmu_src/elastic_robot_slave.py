@@ -9,7 +9,6 @@ has state, and an instance refuses to run with another version's modules.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -17,20 +16,13 @@ from typing import Any, TypeVar, cast
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-try:
-    if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
-        raise ImportError("there is no support for so old a version")
-    import numpy  # noqa: F401
-    import pinocchio  # noqa: F401  (an import error is reported here)
-    import scipy  # noqa: F401
-except ImportError as error:
-    text = (
-        "this FMU's host: expected Python 3.11 or newer, numpy, scipy and pin, got"
-        f" {sys.executable or sys.prefix} {sys.version.split()[0]} ({error}): python -m pip install"
-        " numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
-    )
-    print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
-    raise ImportError(text) from error
+from slave_refusal import refusal, require_host
+
+require_host(
+    "ElasticRobot",
+    {"numpy": "numpy", "scipy": "scipy", "pinocchio": "pin"},
+    ", or see documentation/externalDependencies.txt in the FMU",
+)
 
 import elastic_robot
 from elastic_robot.description import Robot
@@ -41,7 +33,6 @@ from elastic_robot.fmi.fmu_state import FmuState, PackedState
 from elastic_robot.fmi.inputs import LAST_TIME, OF_DERIVATIVES
 from elastic_robot.fmi.instance import Instance
 from elastic_robot.fmi.interface import MODEL_NAME
-from slave_refusal import refusal
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
@@ -114,7 +105,9 @@ class ElasticRobotSlave(Fmi2Slave):
     @_allowed(lifecycle.STEP)
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are those at its start."""
-        self._instance.step(current_time, step_size)
+        said = self._instance.step(current_time, step_size)
+        if said:  # in the log only: some masters stop at a step that is not OK
+            self.log(said, Fmi2Status.ok, "logStatusWarning")
         return True
 
     @_allowed(lifecycle.GET)

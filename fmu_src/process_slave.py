@@ -8,19 +8,25 @@ slave_refusal.py.
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 import sys
+from dataclasses import astuple, dataclass
+from functools import cached_property
 from math import isfinite
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numpy as np
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from slave_refusal import refusal
+from slave_refusal import refusal, require_host
+
+require_host("Process", {"numpy": "numpy"})
+
+import numpy as np
 
 # Value references: tcp.x .. tcp.qw, force.x .. moment.z, anchor.x .. anchor.kzz.
 POSE, WRENCH, SPRING = range(7), range(7, 13), range(13, 25)
@@ -28,6 +34,46 @@ _UPPER = np.triu_indices(3)  # xx, xy, xz, yy, yz, zz
 LAST_TIME = 1 << 30  # by which python_host reads the end of the last step
 _SOURCE = Path(__file__).read_bytes()
 _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
+_HEADER = b"elastic-robot process state 1\n"
+_DIGEST = hashlib.sha256().digest_size
+
+
+@dataclass(frozen=True)
+class ProcessState:
+    """State of an instance: the law remembers nothing, so it is what was set and computed last.
+
+    Attributes:
+        guid: GUID of the FMU that it belongs to.
+        time, end: Start and end of the last step [s].
+        stepped: Whether there was a step.
+        values: Values of all variables.
+    """
+
+    guid: str
+    time: float
+    end: float
+    stepped: bool
+    values: tuple[float, ...]
+
+    def to_bytes(self) -> bytes:
+        """Return the state as bytes; equal states give equal bytes."""
+        content = json.dumps(astuple(self)).encode()
+        return _HEADER + hashlib.sha256(content).digest() + content
+
+    @classmethod
+    def of(cls, data: bytes) -> ProcessState:
+        """Return the state of its bytes.
+
+        Raises:
+            ValueError: If they are no state, or damaged.
+        """
+        digest, content = data[len(_HEADER) :][:_DIGEST], data[len(_HEADER) + _DIGEST :]
+        if not data.startswith(_HEADER) or hashlib.sha256(content).digest() != digest:
+            raise ValueError(
+                f"state: expected an unchanged one that this FMU has saved, got {len(data)} other bytes"
+            )
+        guid, time, end, stepped, values = json.loads(content)
+        return cls(guid, time, end, stepped, tuple(values))
 
 
 class ProcessSlave(Fmi2Slave):
@@ -97,6 +143,37 @@ class ProcessSlave(Fmi2Slave):
                 sentence = f"{_NAMES[vr]}: expected a finite number, got {value}"
                 raise refusal(self, sentence, may_retry=True)
         self._values[list(vrs)] = values
+
+    @cached_property
+    def _guid(self) -> str:
+        return Path(self.resources, "guid.txt").read_text(encoding="utf-8").strip()
+
+    def _get_fmu_state(self) -> ProcessState:
+        """Return the state, an object that PythonFMU keeps for the host."""
+        values = tuple(self._values.tolist())
+        return ProcessState(self._guid, self._time, self._end, self._stepped, values)
+
+    def _set_fmu_state(self, state: ProcessState | bytes) -> None:
+        """Go back to a state of this instance or of another one of the same FMU."""
+        try:
+            opened = ProcessState.of(state) if isinstance(state, bytes) else state
+        except ValueError as error:
+            raise refusal(self, error) from error
+        if opened.guid != self._guid:
+            raise refusal(
+                self, f"state: expected one of FMU {self._guid}, got one of {opened.guid}"
+            )
+        self._time, self._end, self._stepped = opened.time, opened.end, opened.stepped
+        self._values[:] = opened.values
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: ProcessState | bytes) -> bytes:
+        return state if isinstance(state, bytes) else state.to_bytes()
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> bytes:
+        # Opened when it is set, where there is an instance to refuse it.
+        return bytes(data)
 
     def _evaluate(self, step: float) -> None:
         position = self._values[:3].copy()

@@ -1,9 +1,11 @@
-"""How a slave tells PythonFMU of an error, alike for every slave."""
+"""How a slave, whichever it is, tells of an error, and of a host that it cannot run in."""
 
 from __future__ import annotations
 
 import ctypes
+import importlib
 import sys
+from collections.abc import Mapping
 
 from pythonfmu import Fmi2Slave
 
@@ -33,3 +35,26 @@ def refusal(slave: Fmi2Slave, error: object, may_retry: bool = False) -> Refused
     for owned in (slave, type(slave), slave.log_queue):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
     return RefusedError(f"{_DISCARD if getattr(error, 'may_retry', may_retry) else ''}{text}")
+
+
+def require_host(fmu: str, modules: Mapping[str, str], advice: str = "") -> None:
+    """Raise unless the host's Python has what an FMU imports; who cannot instantiate is told why.
+
+    Args:
+        fmu: Name of the FMU.
+        modules: Modules that it imports, and the names by which they are installed.
+        advice: Where else to read.
+    """
+    needed, program = " ".join(modules.values()), sys.executable or sys.prefix
+    try:
+        if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
+            raise ImportError("there is no support for so old a version")
+        for name in modules:
+            importlib.import_module(name)
+    except ImportError as error:
+        text = (
+            f"{fmu}: the host of this FMU: expected Python 3.11 or newer with {needed}, got {program}"
+            f" {sys.version.split()[0]} ({error}): {program} -m pip install {needed}{advice}"
+        )
+        print(text, file=sys.stderr, flush=True)
+        raise RefusedError(text) from error

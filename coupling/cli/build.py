@@ -78,6 +78,9 @@ def ssp(
     file = system.write(output, _requested(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
+    console.print("Simulating what the step costs")
+    for line in system.costs():
+        console.print(line)
 
 
 def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:

@@ -19,7 +19,9 @@ def check(
     case: CaseFile,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Page; results/<case>_check.html unless given."),
+        typer.Option(
+            "-o", "--output", help="Page; <case>_check.html beside the case unless given."
+        ),
     ] = None,
     evaluate: Annotated[
         bool,
@@ -34,6 +36,8 @@ def check(
     from coupling.case.file import load_case
     from coupling.check.checked import checked
     from coupling.check.estimate import forewarned, repeated
+    from coupling.errors import ResultError
+    from coupling.files.atomic_file import require_writable_place
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
@@ -47,8 +51,10 @@ def check(
     from coupling.run.repeated_evaluation import RememberedProcess
     from coupling.run.robots import touch_off_of
 
+    file = output or case.with_name(f"{case.stem}_check.html")
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
+        require_writable_place(file, ResultError)
         desired = loaded.desired
         if much := forewarned(desired):
             console.print(much)
@@ -72,7 +78,6 @@ def check(
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     sections = [*check_summary(robots, loads), *warned((), said), Section("", others)]
-    file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, sections)
     print_sections(console, sections)
     console.print(f"Page: {file}")

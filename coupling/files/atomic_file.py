@@ -108,7 +108,9 @@ def require_writable_place(place: Path, error: type[Exception]) -> None:
     """
     above = next(one for one in place.resolve().parents if one.exists())
     if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
-        raise error(f"{place}: cannot be made: {above} is no folder to write into")
+        raise error(
+            f"{place}: cannot be made: {above} is no folder to write into: name another place (--output)"
+        )
 
 
 def make_folder_of(file: Path, error: type[Exception]) -> None:

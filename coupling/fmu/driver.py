@@ -1,15 +1,17 @@
 """Runs an FMU of FMI 2 or 3: the only place that drives FMPy.
 
-It belongs into a process of its own (`coupling.fmu.worker`), because only in one that has not imported
-the model the FMU's own modules answer, and because PythonFMU's binary, where it stands alone, corrupts
-the heap when it is unloaded or the process ends in the ordinary way.
+An FMU in Python belongs into a process of its own (`coupling.fmu.worker`), because only in one that has
+not imported the model the FMU's own modules answer, and because PythonFMU's binary, where it stands
+alone, corrupts the heap when it is unloaded or the process ends in the ordinary way.
 """
 
 from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from time import monotonic
 from typing import Any, ClassVar
@@ -44,7 +46,7 @@ _LOOK_EVERY = 100
 _REALS = ("Real", "Float64")
 
 
-class _Series:
+class Series:
     """Rows of reals, each set or read in place by one call.
 
     FMPy's own calls make lists of every row, which costs more than a step of a fast FMU.
@@ -92,6 +94,7 @@ class Driver(ABC):
         variables: Names of its variables.
         version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
+        slave: FMPy's FMU.
         setter, getter: Names of the standard's functions that set and get reals.
         counted: Whether these take the number of values as well.
     """
@@ -110,7 +113,7 @@ class Driver(ABC):
             v.name: v.valueReference for v in description.modelVariables if v.type in _REALS
         }
         self.variables = frozenset(v.name for v in description.modelVariables)
-        self._slave = self.slave_type(
+        self.slave = self.slave_type(
             guid=description.guid,
             unzipDirectory=str(folder),
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -118,15 +121,15 @@ class Driver(ABC):
         self._errors: list[str] = []
 
     @abstractmethod
-    def _instantiate(self) -> None:
+    def instantiate(self) -> None:
         """Make an instance that logs."""
 
     @abstractmethod
-    def _enter_initialization(self, job: SimulationJob) -> None:
+    def enter_initialization(self, job: SimulationJob) -> None:
         """Set times and parameters and enter initialisation mode."""
 
     @abstractmethod
-    def _free(self) -> None:
+    def free(self) -> None:
         """Free the instance; not by FMPy's freeInstance, which unloads the library."""
 
     def run(self, job: SimulationJob, progress: Progress) -> np.ndarray:
@@ -135,33 +138,43 @@ class Driver(ABC):
         Raises:
             FmuError: If the FMU does not know a name or refuses a call.
         """
+        self.require(job.inputs, job.outputs, parameters=job.parameters)
+        with self.explained():
+            self.instantiate()
+            try:
+                return self._simulate(job, progress)
+            finally:
+                self.free()
+
+    def require(self, *reals: Iterable[str], parameters: Iterable[str] = ()) -> None:
+        """Raise an FmuError unless all names are those of real variables, or of any for parameters."""
         for names, known in (
-            ({*job.inputs, *job.outputs}, frozenset(self._references)),
-            (set(job.parameters), self.variables),
+            ({*chain(*reals)}, frozenset(self._references)),
+            ({*parameters}, self.variables),
         ):
             if unknown := names - known:
                 raise FmuError(
                     f"expected variables out of {', '.join(sorted(known))}, got"
                     f" {', '.join(sorted(unknown))}"
                 )
+
+    @contextmanager
+    def explained(self) -> Iterator[None]:
+        """Have refused calls raise an FmuError with what the FMU has logged."""
         self._errors.clear()
         try:
-            self._instantiate()
-            try:
-                return self._simulate(job, progress)
-            finally:
-                self._free()
+            yield
         except Exception as cause:  # FMPy raises bare Exception for most refusals
             *_, last = "", *"\n".join(self._errors).splitlines()
             raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
 
     def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
-        time, last, slave = job.time.tolist(), len(job.time) - 1, self._slave
+        time, last, slave = job.time.tolist(), len(job.time) - 1, self.slave
         answers = np.empty((last + 1, job.width))
-        inputs = self._series(self.setter, job.inputs, np.array(job.rows, dtype=float, order="C"))
-        outputs = self._series(self.getter, job.outputs, answers)
-        step = self._step()
-        self._enter_initialization(job)
+        inputs = self.series(self.setter, job.inputs, np.array(job.rows, dtype=float, order="C"))
+        outputs = self.series(self.getter, job.outputs, answers)
+        step = self.stepper()
+        self.enter_initialization(job)
         inputs.move(0)
         slave.exitInitializationMode()
         outputs.move(0)
@@ -177,16 +190,23 @@ class Driver(ABC):
         slave.terminate()
         return answers
 
-    def _step(self) -> Callable[[float, float], Any]:
+    def stepper(self) -> Callable[[float, float], Any]:
         """Return the function that steps from a time [s] by a size [s], or raises FMPy's errors."""
-        return self._slave.doStep
+        return self.slave.doStep
 
-    def _series(self, function: str, names: Sequence[str], rows: np.ndarray) -> _Series:
+    def series(self, function: str, names: Sequence[str], rows: np.ndarray) -> Series:
+        """Return what sets or gets named reals, row by row, while the instance is there.
+
+        Args:
+            function: `setter` or `getter`.
+            names: Variables of the columns.
+            rows: Values, any unit, in C order, (n, k).
+        """
         references = [self._references[name] for name in names]
-        return _Series(self._slave, function, references, rows, self.counted)
+        return Series(self.slave, function, references, rows, self.counted)
 
     def _set_parameters(self, job: SimulationJob) -> None:
-        apply_start_values(self._slave, self._description, dict(job.parameters))
+        apply_start_values(self.slave, self._description, dict(job.parameters))
 
     def _log(self, *message: Any) -> None:
         # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
@@ -198,25 +218,25 @@ class _Fmi2(Driver):
     version, slave_type = "2", FMU2Slave
     setter, getter, counted = "fmi2SetReal", "fmi2GetReal", False
 
-    def _instantiate(self) -> None:
+    def instantiate(self) -> None:
         callbacks = fmi2CallbackFunctions(
             logger=fmi2CallbackLoggerTYPE(self._log),
             allocateMemory=fmi2CallbackAllocateMemoryTYPE(calloc),
             freeMemory=fmi2CallbackFreeMemoryTYPE(free),
         )
         addLoggerProxy(ctypes.byref(callbacks))
-        self._slave.instantiate(callbacks=callbacks, loggingOn=True)
+        self.slave.instantiate(callbacks=callbacks, loggingOn=True)
 
-    def _enter_initialization(self, job: SimulationJob) -> None:
-        self._slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
+    def enter_initialization(self, job: SimulationJob) -> None:
+        self.slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
         self._set_parameters(job)
-        self._slave.enterInitializationMode()
+        self.slave.enterInitializationMode()
 
-    def _step(self) -> Callable[[float, float], Any]:
+    def stepper(self) -> Callable[[float, float], Any]:
         # Past FMPy's layers, which cost as much as the call.
         types = [ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int]
-        call = ctypes.CFUNCTYPE(*types)(("fmi2DoStep", self._slave.dll))
-        component = self._slave.component
+        call = ctypes.CFUNCTYPE(*types)(("fmi2DoStep", self.slave.dll))
+        component = self.slave.component
 
         def step(start: float, size: float) -> None:
             status = call(component, start, size, 1)
@@ -225,23 +245,23 @@ class _Fmi2(Driver):
 
         return step
 
-    def _free(self) -> None:
-        self._slave.fmi2FreeInstance(self._slave.component)
+    def free(self) -> None:
+        self.slave.fmi2FreeInstance(self.slave.component)
 
 
 class _Fmi3(Driver):
     version, slave_type = "3", FMU3Slave
     setter, getter, counted = "fmi3SetFloat64", "fmi3GetFloat64", True
 
-    def _instantiate(self) -> None:
-        self._slave.instantiate(loggingOn=True, logMessage=self._log)
+    def instantiate(self) -> None:
+        self.slave.instantiate(loggingOn=True, logMessage=self._log)
 
-    def _enter_initialization(self, job: SimulationJob) -> None:
+    def enter_initialization(self, job: SimulationJob) -> None:
         self._set_parameters(job)
-        self._slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
+        self.slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
 
-    def _free(self) -> None:
-        self._slave.fmi3FreeInstance(self._slave.component)
+    def free(self) -> None:
+        self.slave.fmi3FreeInstance(self.slave.component)
 
 
 _DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2, _Fmi3)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -41,10 +41,11 @@ class BuildOptions:
         name: Name of the model, and identifier that its libraries and, in packed sources, its functions
             bear.
         dependencies: Dependencies of outputs in ModelStructure, one of DEPENDENCIES.
+        strings: Start values of string parameters by name, where they are not the usual ones.
 
     Raises:
         BuildError: If the kind or the version is not known, or the options do not fit the kind or the
-            version, or the name is not one of C.
+            version, or the name is not one of C, or a start value is no word of 1 to 63 bytes.
 
     Example:
         >>> BuildOptions("native", fmi="4")
@@ -59,6 +60,7 @@ class BuildOptions:
     arrays: bool = False
     name: str = MODEL_NAME
     dependencies: str = "point"
+    strings: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for what, name, known in (
@@ -80,6 +82,12 @@ class BuildOptions:
                 f" got {self.name!r}"
             )
 
+        for name, value in self.strings.items():
+            if not (value.isprintable() and value.split() == [value] and len(value.encode()) < 64):
+                raise BuildError(
+                    f"start value of {name}: expected 1 to 63 bytes without blanks, got {value!r}"
+                )
+
     @property
     def standard(self) -> FmiStandard:
         """What the version of FMI asks of a native FMU."""
@@ -94,7 +102,13 @@ class BuildOptions:
 # What writes an FMU of each kind.
 KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]] = {
     "python": lambda robot, file, resources, options: build_python_fmu(
-        robot, file, resources, options.platforms, options.name, options.over_step
+        robot,
+        file,
+        resources,
+        options.platforms,
+        options.name,
+        options.over_step,
+        options.strings,
     ),
     "native": lambda robot, file, resources, options: build_native_fmu(
         robot,
@@ -105,6 +119,7 @@ KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path
         options.standard,
         options.name,
         options.over_step,
+        options.strings,
     ),
 }
 
@@ -131,6 +146,7 @@ def build_fmu(
     Raises:
         BuildError: If a platform is not known, the compiler fails or the file cannot be written.
         RobotFileError: If the robot is larger than a native FMU holds.
+        ParameterError: If there is no string parameter of a start value's name.
     """
     return KINDS[options.kind](robot, file, resources, options)
 

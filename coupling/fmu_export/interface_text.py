@@ -21,7 +21,7 @@ def interface_text(blocks: Mapping[str, Block], groups: Groups) -> str:
     event indicators, in the order of modelDescription.xml, which is made of the same blocks; and the
     lowest and highest angle of every drive.
     Reals: block, unit and the names of the elements in sentences, without blanks.  Strings: name,
-    start value and the values that they may have, if not any.
+    start value, where it is not empty, and the values that they may have, if not any.
 
     Args:
         blocks: The variables.
@@ -66,5 +66,5 @@ def _line(block: str, variable: VariableGroup) -> str:
     if first.unit:
         names = [v.shown.replace(" ", BLANK) for v in variable.elements]
         return " ".join(["reals", block, first.unit, *names])
-    start = [str(first.start)] if first.choices else []
+    start = [str(first.start)] if first.start else []
     return " ".join(["string", first.name, *start, *first.choices])

@@ -26,6 +26,7 @@ class ModelInfo:
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
         tolerance: Relative tolerance to begin with.
+        stop_time: Stop time to begin with [s].
         exchange: Flags of `ModelExchange` that are true; None where there is none.
     """
 
@@ -37,6 +38,7 @@ class ModelInfo:
     capabilities: tuple[str, ...]
     step_size: float
     tolerance: float
+    stop_time: float = 1.0
     exchange: tuple[str, ...] | None = None
 
 
@@ -120,7 +122,7 @@ def add_experiment(root: Element, about: ModelInfo) -> None:
         "DefaultExperiment",
         {
             "startTime": "0",
-            "stopTime": "1",
+            "stopTime": repr(about.stop_time),
             "tolerance": repr(about.tolerance),
             "stepSize": repr(about.step_size),
         },

@@ -12,6 +12,7 @@ from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
 from coupling.fmu_export.model_description import ModelInfo
+from coupling.fmu_export.terminals import terminal_entries
 from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]
@@ -31,8 +32,8 @@ class FmiStandard:
         grouped: Gives the variables as masters are to see them.
         describe: Gives modelDescription.xml from what the FMU is, its variables, element by element and
             grouped, the token that ties it to its binary and the C files packed with it.
-        further_entries: Gives what else this version wants in the archive, from the model identifier and
-            the packed C files.
+        further_entries: Gives what else this version wants in the archive, from the grouped variables,
+            the model identifier and the packed C files.
     """
 
     version: str
@@ -43,7 +44,7 @@ class FmiStandard:
     folder: Callable[[Platform], str]
     grouped: Callable[[Blocks], Groups]
     describe: Callable[[ModelInfo, Blocks, Groups, str, tuple[str, ...]], bytes]
-    further_entries: Callable[[str, tuple[str, ...]], dict[str, bytes]]
+    further_entries: Callable[[Groups, str, tuple[str, ...]], dict[str, bytes]]
 
     def sources(self) -> list[Path]:
         """Return the C files of the FMU's library."""
@@ -59,14 +60,15 @@ class FmiStandard:
         return text[text.index("Copyright") : text.index("*/")].rstrip("- \n") + "\n"
 
 
-def _icon(name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
+def _icon(groups: Groups, name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
     return {"model.png": ICON.read_bytes()}
 
 
-def _build_description(name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
-    if not source_files:
-        return {}
-    return {"sources/buildDescription.xml": build_description(name, source_files)}
+def _entries_of_fmi3(groups: Groups, name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
+    entries = terminal_entries(groups)
+    if source_files:
+        entries["sources/buildDescription.xml"] = build_description(name, source_files)
+    return entries
 
 
 STANDARDS = {
@@ -114,7 +116,7 @@ STANDARDS = {
         describe=lambda about, blocks, groups, token, _: fmi3_description(
             about, blocks, groups, token
         ),
-        further_entries=_build_description,
+        further_entries=_entries_of_fmi3,
     ),
 }
 # FMI 3.0 with arrays, which few masters read.

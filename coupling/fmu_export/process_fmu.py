@@ -47,6 +47,8 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
         capabilities=(
             "canHandleVariableCommunicationStepSize",
             "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
         ),
         blocks=_blocks(desired.pose[0, 0]),
     )

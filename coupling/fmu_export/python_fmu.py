@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import metadata
 from pathlib import Path
+from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
@@ -16,7 +18,7 @@ from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, STARTS, blocks
 
 # The need of a Python environment is stated in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
@@ -40,6 +42,7 @@ def build_python_fmu(
     platforms: Sequence[str],
     name: str,
     over_step: bool = False,
+    strings: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
     """Write a robot's FMU and return the file.
 
@@ -50,12 +53,13 @@ def build_python_fmu(
         platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
         name: Name of the model and its identifier.
         over_step: Declare what outputs follow over a step, not at a communication point.
+        strings: Start values of string parameters by name, where they are not the usual ones.
 
     Raises:
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
     """
     package = Path(elastic_robot.__file__).parent
-    table = blocks(robot)
+    table = blocks(robot, strings)
     slave = PythonSlave(
         module="elastic_robot_slave",
         class_name=MODEL_NAME,
@@ -78,11 +82,12 @@ def build_python_fmu(
         "documentation/index.html": html,
         "documentation/externalDependencies.txt": external_dependencies(),
     }
+    starts = {STARTS: json.dumps(dict(strings)).encode()} if strings else {}
     further = {name: text.encode() for name, text in texts.items()}
     return slave.write(
         file,
         build_date(package, HOST_SOURCES),
-        {"robot.json": robot.to_json().encode(), **resources},
+        {"robot.json": robot.to_json().encode(), **starts, **resources},
         {**further, "model.png": ICON.read_bytes()},
         platforms,
     )

@@ -128,10 +128,12 @@ class ForceLaw:
             >>> law.reaction(np.zeros(1), np.array([[0.0, 0.0, -1e-3]])).force
             array([[  0.,   0., 100.]])
         """
-        arguments = dict(self.constants)
-        if self.desired is not None:
-            arguments["desired"] = self.place(time)
-        return FORCE_LAWS[self.name](position, **arguments)
+        return self.reaction_around(self.place(time), position)
+
+    def reaction_around(self, place: np.ndarray, position: np.ndarray) -> ForceReaction:
+        """Return the reaction at positions of the TCP from where the law has its origin, (n, 3) [m]."""
+        follows = {} if self.desired is None else {"desired": place}
+        return FORCE_LAWS[self.name](position, **self.constants, **follows)
 
     def place(self, time: np.ndarray) -> np.ndarray:
         """Return the origin of the law at times (n,): the desired position [m], (n, 3), or zero."""

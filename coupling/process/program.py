@@ -2,17 +2,18 @@
 
 The program runs under a shell of its own, which writes its exit status into the folder.  So the end of
 a program is known even where who started it was killed, and whoever comes next can wait for it: the
-shell's standard input is a file that it holds locked to its end.
+shell's standard input is a file that it holds locked to its end.  Windows has neither such a shell nor
+locks that a program inherits: there no program is started.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,6 +21,13 @@ from typing import BinaryIO
 
 from coupling.errors import ProcessError
 from coupling.events import ProcessMessage, Watch, unwatched
+
+try:
+    import fcntl
+except ImportError:  # not a POSIX system
+    _HAS_LOCKS = False
+else:
+    _HAS_LOCKS = True
 
 OUTPUT = "output.txt"
 STATUS = "exit_status"
@@ -50,7 +58,8 @@ def run_program(
         watch: Function called with every line that it prints.
 
     Raises:
-        ProcessError: If it cannot be started, takes too long or ends with a status other than 0.
+        ProcessError: If it cannot be started, as none can on Windows, takes too long or ends with
+            a status other than 0.
 
     Example:
         >>> import sys, tempfile
@@ -59,6 +68,11 @@ def run_program(
         >>> last_lines(folder)
         'formed'
     """
+    if not _HAS_LOCKS:
+        raise ProcessError(
+            f"{command[0]!r}: expected a system with a POSIX shell and file locks, such as Linux, macOS"
+            f" or WSL, got {sys.platform}: run it there, or give the process as an FMU"
+        )
     if shutil.which(command[0], path=None) is None and not (folder / command[0]).is_file():
         raise ProcessError(f"{command[0]!r} cannot be started: there is no such program")
     with (folder / RUNNING).open("w+b") as held, (folder / OUTPUT).open("wb") as output:
@@ -83,6 +97,8 @@ def run_program(
 
 def is_running(folder: Path) -> bool:
     """Return whether a program that someone else started still runs in a folder."""
+    if not _HAS_LOCKS:  # where none can be started
+        return False
     try:
         with (folder / RUNNING).open("rb") as held:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -17,10 +17,12 @@ from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
 from coupling.path.controller import on_cycle
+from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
+from coupling.run.step_error import StepError, coupled_path, step_errors
 from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
 from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.toolpaths.task import Task
@@ -144,6 +146,49 @@ class SspSystem:
             first = "lasting contact is stable at any step"
         return f"{met}, coupled by the force alone: {first}; {touch}"
 
+    def costs(self) -> list[str]:
+        """Return sentences on what the step costs, and a tenth of it: simulated, against the coupling.
+
+        Raises:
+            CouplingError: If the robot cannot be simulated.
+        """
+        coupled = coupled_path(self.case)
+        if coupled is None:
+            return [
+                "what the step costs is not known: the coupling did not converge (couple says why)"
+            ]
+        found = self.errors(coupled, (self.step, self.step / 10.0))
+        return [
+            "distance of the tool from the coupling of `couple`, by communication step: "
+            + "; ".join(map(str, found))
+        ]
+
+    def errors(self, coupled: ToolPath, steps: Sequence[float]) -> list[StepError]:
+        """Return what communication steps cost [s], against a coupled path, base frame.
+
+        Raises:
+            CouplingError: If the robot cannot be simulated.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            robot = self._robot_fmu(Path(folder), "native", ())
+            return step_errors(robot, self.process.law(), self.has_spring, coupled, steps)
+
+    def _robot_fmu(self, folder: Path, kind: str, platforms: Sequence[str]) -> Path:
+        """Build the robot's FMU: its start values are the command and the case's settings."""
+        case, robot = self.case, self.case.robots[0]
+        strings = {
+            "trajectory": _TRAJECTORY,
+            "torque_curve": robot.torque_curve,
+            "mode": case.mode,
+            "drive": robot.drive,
+        }
+        return build_fmu(
+            robot.description,
+            folder / "ElasticRobot.fmu",
+            BuildOptions(kind, tuple(platforms), strings=strings),
+            {_TRAJECTORY: _table(on_cycle(self.planned, case.controller))},
+        )
+
     def write(self, file: Path, platforms: Sequence[str] = ()) -> Path:
         """Write the archive.
 
@@ -157,14 +202,9 @@ class SspSystem:
         Raises:
             BuildError: If the file cannot be written.
         """
-        case, robot = self.case, self.case.robots[0]
-        options = BuildOptions(case.fmu, tuple(platforms))
-        command = _table(on_cycle(self.planned, case.controller))
+        case = self.case
         with tempfile.TemporaryDirectory() as folder:
-            into = Path(folder, "ElasticRobot.fmu")
-            robot_fmu = build_fmu(
-                robot.description, into, options, resources={_TRAJECTORY: command}
-            )
+            robot_fmu = self._robot_fmu(Path(folder), case.fmu, platforms)
             process_fmu = build_process_fmu(
                 self.process, self.task.desired, Path(folder, "Process.fmu")
             )
@@ -174,12 +214,6 @@ class SspSystem:
             case.name,
             robot_fmu.name,
             process_fmu.name,
-            {
-                "trajectory": _TRAJECTORY,
-                "torque_curve": robot.torque_curve,
-                "mode": case.mode,
-                "drive": robot.drive,
-            },
             INTERFACES[self.interface],
             float(first),
             float(last),

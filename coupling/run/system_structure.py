@@ -1,4 +1,4 @@
-"""SystemStructure.ssd: components, connections, parameters and the experiment to begin with [SSP1]."""
+"""SystemStructure.ssd: components, connections and the experiment to begin with [SSP1]."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from coupling.fmu_export.units import BASE_UNITS
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
-SSD, SSC, SSV = f"{_SSP1}Description", f"{_SSP1}Common", f"{_SSP1}ParameterValues"
+SSD, SSC = f"{_SSP1}Description", f"{_SSP1}Common"
 # Of the Open Simulation Platform, whose libcosim takes a step from there.
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
-for _prefix, _namespace in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP)):
+for _prefix, _namespace in (("ssd", SSD), ("ssc", SSC), ("osp", OSP)):
     register_namespace(_prefix, _namespace)
 
 ROBOT, PROCESS = "robot", "process"
@@ -35,7 +35,6 @@ class SystemStructure:
     Attributes:
         name: Name of the system's description.
         robot, process: File names of the FMUs in resources/.
-        settings: String parameters of the robot.
         outputs: Units of what the process gives to the robot, by variable.
         start, stop: Times of the experiment [s].
         step: Its communication step [s].
@@ -44,7 +43,6 @@ class SystemStructure:
     name: str
     robot: str
     process: str
-    settings: Mapping[str, str]
     outputs: Mapping[str, str]
     start: float
     stop: float
@@ -55,8 +53,7 @@ class SystemStructure:
         root = Element(_ssd("SystemStructureDescription"), {"name": self.name, "version": "1.0"})
         system = SubElement(root, _ssd("System"), {"name": "cell"})
         elements = SubElement(system, _ssd("Elements"))
-        robot = _component(elements, ROBOT, self.robot, self.outputs, POSE_UNITS)
-        _bind(robot, self.settings)
+        _component(elements, ROBOT, self.robot, self.outputs, POSE_UNITS)
         _component(elements, PROCESS, self.process, POSE_UNITS, self.outputs)
         connections = SubElement(system, _ssd("Connections"))
         for start, end, names in ((ROBOT, PROCESS, POSE_UNITS), (PROCESS, ROBOT, self.outputs)):
@@ -85,7 +82,7 @@ class SystemStructure:
 
 def _component(
     elements: Element, name: str, fmu: str, inputs: Mapping[str, str], outputs: Mapping[str, str]
-) -> Element:
+) -> None:
     attributes = {"name": name, "type": "application/x-fmu-sharedlibrary"}
     component = SubElement(
         elements, _ssd("Component"), {**attributes, "source": f"resources/{fmu}"}
@@ -95,20 +92,6 @@ def _component(
         for variable, unit in units.items():
             connector = SubElement(connectors, _ssd("Connector"), {"name": variable, "kind": kind})
             SubElement(connector, f"{{{SSC}}}Real", {"unit": unit})
-    return component
-
-
-def _bind(component: Element, settings: Mapping[str, str]) -> None:
-    """Give a component's string parameters their values."""
-    bindings = SubElement(component, _ssd("ParameterBindings"))
-    values = SubElement(SubElement(bindings, _ssd("ParameterBinding")), _ssd("ParameterValues"))
-    parameters = SubElement(
-        SubElement(values, f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": "case"}),
-        f"{{{SSV}}}Parameters",
-    )
-    for name, value in settings.items():
-        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": name})
-        SubElement(parameter, f"{{{SSV}}}String", {"value": value})
 
 
 def _add_units(root: Element, names: Iterable[str]) -> None:

@@ -118,11 +118,19 @@ class Fmu:
         return self.path(rate, swing.at(0.0), lambda slave, time: None, str(self._trajectory))
 
 
-def commanded(fmu: Fmu, swing: Swing, jerk: bool) -> list[float]:
-    """Return the largest distances from the trajectory at each rate [m]."""
+def commanded(fmu: Fmu, swing: Swing, jerk: bool, orders: int = 3) -> list[float]:
+    """Return the largest distances from the trajectory at each rate [m].
+
+    Args:
+        fmu: The robot.
+        swing: Its motion.
+        jerk: Whether the derivative of q'' is given as well.
+        orders: How many of q, q', q'' are given; the others are zero.
+    """
 
     def give(slave: FMU2Slave, time: float) -> None:
         motion = swing.at(time)
+        motion[orders:3] = 0.0
         fmu.command(slave, motion)
         if jerk:
             slave.setRealInputDerivatives(fmu.of("qdd_cmd["), [1] * 6, motion[3].tolist())
@@ -174,6 +182,8 @@ def commands_table() -> str:
             "all axes from a turning point": commanded(fmu, turning, jerk=False),
             "from full swing": commanded(fmu, full, jerk=False),
             "from full swing, with the derivative of `qdd_cmd`": commanded(fmu, full, jerk=True),
+            "from a turning point, q and q' alone": commanded(fmu, turning, False, orders=2),
+            "from a turning point, q alone": commanded(fmu, turning, False, orders=1),
             "force, held": pushed(fmu, with_rate=False),
             "force, with its rate": pushed(fmu, with_rate=True),
         }

@@ -13,7 +13,8 @@ import numpy as np
 from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.run.ssp import SspSystem
+from coupling.run.ssp import INTERFACES, SspSystem
+from coupling.run.step_error import coupled_path
 from docs.scripts.masters import (
     GIVEN,
     MASTERS,
@@ -31,6 +32,8 @@ from docs.scripts.page import finish, replace, table
 from docs.scripts.runs import coupled
 
 SSP_CASE = Path(__file__).parents[2] / "tests" / "cases" / "line.toml"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+COST_STEPS = (0.01, 0.005, 0.002, 0.001)
 SSP_STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
 
@@ -96,10 +99,29 @@ def ssp_table() -> str:
     )
 
 
+def cost_table() -> str:
+    """Return what steps of the cone's system cost, as `elastic-robot ssp` says it of two of them."""
+    case = load_case(EXAMPLES / "cases" / "cone.toml")
+    coupled = coupled_path(case)
+    assert coupled is not None
+    kinds = [SspSystem.of(case, interface).errors(coupled, COST_STEPS) for interface in INTERFACES]
+    return table(
+        ("step (ms)", *(f"{kind}: largest, rms (um)" for kind in INTERFACES)),
+        (
+            (
+                f"{1e3 * step:g}",
+                *(f"{1e6 * e.largest:.2g}, {1e6 * e.rms:.2g}" for e in errors),
+            )
+            for step, *errors in zip(COST_STEPS, *kinds, strict=True)
+        ),
+    )
+
+
 def write() -> None:
-    """Write both tables."""
+    """Write the tables."""
     replace("import", "table", import_table())
     replace("ssp", "table", ssp_table())
+    replace("ssp", "cost", cost_table())
 
 
 if __name__ == "__main__":

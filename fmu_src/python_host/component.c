@@ -74,6 +74,9 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
     }
     c->told = c->told || status == fmi2Error;
     c->warned = c->warned || status == fmi2Warning;
+    /* A warning of a step is for the log only; the call is fmi2OK. */
+    if (category != NULL && strcmp(category, er_log_name(ER_LOG_WARNING)) == 0)
+        status = fmi2Warning;
     wanted = status == fmi2OK        ? ER_LOG_EVENTS
              : status == fmi2Warning ? ER_LOG_WARNING
                                      : ER_LOG_ERROR;

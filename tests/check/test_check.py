@@ -61,10 +61,26 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert "backlash reversals" in said
     assert re.search(r"backlash \+20 % or backlash -20 % in all gears .* up to [0-9.]+ um,", said)
     assert "hysteresis" not in said
-    assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
-    (page,) = (tmp_path / "results").iterdir()
-    assert page.name == "cone_check.html"
-    assert "reach, vertical plane" in page.read_text()
+    assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "cone_check.html"}
+    assert "reach, vertical plane" in (tmp_path / "cone_check.html").read_text()
+
+
+def test_pages_of_cases_of_one_name_lie_beside_their_cases(tmp_path, checked):
+    for folder in ("first", "second"):
+        (tmp_path / folder).mkdir()
+        status, said = checked(short(tmp_path, "cone").rename(tmp_path / folder / "case.toml"))
+        assert status == 0, said
+    pages = [tmp_path / folder / "case_check.html" for folder in ("first", "second")]
+    assert all(page.is_file() for page in pages)
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_folder_that_takes_no_page_is_said_before_the_work(tmp_path, checked):
+    taken = tmp_path / "taken"
+    taken.write_text("a file")
+    status, said = checked(short(tmp_path, "cone"), "-o", str(taken / "page.html"))
+    assert status == 2
+    assert "taken is no folder to write into: name another place (--output)" in said
 
 
 def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):

@@ -79,5 +79,7 @@ except Exception as error:
     assert "Failed to instantiate" in done.stdout
     # To stderr, and to the log, which FMPy prints.
     for told in (done.stderr, done.stdout):
-        assert told.count("expected Python 3.11 or newer, numpy, scipy and pin") == 1
+        assert told.count("expected Python 3.11 or newer with numpy scipy pin, got") == 1
+        assert f"{sys.executable} -m pip install numpy scipy pin" in told
+        assert "ImportError(" not in told
     assert "externalDependencies.txt" in done.stderr

@@ -28,3 +28,7 @@ def test_the_wrench_is_a_ramp_where_its_rate_is_told(example_fmu, run_host):
 
 def test_the_description_says_that_inputs_are_interpolated(example_fmu):
     assert fmpy.read_model_description(str(example_fmu)).coSimulation.canInterpolateInputs
+
+
+def test_angles_that_jump_without_rates_are_said_in_the_log_once(example_fmu, run_host):
+    run_host("rates", example_fmu)

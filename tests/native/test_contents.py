@@ -11,10 +11,12 @@ from pathlib import Path
 
 import fmpy
 import fmpy.validation
+import numpy as np
 import pytest
 from lxml import etree
 from native_fmu import NativeFmu, build_master, compiled, run_master
 
+from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
@@ -154,3 +156,48 @@ def test_the_core_has_no_mutable_global_state(own):
     linkers = {"completed.0", "__dso_handle", "__TMC_END__"}
     assert ".text" in shown
     assert {name for _, name in symbols} <= linkers
+
+
+@pytest.mark.parametrize("arrays", [False, True])
+def test_terminals_of_fmi3_are_valid_and_join_all_of_pose_wrench_and_spring(
+    arrays, example, tmp_path
+):
+    """By the standard's schema; a member is a variable of the FMU, and in one terminal only."""
+    fmu = build_fmu(example, tmp_path / "R.fmu", BuildOptions(fmi="3", arrays=arrays))
+    with zipfile.ZipFile(fmu) as archive:
+        terminals = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+    etree.XMLSchema(etree.parse(SCHEMAS / "fmi3TerminalsAndIcons.xsd")).assertValid(terminals)
+    variables = {v.name: v for v in fmpy.read_model_description(str(fmu)).modelVariables}
+    members = {
+        terminal.get("name"): [m.get("variableName") for m in terminal]
+        for terminal in terminals.iter("Terminal")
+    }
+    joined = [name for names in members.values() for name in names]
+    assert len(joined) == len(set(joined))
+    causes = {name: {variables[m].causality for m in names} for name, names in members.items()}
+    inputs = {name: {"input"} for name in ("wrench", "wrench_rate", "contact_spring")}
+    assert causes == {"pose": {"output"}, **inputs}
+    sizes = {name: len(names) for name, names in members.items()}
+    expected = (2, 2, 2, 3) if arrays else (7, 6, 6, 12)
+    assert tuple(sizes.values()) == expected
+
+
+@pytest.mark.parametrize("robot", shipped_robots())
+def test_eulers_method_in_500_steps_to_the_default_stop_time_stays_at_rest(robot, tmp_path):
+    """As a checker without options integrates model exchange."""
+    fmu = build_fmu(load_robot(shipped_robots()[robot]), tmp_path / "R.fmu")
+    stop = float(fmpy.read_model_description(str(fmu)).defaultExperiment.stopTime)
+    found = fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type="ModelExchange",
+        solver="Euler",
+        stop_time=stop,
+        step_size=stop / 500,
+        output_interval=stop / 500,
+        output=["tcp.x", "tcp.y", "tcp.z"],
+        record_events=False,
+    )
+    assert len(found) == 501
+    for axis in "xyz":
+        assert np.ptp(found[f"tcp.{axis}"]) < 1e-9

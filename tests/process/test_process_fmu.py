@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from fmpy import platform_tuple
 from left_behind import left_behind
-from places import LINE_CASE, TESTS
+from places import HOSTS, LINE_CASE, TESTS
 from pythonfmu.builder import FmuBuilder
 from scipy.spatial.transform import Rotation
 
@@ -109,6 +110,44 @@ def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
 def test_our_own_exported_process_may_refuse_many_times(exported, run_host):
     said = run_host("process_refusals", exported)
     assert said.count("tcp.y: expected a finite number, got nan") == 50
+
+
+def test_our_own_exported_process_goes_back_to_its_states_bit_for_bit(exported, run_host):
+    run_host("process_state", exported)
+
+
+def test_damaged_and_foreign_states_of_an_exported_process_are_refused(
+    exported, run_host, tmp_path
+):
+    softer = ElasticWallTable(model="elastic-wall", stiffness_N_m=0.5 * STIFFNESS).process(task())
+    other = build_process_fmu(softer, task().desired, tmp_path / "Softer.fmu")
+    said = run_host("foreign_states", exported, other)
+    assert "state: expected an unchanged one that this FMU has saved, got 5 other bytes" in said
+    assert "state: expected one of FMU {" in said
+
+
+def test_a_host_without_numpy_is_told_which_fmu_which_python_and_what_to_do(
+    exported, forked, tmp_path
+):
+    script = tmp_path / "started.py"
+    script.write_text(f"""
+import sys
+sys.path.append({str(HOSTS)!r})
+from fmu import Fmu
+process = Fmu(sys.argv[1])
+sys.modules |= {{name: None for name in [*sys.modules, "numpy"] if name.startswith("numpy")}}
+try:
+    process.instance()
+except Exception as error:
+    print(error)
+""")
+    done = forked(script, exported)
+    assert "Failed to instantiate" in done.stdout, done.stderr
+    expected = f"expected Python 3.11 or newer with numpy, got {sys.executable} "
+    for said in (done.stderr, done.stdout):  # and in the log, which FMPy prints
+        assert f"Process: the host of this FMU: {expected}" in said
+        assert f"{sys.executable} -m pip install numpy" in said
+        assert "Error(" not in said
 
 
 @pytest.fixture

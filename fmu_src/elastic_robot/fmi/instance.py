@@ -97,11 +97,15 @@ class Instance:
         self._model = model
         return model
 
-    def step(self, time: float, length: float) -> None:
-        """Move on by a communication step [s]; inputs are those at its start."""
+    def step(self, time: float, length: float) -> str:
+        """Move on by a communication step [s]; inputs are those at its start.
+
+        Returns:
+            What is wrong with inputs that were taken all the same, or "".
+        """
         self._require_step(time, length)
         if length == 0.0:
-            return
+            return ""
         self._require_before_stop(time + length)
         model = self.initialised()
         end = self._end(model, time, length)
@@ -115,6 +119,7 @@ class Instance:
             self._past = drives.past(end, self._past)
         self._time = time + length
         self._computed.clear()
+        return "" if self._trajectory is not None else self._values.motion_without_rates()
 
     def get_reals(self, references: Sequence[int]) -> list[float]:
         """Return values; an output is computed when it is read."""

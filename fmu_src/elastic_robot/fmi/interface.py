@@ -8,13 +8,16 @@ choice means an enum of fmi/interface.h.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Literal, get_args
 
 import numpy as np
 
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
+from elastic_robot.errors import ParameterError
 from elastic_robot.fmi.exchange import exchange
 from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
@@ -28,6 +31,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 MODEL_NAME = "ElasticRobot"
 # Communication step to begin with [s].
 STEP_SIZE = 0.01
+# Among the resources of an FMU in Python: start values of strings that are not the usual ones.
+STARTS = "starts.json"
 TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -44,11 +49,19 @@ _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
 
 
-def blocks(robot: Robot) -> dict[str, Block]:
-    """Return the FMU's variables by block; the last block holds the strings."""
+def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> dict[str, Block]:
+    """Return the FMU's variables by block; the last block holds the strings.
+
+    Args:
+        robot: The robot.
+        strings: Start values of strings by name, where they are not the usual ones.
+
+    Raises:
+        ParameterError: If there is no such string, or it cannot have the value.
+    """
     chain = build_chain(robot)
     parameters = _parameters(chain, robot)
-    strings = parameters.pop("strings")
+    texts = _started(parameters.pop("strings"), strings)
     motors = [i for i, joint in enumerate(robot.joints, start=1) if joint.drive is not None]
     given = outputs(chain, motors)
     table = {
@@ -56,9 +69,23 @@ def blocks(robot: Robot) -> dict[str, Block]:
         **given,
         **parameters,
         **exchange(chain, given, motors),
-        "strings": strings,
+        "strings": texts,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}
+
+
+def _started(block: Block, strings: Mapping[str, str]) -> Block:
+    """Return the strings with start values."""
+    unknown = [name for name in strings if name not in {v.name for v in block.variables}]
+    if unknown:
+        raise ParameterError(f"start value: expected a string variable, got {unknown[0]!r}")
+    started = tuple(replace(v, start=strings.get(v.name, v.start)) for v in block.variables)
+    for v in started:
+        if v.choices and v.start not in v.choices:
+            raise ParameterError(
+                f"{v.name}: expected one of {', '.join(v.choices)}, got {str(v.start)[:200]!r}"
+            )
+    return replace(block, variables=started)
 
 
 def _with_joints(block: Block, robot: Robot) -> Block:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
 from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
-from elastic_robot.fmi.interface import blocks
+from elastic_robot.fmi.interface import STARTS, blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.motors import require_drives
@@ -28,7 +29,7 @@ class MasterValues:
 
     Args:
         robot: The robot, with whose parameters the instance begins.
-        resources: The FMU's resources; a trajectory may lie there.
+        resources: The FMU's resources; start values of strings, and a trajectory, may lie there.
 
     Attributes:
         reals: The real variables, outputs among them.
@@ -37,7 +38,9 @@ class MasterValues:
     """
 
     def __init__(self, robot: Robot, resources: Path) -> None:
-        table = blocks(robot)
+        starts = resources / STARTS
+        texts = json.loads(starts.read_text(encoding="utf-8")) if starts.is_file() else {}
+        table = blocks(robot, texts)
         strings = table.pop("strings").variables
         self.reals = RealVariables(table)
         self.strings = StringVariables(strings, first=len(self.reals))
@@ -47,6 +50,7 @@ class MasterValues:
         limits = np.array([limits_of(variable) for variable in self._drives])
         self._low, self._high = limits.T
         self._beyond = np.zeros(len(limits), dtype=bool)
+        self._last, self._jumps = np.full(len(limits), np.nan), 0
         chain = build_chain(robot)
         self._torsions, self._gears = chain.torsions, chain.elements.gears
         self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
@@ -67,6 +71,27 @@ class MasterValues:
         return (
             f"{self._drives[i].shown}: expected an angle within the drive's limits, {self._range(i)},"
             f" got {q[i]} rad"
+        )
+
+    def motion_without_rates(self) -> str:
+        """Return what is wrong where angles jump from step to step without rates, once; else "".
+
+        Asked after every step of drives that follow the inputs.
+        """
+        q, qd, qdd = self._commands
+        moved = np.flatnonzero(q != self._last)
+        is_first = bool(np.isnan(self._last).any())
+        self._last = q.copy()
+        if self._jumps > 1:
+            return ""
+        jumps = len(moved) > 0 and not is_first and not (qd.any() or qdd.any())
+        self._jumps = self._jumps + 1 if jumps else 0
+        if self._jumps < 2:
+            return ""
+        return (
+            f"{self._drives[moved[0]].shown}: expected qd_cmd and qdd_cmd beside angles that change from"
+            " step to step, got zero: each angle is held to the step's end, and the drive jumps to the"
+            " next; set all three, or name the motion's file in trajectory"
         )
 
     def trajectory_beyond_limits(self, motion: Trajectory) -> str:

@@ -83,6 +83,7 @@ void er_instance_reset(er_instance *instance)
     memset(instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
+    strcpy(model->memory.options.trajectory, interface->string[ER_TRAJECTORY].text);
     model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.drive = (er_drive_kind)interface->string[ER_DRIVE].start;
@@ -92,6 +93,7 @@ void er_instance_reset(er_instance *instance)
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
     instance->beyond = 0;
+    instance->jumps = 0;
     instance->warned = false;
     instance->fresh = 0;
 }
@@ -271,11 +273,40 @@ static double step_end(const er_model *model, double start, double size)
     return fabs(told - own) <= rounding ? own : told;
 }
 
+/* Drives hold an angle without a rate to the step's end, and jump to the next: told once, at the second jump in a
+ * row.  motion_without_rates in elastic_robot/fmi/master_values.py is the same in Python. */
+static void watch_rates(er_instance *instance)
+{
+    const er_step_start *last = &instance->step_start[1 - instance->latest];
+    const er_command *now = &instance->step_start[instance->latest].command;
+    int moved = -1, joints = instance->model->robot.joints;
+    unsigned reference = 0;
+    if (instance->model->memory.options.trajectory[0] != '\0' || instance->jumps > 1)
+        return;
+    for (int i = joints - 1; last->stepped && i >= 0; i--)
+        if (now->q[i] != last->command.q[i])
+            moved = i;
+    for (int i = 0; i < joints; i++)
+        if (now->qd[i] != 0.0 || now->qdd[i] != 0.0)
+            moved = -1;
+    instance->jumps = moved < 0 ? 0 : instance->jumps + 1;
+    if (instance->jumps < 2)
+        return;
+    while (er_instance_settable(instance, reference) != &instance->inputs.command.q[moved])
+        reference++; /* inputs come first */
+    instance->warned = true;
+    er_fail(&instance->failure, "%s: expected qd_cmd and qdd_cmd beside angles that change from step to step, got zero:"
+            " each angle is held to the step's end, and the drive jumps to the next; set all three, or name the"
+            " motion's file in trajectory",
+            instance->interface.name[reference]);
+}
+
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end;
+    instance->warned = false;
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
                        er_shown(size, number));
@@ -293,5 +324,6 @@ bool er_instance_step(er_instance *instance, double start, double size)
         return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;
+    watch_rates(instance);
     return true;
 }

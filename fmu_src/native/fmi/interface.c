@@ -80,12 +80,14 @@ static bool read_reals(er_interface *in, er_lines *lines)
     return true;
 }
 
-/* Name, and start value and choices where there are any. */
+/* Name, start value, which a string of any text need not have, and choices where there are any. */
 static bool read_string(er_string *string, int choices, er_lines *lines)
 {
     char start[ER_CHOICE] = "";
     if (!er_lines_text(lines, ER_NAME, string->name, "a name of less than 64 letters") ||
-        (choices > 0 && !er_lines_text(lines, ER_CHOICE, start, "a start value")))
+        (choices > 0 && !er_lines_text(lines, ER_CHOICE, start, "a start value")) ||
+        (choices == 0 && !er_lines_at_end(lines) &&
+         !er_lines_text(lines, ER_NAME, string->text, "a start value of less than 64 letters")))
         return false;
     string->start = choices > 0 ? -1 : 0;
     string->choices = choices;

@@ -76,6 +76,7 @@ enum { ER_TRAJECTORY,
 
 typedef struct {
     char name[ER_NAME];
+    char text[ER_NAME]; /* start value where it may be any text */
     int start;   /* its place among the choices */
     int choices; /* 0: any text */
     char choice[ER_MAX_CHOICES][ER_CHOICE];

@@ -17,14 +17,16 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
-from places import LINE_CASE
+from places import HOSTS, LINE_CASE
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import host_platform
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path.controller import on_cycle
@@ -34,7 +36,9 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_coupling
 from coupling.run.ssp import INTERFACES, SspSystem
+from coupling.run.step_error import coupled_path
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
+from elastic_robot.errors import ParameterError
 
 LINE = LINE_CASE
 HERE = host_platform().name
@@ -190,6 +194,73 @@ def test_ecos_and_libcosim_agree(system, poses):
     np.testing.assert_allclose(ecos[:, 8:], poses[:, 8:], rtol=0, atol=1e-9)
 
 
+def test_a_master_that_sets_no_strings_moves_the_robot(system):
+    """FMPy reads no parameters of an archive; the command is the start value of the robot's own FMU."""
+    time = system.case.desired.time
+    cell = simulate_ssp(
+        str(system.sprung / "system.ssp"), stop_time=float(time[-1]), step_size=float(time[1])
+    )
+    end = [cell[f"robot.tcp.{axis}"][-1] for axis in "xyz"]
+    np.testing.assert_allclose(end, system.case.desired.position[0, -1], rtol=0, atol=2e-3)
+    travelled = np.ptp(cell["robot.tcp.x"])
+    assert travelled > 0.9 * np.ptp(system.case.desired.position[0, :, 0])
+
+
+@pytest.mark.parametrize("answer", INTERFACES)
+def test_what_a_step_is_said_to_cost_is_what_libcosim_has(system, answer):
+    require("libcosimpy")
+    case, time = system.case, system.case.desired.time
+    coupled = coupled_path(case)
+    folder = system.sprung if answer == "spring" else system.folder
+    (cost,) = SspSystem.of(case, answer).errors(coupled, [float(time[1])])
+    poses = run_system("SSP-libcosimpy", folder, float(time[1]), time[-1])
+    distance = distance_at_samples(poses, coupled)
+    assert cost.largest == pytest.approx(distance.max(), abs=1e-10)
+    mean = np.sum(distance**2) / len(coupled.time)  # the first sample is the start
+    assert cost.rms == pytest.approx(np.sqrt(mean), abs=1e-11)
+    assert distance.max() > 1e-6
+
+
+@pytest.mark.parametrize("kind", ["native", "python"])
+def test_start_values_are_said_and_taken_in_both_kinds_of_fmu(kind, example, tmp_path, forked):
+    """What the description says is what an instance has, before and after a reset of its values."""
+    strings = {"mode": "quasistatic", "trajectory": "motion.npz", "torque_curve": "linear"}
+    fmu = build_fmu(example, tmp_path / "R.fmu", BuildOptions(kind, strings=strings))
+    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    assert {v.name: v.start for v in variables if v.name in strings} == strings
+    script = tmp_path / "asked.py"
+    script.write_text(f"""
+import sys
+sys.path.append({str(HOSTS)!r})
+from fmu import Fmu
+fmu = Fmu(sys.argv[1])
+slave = fmu.instance().slave
+names = {list(strings)!r}
+for _ in range(2):
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    print([v.decode() for v in slave.getString([fmu.references[name] for name in names])])
+    slave.reset()
+""")
+    done = forked(script, fmu)
+    assert done.stdout.splitlines() == [str(list(strings.values()))] * 2, done.stderr
+
+
+@pytest.mark.parametrize("value", ["", "two words", "a" * 64, "line\nbreak"])
+def test_a_start_value_that_is_no_word_is_refused(value):
+    with pytest.raises(BuildError, match="start value of trajectory: expected 1 to 63 bytes"):
+        BuildOptions(strings={"trajectory": value})
+
+
+def test_a_start_value_of_no_string_or_out_of_its_choices_is_refused(example, tmp_path):
+    for strings, sentence in (
+        ({"speed": "fast"}, "expected a string variable, got 'speed'"),
+        ({"mode": "fast"}, "mode: expected one of dynamic, quasistatic, got 'fast'"),
+    ):
+        with pytest.raises(ParameterError, match=sentence):
+            build_fmu(example, tmp_path / "R.fmu", BuildOptions(strings=strings))
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="the page's line is for Linux")
 def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, poses):
     """Ecos's own program, which writes the initial state and all steps but the last, six digits."""
@@ -203,7 +274,7 @@ def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, pos
         "LD_LIBRARY_PATH": str(Path(sys.prefix, "lib")),  # of libtbb
     }
     time = system.case.desired.time
-    simulate = f"simulate --path system.ssp --parameterSet case --stepSize {time[1]}"
+    simulate = f"simulate --path system.ssp --stepSize {time[1]}"
     done = subprocess.run(
         ["bash", "-c", f"{snippets()['program']}\n./ecos {simulate} --stopTime {time[-1]}"],
         cwd=system.folder,
@@ -310,4 +381,5 @@ def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):
     assert zipfile.is_zipfile(file)
     said = capsys.readouterr().out
     assert "built" in said
+    assert "distance of the tool from the coupling of `couple`" in said
     assert "communication step: " in said
