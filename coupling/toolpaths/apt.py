@@ -23,21 +23,23 @@ from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
 
-# Axes closer than this to straight down have no shortest rotation from straight up.
-_DOWN = 1e-6
+UP = np.array([0.0, 0.0, 1.0])
+# Between axes whose cosine is as close as this to -1 there is no shortest rotation.
+_OPPOSITE = 1e-6
 
 
 class AptPath(ToolPathTable):
     """Points of APT cutter location data, whose coordinates are those of the TCP in the part frame.
 
-    Keys: file; rapid_m_s, speed of a RAPID; max_turn_deg_s, largest rate at which the tool turns;
-    corner_deg, blend_s, sample_s as for G-code.  The TCP's axis of approach is opposite to the tool axis
-    of the file.
+    Keys: file; rapid_m_s, speed of a RAPID; roll, how the tool is rotated about its axis;
+    max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
+    The TCP's axis of approach is opposite to the tool axis of the file.
     """
 
     kind: Literal["apt"]
     file: FilePath
     rapid_m_s: Positive = 0.1
+    roll: Literal["upright", "parallel"] = "upright"
     corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
     max_turn_deg_s: Positive = 180.0
     blend_s: Positive = 0.2
@@ -86,7 +88,7 @@ class AptPath(ToolPathTable):
         rests = waits > 0.0
         rests[1:-1] |= rapid[2:] != rapid[1:-1]
         try:
-            rotation = upright(program.axis[kept])
+            rotation = ROLLS[self.roll](program.axis[kept])
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         feed = np.where(rapid, self.rapid_m_s, program.feed[kept])
@@ -110,13 +112,54 @@ def upright(axis: np.ndarray) -> Rotation:
         >>> tool.apply([1.0, 0.0, 0.0]).round(9) + 0.0
         array([[ 0. , -0.6, -0.8]])
     """
-    x, y, z = axis.T
-    if np.any(1.0 + z < _DOWN):
-        number = int(np.argmin(z)) + 1
+    down = 1.0 + axis[:, 2] < _OPPOSITE
+    if np.any(down):
         raise ValueError(
-            f"expected tool axes that do not point straight down, got one at point {number}: turn the"
-            " part frame"
+            "expected tool axes that do not point straight down, got one at point"
+            f' {int(np.argmax(down)) + 1}: set roll = "parallel", or turn the part frame'
         )
-    shortest = Rotation.from_quat(np.column_stack([-y, x, np.zeros_like(x), 1.0 + z]))
-    turned: Rotation = shortest * PART_FROM_TOOL
+    turned: Rotation = _shortest(np.tile(UP, (len(axis), 1)), axis) * PART_FROM_TOOL
     return turned
+
+
+def parallel(axis: np.ndarray) -> Rotation:
+    """Return the rotations part_from_tool that follow tool axes the shortest way from each to the next.
+
+    The tool never turns about its axis on its way (parallel transport), but after a closed path of the
+    axis it has, by the solid angle within.  The first rotation is that of `upright`, or half a turn
+    about the part's x axis where that axis points straight down.
+
+    Args:
+        axis: As of `upright`.
+
+    Raises:
+        ValueError: If an axis is opposite to the one before it.
+    """
+    opposite = 1.0 + np.einsum("ij,ij->i", axis[1:], axis[:-1]) < _OPPOSITE
+    if np.any(opposite):
+        raise ValueError(
+            "expected tool axes less than half a turn from point to point, got more at point"
+            f" {int(np.argmax(opposite)) + 2}: output points between"
+        )
+    is_down = 1.0 + axis[0, 2] < _OPPOSITE
+    first = Rotation.from_euler("x", np.pi) * PART_FROM_TOOL if is_down else upright(axis[:1])[0]
+    turns = Rotation.concatenate([first, _shortest(axis[:-1], axis[1:])])
+    # Products of all before, by doubling: 1, 2, 4, ... at once.
+    quaternion, count = turns.as_quat(), 1
+    while count < len(axis):
+        later, before = quaternion[count:], quaternion[:-count]
+        product = Rotation.from_quat(later) * Rotation.from_quat(before)
+        quaternion = np.vstack([quaternion[:count], product.as_quat()])
+        count *= 2
+    return Rotation.from_quat(quaternion)
+
+
+# How the tool is rotated about its axis.
+ROLLS = {"upright": upright, "parallel": parallel}
+
+
+def _shortest(axis: np.ndarray, other: np.ndarray) -> Rotation:
+    """Return the shortest rotations from unit vectors to others, (n, 3)."""
+    across, along = np.cross(axis, other), np.einsum("ij,ij->i", axis, other)
+    found: Rotation = Rotation.from_quat(np.column_stack([across, 1.0 + along]))
+    return found

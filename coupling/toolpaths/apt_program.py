@@ -295,6 +295,10 @@ class _Reader:
         self.waits[last] = self.waits.get(last, 0.0) + seconds
 
     def _circular(self, statement: Statement) -> None:
+        if "TIMES" in statement.arguments:
+            raise ValueError(
+                "expected no CIRCLE with TIMES, got whole turns: output arcs as points"
+            )
         values = numbers(statement.arguments)
         if len(values) < 7 or self.place is None:
             raise ValueError(

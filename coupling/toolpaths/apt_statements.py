@@ -12,7 +12,7 @@ from coupling.errors import CaseError, reason_of
 # What a file may hold at most [bytes].
 _LARGEST = 128_000_000
 # Words whose statement is text to its end, with or without a slash.
-_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES")
+_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES", "TPRINT")
 
 
 @dataclass(frozen=True)
