@@ -181,6 +181,16 @@ def test_the_tool_turns_at_most_as_fast_as_it_may(tmp_path):
     assert path.time[-1] == pytest.approx(5.0 + 0.2 + 1.0 + 0.2 + 1.0 + 0.2, abs=1e-6)
 
 
+def test_a_jump_of_the_angular_velocity_is_told(tmp_path):
+    """30 deg over 50 mm at 10 mm/s, 6 deg/s, begin where the tool did not turn."""
+    tilted = f"{np.sin(np.pi / 6)},0,{np.cos(np.pi / 6)}"
+    text = f"FEDRAT/MMPM,600\nGOTO/0,0,0\nGOTO/50,0,0\nGOTO/100,0,0,{tilted}\n"
+    remarks = table(tmp_path, text).task(AT_THE_ORIGIN).remarks
+    assert remarks[-1].endswith("the tool's angular velocity jumps, by up to 6 deg/s")
+    still = table(tmp_path, "FEDRAT/MMPM,600\nGOTO/0,0,0\nGOTO/50,0,0\nGOTO/90,1,0\n")
+    assert len(still.task(AT_THE_ORIGIN).remarks) == 1
+
+
 def test_points_of_several_frames_are_in_the_first(tmp_path):
     """The second frame lies 100 mm along the first one's y and is turned by 90 deg about z."""
     first = "MSYS/10,20,0,1,0,0,0,1,0\nGOTO/0,0,5\nGOTO/1,0,0\n"
