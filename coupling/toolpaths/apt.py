@@ -100,7 +100,7 @@ def parallel(axis: np.ndarray) -> Rotation:
     about the part's x axis where that axis points straight down.
 
     Args:
-        axis: As of `upright`.
+        axis: Unit vectors from the tool's tip to its holder, part frame [1], (n, 3).
 
     Raises:
         ValueError: If an axis is opposite to the one before it.

@@ -47,9 +47,9 @@ class AptProgram:
         position: Points in the first frame of the file [m], (n, 3).
         axis: Unit vectors from the tip towards the holder at them, (n, 3).
         feed: Speeds to each [m/s], (n,); NaN for a rapid and for the first one.
-        waits: How long the tool rests at each [s], (n,).
+        waits: Durations of a rest at each [s], (n,).
         left_out: Words that were left out, by how often.
-        assumptions: What was assumed, sentences.
+        assumptions: Assumptions made, sentences.
     """
 
     position: np.ndarray

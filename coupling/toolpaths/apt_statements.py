@@ -22,7 +22,7 @@ class Statement:
     Attributes:
         line: Number of its first line in the file, from 1.
         word: Its major word, in capitals.
-        arguments: What stands behind the slash, by commas, in capitals.
+        arguments: Words and numbers behind the slash, in capitals.
     """
 
     line: int

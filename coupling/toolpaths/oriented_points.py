@@ -58,7 +58,7 @@ class OrientedPoints:
         rotation: Rotations part_from_tool at them, (n,).
         feed: Speeds to each [m/s], (n,); the first one is not used.
         rests: Whether the tool rests at each, beside corners [1], (n,); None: nowhere.
-        waits: How long it rests there [s], (n,); None: not at all.
+        waits: Durations of its rests there [s], (n,); None: zeros.
     """
 
     position: np.ndarray
@@ -131,8 +131,8 @@ class OrientedPoints:
 
         Args:
             part: base_from_part.
-            law: How they are passed.
-            where: What an error is about.
+            law: Law by which they are passed.
+            where: File that an error is about.
             corners: Times at which the process is to be evaluated as well [s].
 
         Raises:
