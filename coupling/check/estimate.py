@@ -32,7 +32,7 @@ _ASKED_TWICE = 60.0
 
 
 def estimated(desired: ToolPath, controller: Controller, rounds: int, each: float | None) -> str:
-    """Return time and memory of a compensation by the inverse of the moving robot, in words.
+    """Return the time and memory that a compensation by the inverse of the moving robot takes, in words.
 
     Args:
         desired: Desired paths of all tools.

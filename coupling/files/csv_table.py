@@ -54,6 +54,12 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
             f"{file}: columns {', '.join(missing)} are missing: expected {', '.join(columns)}, got"
             f" {', '.join(found) or 'an empty file'}{hint}"
         )
+    twice = [name for name in columns if found.count(name) > 1]
+    if twice:
+        raise error(
+            f"{file}: expected each column once, got {twice[0]} {found.count(twice[0])} times: rename"
+            " those that are not meant"
+        )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a table without rows is refused below

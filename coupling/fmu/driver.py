@@ -41,6 +41,9 @@ _REPORT_EVERY = 0.1
 _LOOK_EVERY = 100
 
 
+_REALS = ("Real", "Float64")
+
+
 class _Series:
     """Rows of reals, each set or read in place by one call.
 
@@ -101,8 +104,12 @@ class Driver(ABC):
 
     def __init__(self, folder: Path, description: ModelDescription) -> None:
         self._description = description
-        self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self.variables = frozenset(self._references)
+        _require_plain_name(description.coSimulation.modelIdentifier)
+        # References of FMI 2 count per type: that of a Real says nothing of an Integer.
+        self._references = {
+            v.name: v.valueReference for v in description.modelVariables if v.type in _REALS
+        }
+        self.variables = frozenset(v.name for v in description.modelVariables)
         self._slave = self.slave_type(
             guid=description.guid,
             unzipDirectory=str(folder),
@@ -128,10 +135,15 @@ class Driver(ABC):
         Raises:
             FmuError: If the FMU does not know a name or refuses a call.
         """
-        unknown = {*job.inputs, *job.outputs, *job.parameters} - set(self._references)
-        if unknown:
-            known = ", ".join(sorted(self._references))
-            raise FmuError(f"expected variables out of {known}, got {', '.join(sorted(unknown))}")
+        for names, known in (
+            ({*job.inputs, *job.outputs}, frozenset(self._references)),
+            (set(job.parameters), self.variables),
+        ):
+            if unknown := names - known:
+                raise FmuError(
+                    f"expected variables out of {', '.join(sorted(known))}, got"
+                    f" {', '.join(sorted(unknown))}"
+                )
         self._errors.clear()
         try:
             self._instantiate()
@@ -235,6 +247,12 @@ class _Fmi3(Driver):
 _DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2, _Fmi3)}
 
 
+def _require_plain_name(identifier: str) -> None:
+    """Refuse a modelIdentifier that leads out of the FMU: FMPy makes the library's path of it."""
+    if not identifier.isidentifier():
+        raise FmuError(f"expected a modelIdentifier of letters, digits and _, got {identifier!r}")
+
+
 def load(folder: Path) -> Driver:
     """Return the driver of the unpacked FMU in a folder.
 
@@ -246,6 +264,8 @@ def load(folder: Path) -> Driver:
         driver = _DRIVERS.get(description.fmiVersion[0])
         if description.coSimulation is not None and driver is not None:
             return driver(folder, description)
+    except FmuError:
+        raise
     except Exception as cause:  # whatever FMPy finds wrong with the file
         raise FmuError(f"is not an FMU that runs here: {cause}") from cause
     raise FmuError(

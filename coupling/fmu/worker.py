@@ -56,7 +56,8 @@ class WorkerProcess:
         one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "coupling.fmu.worker_main", str(folder)],
+            # Without -P a random.py of the user in the working folder would be imported.
+            [sys.executable, "-P", "-m", "coupling.fmu.worker_main", str(folder)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,

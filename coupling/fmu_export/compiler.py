@@ -177,7 +177,7 @@ def zig() -> list[str] | None:
     """Return the command of Zig's C compiler, or None if it is not installed."""
     if importlib.util.find_spec("ziglang") is None:
         return None
-    return [sys.executable, "-m", "ziglang", "cc"]
+    return [sys.executable, "-P", "-m", "ziglang", "cc"]
 
 
 def host_compiler(target: Platform) -> list[str]:

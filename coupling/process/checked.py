@@ -38,7 +38,7 @@ class CheckedProcess(ProcessWrapper):
             response = self.process.evaluate(path)
         except CouplingError:
             raise
-        except Exception as cause:  # whatever is wrong with the author's code
+        except (Exception, SystemExit) as cause:  # whatever is wrong with the author's code
             where = traceback.extract_tb(cause.__traceback__)[-1]
             raise ProcessError(
                 f"the process {self.name} failed: {type(cause).__name__}: {cause}"

@@ -55,6 +55,6 @@ def _imported(file: Path) -> ModuleType:
     sys.modules[name] = module  # dataclasses look their module up by name
     try:
         spec.loader.exec_module(module)
-    except Exception as cause:  # whatever is wrong with the author's file
+    except (Exception, SystemExit) as cause:  # whatever is wrong with the author's file
         raise CaseError(f"{file}: cannot be imported: {type(cause).__name__}: {cause}") from cause
     return module

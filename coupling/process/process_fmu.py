@@ -20,6 +20,7 @@ from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process.base import ProcessResponse, ProcessTable, WithIdentity
+from coupling.process.fmu_variables import ProcessVariables, read_variables
 from coupling.process.frames import PoseFrame, poses_in, response_in_base
 from coupling.toolpaths.task import Task
 
@@ -35,9 +36,8 @@ class ProcessFmu(WithIdentity):
 
     Attributes:
         file: FMI 2 or 3, co-simulation.
-        inputs: Names of its inputs by pose column; the pose at time[k] is held over the step that
-            ends there.
-        outputs: Names of its outputs by column of wrench and stiffness; those not named are zero, and a
+        variables: Its inputs by pose column, the pose at time[k] being held over the step that ends
+            there; its outputs by column of wrench and stiffness, where those not named are zero, and a
             process none of whose outputs is a stiffness states none.
         parameters: Start values by name.
         part: base_from_part.
@@ -46,8 +46,7 @@ class ProcessFmu(WithIdentity):
     """
 
     file: Path
-    inputs: Mapping[PoseColumn, str]
-    outputs: Mapping[ResponseColumn, str]
+    variables: ProcessVariables
     parameters: Mapping[str, float | int | bool | str]
     part: Frame
     frame: PoseFrame
@@ -57,27 +56,31 @@ class ProcessFmu(WithIdentity):
         """Simulate the FMU along a path and return its wrenches, base axes.
 
         Raises:
-            ProcessError: If it cannot be run, does not know a name or fails.
+            ProcessError: If it cannot be run or fails.
         """
         poses = poses_in(self.frame, path, self.part)
+        inputs, outputs = self.variables.inputs, self.variables.outputs
+        rows = [v.from_si(poses[:, POSE_COLUMNS.index(name)]) for name, v in inputs.items()]
         job = SimulationJob(
             self.parameters,
             path.time,
-            tuple(self.inputs.values()),
-            poses[:, [POSE_COLUMNS.index(name) for name in self.inputs]],
-            tuple(self.outputs.values()),
-            len(self.outputs),
+            tuple(variable.name for variable in inputs.values()),
+            np.column_stack(rows),
+            tuple(variable.name for variable in outputs.values()),
+            len(outputs),
         )
-        stiff = set(STIFFNESS_COLUMNS) & set(self.outputs)
+        stiff = set(STIFFNESS_COLUMNS) & set(outputs)
         columns: tuple[str, ...] = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if stiff else ())
-        rows = np.zeros((len(path.time), len(columns)))
-        rows[:, [columns.index(name) for name in self.outputs]] = self._run(job)
-        if not np.all(np.isfinite(rows)):
-            row = int(np.argmin(np.all(np.isfinite(rows), axis=1)))
+        answers = np.zeros((len(path.time), len(columns)))
+        values = self._run(job)
+        for k, (name, variable) in enumerate(outputs.items()):
+            answers[:, columns.index(name)] = variable.to_si(values[:, k])
+        if not np.all(np.isfinite(answers)):
+            row = int(np.argmin(np.all(np.isfinite(answers), axis=1)))
             raise ProcessError(
-                f"{self.file}: expected finite outputs, got {rows[row]} at t = {path.time[row]:.6g} s"
+                f"{self.file}: expected finite outputs, got {answers[row]} at t = {path.time[row]:.6g} s"
             )
-        return response_in_base(self.frame, np.column_stack([path.time, rows]), path, self.part)
+        return response_in_base(self.frame, np.column_stack([path.time, answers]), path, self.part)
 
     def _run(self, job: SimulationJob) -> np.ndarray:
         with ScratchFolder() as folder:
@@ -99,8 +102,9 @@ class ProcessFmu(WithIdentity):
 class ProcessFmuTable(ProcessTable):
     """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame; retries.
 
-    inputs has keys x, y, z [m], qx, qy, qz, qw; outputs has keys fx, fy, fz [N], mx, my, mz [N m]
-    on the tool at the TCP.  parameters are start values; frame is "part" unless given.
+    inputs has keys x, y, z, qx, qy, qz, qw; outputs has keys fx, fy, fz, mx, my, mz, on the tool at the
+    TCP, and kxx to kzz, in the units that the FMU declares, SI where it declares none.  parameters are
+    start values; frame is "part" unless given.
     """
 
     model: Literal["fmu"]
@@ -114,14 +118,20 @@ class ProcessFmuTable(ProcessTable):
         """Return the FMU as a process.
 
         Raises:
-            CaseError: If the file is not there.
+            CaseError: If the file is not there, or its variables are not what the case takes them for.
         """
         if not self.file.is_file():
             raise CaseError(f"process: file: expected an FMU, got {self.file}, which is not there")
+        variables = read_variables(
+            self.file,
+            {str(column): name for column, name in self.inputs.items()},
+            {str(column): name for column, name in self.outputs.items()},
+            self.parameters,
+        )
+        variables.require_steps(task.sampled.forming.time, f"process: {self.file}")
         return ProcessFmu(
             self.file,
-            self.inputs,
-            self.outputs,
+            variables,
             self.parameters,
             task.part,
             self.frame,

@@ -17,7 +17,7 @@ class ControllerFrame:
     """A base or a tool as a program chooses it.
 
     Attributes:
-        name: What tells it from others, such as `$BASE` or `UFRAME 3`, for comparison and messages.
+        name: Word that tells it from others, such as `$BASE` or `UFRAME 3`.
         pose: Its pose, of a base in the robot's, of a tool in the flange's; None where the
             controller holds it and the program does not tell.
     """

@@ -13,8 +13,8 @@ class ReadingNotes:
     A statement is executed, left out because it cannot change the path, or refused; there is no fourth.
 
     Attributes:
-        left_out: What was left out, a word each, by how often.
-        assumptions: What was assumed, sentences without a full stop, each once.
+        left_out: Words of statements that were left out, by how often.
+        assumptions: Assumptions, sentences without a full stop, each once.
     """
 
     left_out: Counter[str] = field(default_factory=Counter)

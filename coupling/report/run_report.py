@@ -24,7 +24,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.section import Note, Part, Section, warned
-from coupling.report.shares import shares_of
+from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
@@ -103,7 +103,11 @@ def cell_head(cell: StoredRun) -> list[Section]:
         Note(f"{name} robot: peak force {run.figures.peak_force_N:.1f} N", f"{name}/report.html")
         for name, run in cell.robots.items()
     ]
-    left = run_tables.deviations(own, robots=robots)
+    parts = [
+        DeviationShares.worst([shares_of(run, stage) for run in cell.robots.values()])
+        for stage in own.stages
+    ]
+    left = run_tables.deviations(own, parts, robots)
     return _head(cell, own, replace(left, parts=(*left.parts, text, *links)))
 
 

@@ -26,21 +26,20 @@ def mode_names(mode: str) -> tuple[str, str]:
 
 def deviations(
     figures: RunResult,
-    parts: Sequence[DeviationShares] = (),
+    parts: Sequence[DeviationShares],
     robots: Sequence[tuple[str, Sequence[Deviation]]] = (),
 ) -> Section:
     """Return how far the tool is off, before and after, and why.
 
     Args:
         figures: Content of result.json.
-        parts: Parts of the deviation for each of its stages; none for a cell.
+        parts: Parts of the deviation for each of its stages; of a cell, the worst of its robots'.
         robots: Deviations of a cell's robots by their names.
     """
     shares, (own, other) = figures.shares_m, mode_names(figures.mode)
     whole, stages = figures.deviations, len(figures.stages)
     gravity = [shares.gravity, shares.gravity_after][:stages]
     process = [shares.process, shares.process_after][:stages]
-    elsewhere = [part.other for part in parts] or [None, shares.dynamic_after][:stages]
     rows: list[tuple[str, Sequence[Any]]] = [
         (f"{own}, {HOW[figures.before]}" if stages == 1 else own, whole),
         (f"{_IN}less a constant", [_less_constant(found) for found in whole]),
@@ -53,7 +52,7 @@ def deviations(
             [part.flanks for part in parts],
         ),
         (f"{_IN}at all other times", [part.elsewhere for part in parts]),
-        (f"{other} under the same command and wrench", elsewhere),
+        (f"{other} under the same command and wrench", [part.other for part in parts]),
         *((f"{name} robot", found) for name, found in robots),
     ]
     columns = ("max", "rms", "at t = [s]")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -42,6 +42,15 @@ class DeviationShare:
         rms = float(np.sqrt(weights @ distance**2 / weights.sum()))
         return cls(float(distance.max()), rms, float(time[distance.argmax()]))
 
+    @classmethod
+    def worst(cls, shares: Iterable[DeviationShare | None]) -> DeviationShare | None:
+        """Return the largest figures of several tools, as `path.deviation.measure` has them."""
+        known = [share for share in shares if share is not None]
+        if not known:
+            return None
+        largest = max(known, key=lambda share: share.maximum)
+        return replace(largest, rms=max(share.rms for share in known))
+
 
 @dataclass(frozen=True)
 class DeviationShares:
@@ -58,6 +67,14 @@ class DeviationShares:
     motion: DeviationShare | None
     flanks: DeviationShare | None
     elsewhere: DeviationShare | None
+
+    @classmethod
+    def worst(cls, tools: Sequence[DeviationShares]) -> DeviationShares:
+        """Return the largest of each part of several tools."""
+        names = [field.name for field in fields(cls)]
+        return cls(
+            **{name: DeviationShare.worst(getattr(tool, name) for tool in tools) for name in names}
+        )
 
 
 def shares_of(run: StoredRobot, stage: str) -> DeviationShares:

@@ -8,8 +8,9 @@ import numpy as np
 
 from coupling.toolpaths.segments import Curve
 
-# A centre may be so much farther from one end than from the other [m]: rounding of a printed program.
-_ROUNDING = 1e-5
+# A centre may be so much farther from one end than from the other, for a printed program is rounded:
+# 10 um, or as RS274/NGC has it a thousandth of the radius and at most half a millimetre [m].
+_ROUNDING, _PART, _MOST = 1e-5, 1e-3, 5e-4
 # Ends this close are one [m]: no program writes so many digits.
 _ONE = 1e-9
 
@@ -74,10 +75,11 @@ class Arc:
         axes = [plane.first, plane.second]
         a, b = start[axes] - centre, end[axes] - centre
         radii = np.hypot(*a), np.hypot(*b)
-        if abs(radii[0] - radii[1]) > _ROUNDING or min(radii) == 0.0:
+        allowed = max(_ROUNDING, min(_PART * max(radii), _MOST))
+        if abs(radii[0] - radii[1]) > allowed or min(radii) == 0.0:
             raise ValueError(
                 "expected a centre equally far from both ends, got"
-                f" {1e3 * radii[0]:.6g} and {1e3 * radii[1]:.6g} mm"
+                f" {1e3 * radii[0]:.6g} and {1e3 * radii[1]:.6g} mm: write more digits"
             )
         angle = float(np.arctan2(a[1], a[0]))
         turn = float(np.arctan2(b[1], b[0])) - angle

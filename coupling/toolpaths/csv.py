@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from coupling.errors import CaseError
-from coupling.files.csv_table import POSE_COLUMNS, read_table
+from coupling.files.csv_table import POSE_COLUMNS, read_header, read_table
+from coupling.files.formats import other_format
 from coupling.files.toml_file import FilePath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
@@ -17,6 +19,11 @@ from coupling.toolpaths.untilted import UntiltedPath
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
+# No robot reaches so far [m], or is so fast [m/s]: its path is in other units.
+_FARTHEST, _FASTEST = 20.0, 10.0
+_COLUMNS = ("time", *POSE_COLUMNS)
+# So much of a file tells what it is [bytes].
+_HEAD = 16_384
 
 
 class CsvPath(ToolPathTable):
@@ -36,7 +43,7 @@ class CsvPath(ToolPathTable):
         Raises:
             CaseError: If the file is unreadable or not a path.
         """
-        table = read_table(self.file, ("time", *POSE_COLUMNS), CaseError)
+        table = self._table()
         length = np.linalg.norm(table[:, 4:], axis=1)
         wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
         if len(wrong):
@@ -49,3 +56,42 @@ class CsvPath(ToolPathTable):
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         return self._headed(UntiltedPath(part, *inserted(path, corners)))
+
+    def _table(self) -> np.ndarray:
+        """Return time [s], position [m] and quaternion of each row, (rows, 8)."""
+        if self.file.is_file() and (other := other_format(_head(self.file), ["csv"])):
+            raise CaseError(f"{self.file}: expected a table of poses, {other}")
+        names = read_header(self.file, CaseError)
+        missing = [name for name in _COLUMNS if name not in names]
+        if missing:
+            got = ", ".join(names)[:80] or "an empty file"
+            raise CaseError(
+                f"{self.file}: columns {', '.join(missing)} are missing: expected"
+                f" {', '.join(_COLUMNS)}, in s, m and the unit quaternion of part_from_tool, got {got}:"
+                " convert them, and separate columns by commas"
+            )
+        table = read_table(self.file, _COLUMNS, CaseError)
+        largest = float(np.abs(table[:, 1:4]).max())
+        if largest > _FARTHEST:
+            raise CaseError(
+                f"{self.file}: x, y, z: expected metres, got values up to {largest:.4g}: divide"
+                " millimetres by 1000"
+            )
+        steps = np.diff(table[:, 0])
+        if np.all(steps > 0.0) and len(steps):  # other times are refused with the path
+            speed = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1) / steps
+            if speed.max() > _FASTEST:
+                raise CaseError(
+                    f"{self.file}: expected metres and seconds, at most {_FASTEST:g} m/s, got"
+                    f" {speed.max():.4g} m/s to row {int(np.argmax(speed)) + 2}: divide millimetres by"
+                    " 1000, or look at its times"
+                )
+        return table
+
+
+def _head(file: Path) -> bytes:
+    try:
+        with file.open("rb") as stream:
+            return stream.read(_HEAD)
+    except OSError:
+        return b""  # told where the table is read

@@ -11,7 +11,8 @@ from pydantic import Field
 
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
-from coupling.toolpaths.gcode_program import GcodeMove, GcodeProgram, read_program
+from coupling.toolpaths.gcode_moves import GcodeMove, GcodeProgram
+from coupling.toolpaths.gcode_program import read_program
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
 from coupling.toolpaths.part import tool_path
@@ -44,9 +45,10 @@ class GcodePath(ToolPathTable):
     def task(
         self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
     ) -> Task:
-        """Return the task, with remarks on words without effect and the jump of the acceleration."""
+        """Return the task, with remarks on words without effect, assumptions and jumps."""
         words = counted(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
+        remarks += [f"{self.file.name}: {sentence}" for sentence in self._program.assumptions]
         if jump := self._jump():
             remarks.append(
                 f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"

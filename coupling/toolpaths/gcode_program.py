@@ -1,69 +1,44 @@
-"""G-code as moves: modes, units, planes, increments (RS274/NGC)."""
+"""G-code as moves: what a line of words does (RS274/NGC)."""
 
 from __future__ import annotations
 
-from collections import Counter
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import CaseError
+from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.arcs import PLANES, Arc
+from coupling.toolpaths.gcode_codes import (
+    IDLE_G,
+    MOTIONS,
+    PARAMETERS_OF_M,
+    RETURNS,
+    UNITS,
+    WORK_OFFSETS,
+    is_of_printers,
+    refused_g,
+    require_functions,
+    require_one_of_each,
+)
+from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram
+from coupling.toolpaths.gcode_rotary import OTHERS, OtherAxes
 from coupling.toolpaths.gcode_words import Block, read_blocks
-from coupling.toolpaths.segments import Segment, straight
 
 _AXES, _OFFSETS = "XYZ", "IJK"
-_UNITS = {20.0: 0.0254, 21.0: 0.001}  # [m]
-_MOTIONS = (0.0, 1.0, 2.0, 3.0)
-# Words that change nothing of a path of the tool's tip.
-_IDLE_G = (40.0, 43.0, 49.0, 54.0, 61.0, 61.1, 64.0, 80.0, 94.0)
-_IDLE = "TSHDO"
-_ENDS = (2.0, 30.0)
+_PLACES, _CENTRES = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
+# Other words that change nothing of a path of the tool's tip, and those of them with many values.
+_IDLE, _MANY = frozenset("TSHDOE"), "SE"
+# Words without a place, which with one are something else: a spline, a shift, or no one's.
+_ALONE = frozenset((5.1, 50.0, 80.0))
+# Idle words that belong to another word of their line: a printer's wait, and HAAS's smoothing.
+_WORDS_OF = {"S": 4.0, "E": 187.0}
 # No robot goes farther [m], faster [m/s], or waits longer [s].
 _FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
-
-
-_STRAIGHT = np.zeros(3)
-
-
-@dataclass(frozen=True)
-class GcodeMove:
-    """A move of the tool's tip.
-
-    Attributes:
-        segment: Its curve.
-        feed: Its speed [m/s]; None for a rapid.
-        begins, ends: Unit tangents at its ends, (3,).
-        curvatures: Curvature vectors at its ends [1/m], (3,) each; zeros for a line.
-    """
-
-    segment: Segment
-    feed: float | None
-    begins: np.ndarray
-    ends: np.ndarray
-    curvatures: tuple[np.ndarray, np.ndarray] = (_STRAIGHT, _STRAIGHT)
-
-
-@dataclass(frozen=True)
-class Dwell:
-    """A wait [s]."""
-
-    duration: float
-
-
-@dataclass(frozen=True)
-class GcodeProgram:
-    """Moves of a program.
-
-    Attributes:
-        steps: Its moves and waits.
-        ignored: Words that were read and change nothing, by how often they stand there.
-    """
-
-    steps: tuple[GcodeMove | Dwell, ...]
-    ignored: dict[str, int]
+# A longer wait may be one in milliseconds [s].
+_LONG = 60.0
 
 
 def read_program(file: Path) -> GcodeProgram:
@@ -72,137 +47,304 @@ def read_program(file: Path) -> GcodeProgram:
     Raises:
         CaseError: With the number of the line that is not read, or if nothing moves.
     """
-    machine = _Machine()
+    notes = ReadingNotes()
+    machine = _Machine(notes)
     steps: list[GcodeMove | Dwell] = []
-    for block in read_blocks(file):
+    for block in read_blocks(file, notes):
         try:
             steps += machine.steps(block)
         except ValueError as cause:
             raise CaseError(f"{file}: line {block.line}: {cause}") from cause
-        if any(m in _ENDS for m in block.m):
-            break
-    if not any(isinstance(step, GcodeMove) for step in steps):
+    machine.note_long_waits()
+    if not machine.has_moved:
         unknown = machine.unknown
-        never = f": {', '.join(unknown)} never given" if 0 < len(unknown) < len(_AXES) else ""
-        raise CaseError(f"{file}: expected moves from one point to another, got none{never}")
-    return GcodeProgram(tuple(steps), dict(machine.ignored))
+        letters = ", ".join(unknown)
+        never = f": {letters} never given, write G0 with it" if 0 < len(unknown) < 3 else ""
+        behind = next(
+            (f": {count} {key}" for key, count in notes.left_out.items() if "lines behind" in key),
+            "",
+        )
+        raise CaseError(
+            f"{file}: expected moves from one point to another, got none{never or behind}"
+        )
+    return GcodeProgram(tuple(steps), dict(notes.left_out), tuple(notes.assumptions))
 
 
-@dataclass
 class _Machine:
-    """Modes and place of the tool while a program is read; a coordinate not yet given is NaN."""
+    """Modes and place of the tool while a program is read; a coordinate not yet given is NaN.
 
-    unit: float | None = None
-    absolute: bool = True
-    absolute_centre: bool = False
-    plane: float = 17.0
-    motion: float | None = None
-    feed: float | None = None
-    place: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    ignored: Counter[str] = field(default_factory=Counter)
+    Attributes:
+        has_moved: Whether it has moved from one known point to another.
+    """
+
+    def __init__(self, notes: ReadingNotes) -> None:
+        self._notes = notes
+        self._unit: float | None = None
+        self._absolute, self._absolute_centre = True, False
+        self._plane = 17.0
+        self._motion: float | None = None
+        self._feed: float | None = None
+        self._place, self._is_known = np.full(3, np.nan), False
+        self._others = OtherAxes(notes)
+        self._offset = "G54"  # as a control has it at first
+        self._long_waits: list[str] = []
+        # What took the tool away from the part, behind its moves: nothing may follow.
+        self._away: str | None = None
+        self._cancelled = False
+        self.has_moved = False
 
     @property
     def unknown(self) -> list[str]:
         """Letters of the coordinates that are not yet given."""
-        return [letter for letter, value in zip(_AXES, self.place, strict=True) if np.isnan(value)]
+        return [
+            letter
+            for letter, value in zip(_AXES, self._place.tolist(), strict=True)
+            if value != value
+        ]
+
+    def note_long_waits(self) -> None:
+        """Note the first wait that may be meant in milliseconds, and how many others there are."""
+        if self._long_waits:
+            others = len(self._long_waits) - 1
+            self._notes.assume(self._long_waits[0] + (f"; so do {others} others" if others else ""))
 
     def steps(self, block: Block) -> Iterator[GcodeMove | Dwell]:
-        values = dict(block.values)
-        wait = self._modes(block)
-        for letter in _IDLE:
-            if letter in values:
-                self.ignored[f"{letter}{values.pop(letter):g}"] += 1
-        for value in block.m:
-            self.ignored[f"M{value:g}"] += 1
-        if wait:
-            yield Dwell(_bounded("P", values.pop("P", None), 0.0, _LONGEST, "s"))
+        """Yield what a line does.
+
+        Raises:
+            ValueError: If it is not read.
+        """
+        values = block.values
+        require_functions(block.m)
+        if not block.g and is_of_printers(block.m):
+            values = {}  # theirs alone
+        idle = self._idle_words(block, values)
+        if block.g:
+            self._modes(block.g, values)
+            if 4.0 in block.g:
+                yield self._dwell(block.line, values)
+            for value in RETURNS.keys() & set(block.g):
+                self._returned(value, values, block.line)
+        for word in idle:
+            self._notes.leave_out(word)
         if "F" in values:
-            speed = self._lengths(values.pop("F")) / 60.0
-            self.feed = _bounded("F", speed, 1e-9, _FASTEST, "m/s")
-        known = _AXES + (_OFFSETS + "R" if self.motion in (2.0, 3.0) else "")
-        for letter in values:
-            if letter not in known:
-                raise ValueError(f"expected {', '.join(_AXES)} and modes, got the word {letter}")
-        if values and not (wait and not set(values) & set(_AXES)):
+            self._feed = _bounded("F", self._lengths(values.pop("F")) / 60.0, 1e-9, _FASTEST, "m/s")
+        if not OTHERS.isdisjoint(values):
+            moves = self._is_known and not _PLACES.isdisjoint(values)
+            self._others.take(values, self._absolute, self.has_moved or moves)
+        if values:
             yield from self._moved(values)
 
-    def _modes(self, block: Block) -> bool:
-        """Take the G-words of a line; return whether it waits."""
-        if len([g for g in block.g if g in _MOTIONS]) > 1:
-            raise ValueError("expected one of G0, G1, G2, G3, got two")
-        for g in block.g:
-            if g in _MOTIONS:
-                self.motion = g
-            elif g in PLANES:
-                self.plane = g
-            elif g in _UNITS:
-                self.unit = _UNITS[g]
-            elif g in (90.0, 91.0):
-                self.absolute = g == 90.0
-            elif g in (90.1, 91.1):
-                self.absolute_centre = g == 90.1
-            elif g in _IDLE_G:
-                self.ignored[f"G{g:g}"] += 1
-            elif g != 4.0:
-                raise ValueError(f"expected G0 to G4, planes, units and distances, got G{g:g}")
-        return 4.0 in block.g
+    @staticmethod
+    def _idle_words(block: Block, values: dict[str, float]) -> list[str]:
+        """Take the words out of a line that change nothing, and those that belong to M-words."""
+        idle = []
+        if not _IDLE.isdisjoint(values):
+            for letter in [letter for letter in values if letter in _IDLE]:
+                if _WORDS_OF.get(letter) not in block.g:
+                    value = values.pop(letter)
+                    idle.append(letter if letter in _MANY else f"{letter}{value:g}")
+        if block.m and not block.g and _PLACES.isdisjoint(values):
+            for letter in PARAMETERS_OF_M + ("R" if 19.0 in block.m else ""):
+                values.pop(letter, None)
+        return idle + [f"M{value:g}" for value in block.m]
+
+    def _modes(self, g: tuple[float, ...], values: dict[str, float]) -> None:
+        """Take the modes of a line, and the words of those that change nothing."""
+        require_one_of_each(g)
+        for value in g:
+            if value in MOTIONS:
+                self._motion, self._cancelled = value, False
+            elif value in PLANES:
+                self._plane = value
+            elif value in UNITS:
+                self._unit = UNITS[value]
+            elif value in (90.0, 91.0):
+                self._absolute = value == 90.0
+            elif value in (90.1, 91.1):
+                self._absolute_centre = value == 90.1
+            elif value in IDLE_G:
+                self._idle(value, g, values)
+            elif value in (10.0, 11.0, 92.0) and not values:
+                # A printer's retraction, its filament's zero, the spindle's limit.
+                self._notes.leave_out(f"G{value:g}")
+            elif value != 4.0 and value not in RETURNS:
+                raise ValueError(refused_g(value))
+        for value in _ALONE.intersection(g):
+            if coordinate := next(
+                (letter for letter in values if letter in _AXES + _OFFSETS), None
+            ):
+                raise ValueError(
+                    f"expected G{value:g} without coordinates, got {coordinate}: write them in another"
+                    " line"
+                )
+        if 80.0 in g and not any(value in MOTIONS for value in g):
+            self._motion, self._cancelled = None, True
+
+    def _idle(self, value: float, g: tuple[float, ...], values: dict[str, float]) -> None:
+        word = f"G{value:g}"
+        for letter in IDLE_G[value]:
+            if letter in values:
+                word += f" {letter}{values.pop(letter):g}"
+        if value in WORK_OFFSETS:
+            if word != self._offset and self.has_moved:
+                raise ValueError(
+                    f"expected one work offset, got {word} behind moves in {self._offset}: give each its"
+                    " own file, with its part frame"
+                )
+            if word != self._offset:
+                self._offset = word
+                self._place, self._is_known = np.full(3, np.nan), False
+        if value == 99.0:
+            self._notes.assume("G99 is the level that cycles return to, not feed per revolution")
+        self._notes.leave_out(word)
+
+    def _dwell(self, line: int, values: dict[str, float]) -> Dwell:
+        """Return a wait: by P, by X as FANUC, or by F as Siemens has it [s]."""
+        given = [letter for letter in "PXF" if letter in values]
+        if "S" in values:
+            raise ValueError(
+                "expected a wait G4 P in seconds, got S, revolutions or seconds: write it with P"
+            )
+        if len(given) > 1 and given[0] == "P":
+            given = given[:1]
+        letter = given[0] if given else ""
+        if not given:
+            raise ValueError("expected a wait G4 P in seconds, got none: give P")
+        duration = _bounded(letter, values.pop(letter), 0.0, _LONGEST, "s")
+        if letter != "P":
+            self._notes.assume(f"G4 {letter} is a wait in seconds")
+        if duration > _LONG or (duration > 1.0 and "E" in self._notes.left_out):
+            self._long_waits.append(
+                f"line {line}: G4 {letter}{duration:g} waits {duration:g} s; where it is from a control"
+                f" that takes milliseconds, write G4 {letter}{duration / 1000.0:g}"
+            )
+        if not _PLACES.isdisjoint(values):
+            raise ValueError(
+                "expected G4 without coordinates, got some: write them in another line"
+            )
+        return Dwell(duration)
+
+    def _returned(self, value: float, values: dict[str, float], line: int) -> None:
+        """Leave out a way to a place that is not known in the part: before the moves, or behind them."""
+        axes = [letter for letter in _AXES if letter in values]
+        for letter in [*axes, *OTHERS, "P"]:
+            values.pop(letter, None)
+        if value == 53.0 and not axes:
+            self._notes.leave_out("G53")
+            return
+        word = f"G{value:g}"
+        self._notes.leave_out(word)
+        if self.has_moved:
+            self._away = self._away or f"{word}, {RETURNS[value]}, in line {line}"
+        self._place, self._is_known = np.full(3, np.nan), False
+        self._others.forget()
 
     def _lengths(self, value: float) -> float:
-        if self.unit is None:
-            raise ValueError("expected G20 or G21 before, got neither: the unit is not known")
-        return value * self.unit
+        if self._unit is None:
+            raise ValueError(
+                "expected G20 or G21 before, got neither, the unit is not known: write G21 (mm) or G20"
+                " (inches) at the beginning"
+            )
+        return value * self._unit
 
     def _moved(self, values: dict[str, float]) -> Iterator[GcodeMove]:
-        if self.motion is None:
-            raise ValueError("expected G0, G1, G2 or G3 before the first coordinates, got none")
-        start, end, unknown = self.place, self.place.copy(), self.unknown
+        is_arc = self._motion in (2.0, 3.0)
+        if not (_CENTRES if is_arc else _PLACES).issuperset(values):
+            self._require_known(values, is_arc)
+        if self._motion is None:
+            why = "G80 ended the one before" if self._cancelled else "got none"
+            raise ValueError(f"expected G0, G1, G2 or G3 before the coordinates, {why}: write it")
+        start = self._place
+        before = start.tolist()
+        target = before.copy()
         for axis, letter in enumerate(_AXES):
             if letter in values:
                 way = self._lengths(values[letter])
-                end[axis] = way if self.absolute else start[axis] + way
-                if np.isnan(end[axis]):
-                    raise ValueError(f"expected a place to go on from, got none for {letter}")
-                _bounded(letter, abs(end[axis]), 0.0, _FARTHEST, "m")
-        self.place = end
-        if self.motion in (2.0, 3.0):
-            if unknown:
-                raise ValueError(f"expected a place to begin an arc at, got none for {unknown[0]}")
-            arc = self._arc(values, start, end)
-            yield GcodeMove(arc.segment(), self._speed(), *arc.directions(), arc.curvatures())
-        elif unknown:
-            if self.motion == 1.0:
-                self.ignored[f"G1 from an unknown {', '.join(unknown)}"] += 1
-        elif not np.array_equal(start, end):
-            along = (end - start) / np.linalg.norm(end - start)
-            yield GcodeMove(straight(start, end), self._speed(), along, along)
+                place = way if self._absolute else target[axis] + way
+                if not -_FARTHEST <= place <= _FARTHEST:
+                    if math.isnan(place):
+                        raise ValueError(
+                            f"expected a place to go on from, got none for {letter}: give it after G90"
+                        )
+                    _bounded(letter, abs(place), 0.0, _FARTHEST, "m")
+                target[axis] = place
+        end = self._place = np.array(target)
+        unknown = (
+            [] if self._is_known else [a for a, at in zip(_AXES, before, strict=True) if at != at]
+        )
+        self._is_known = self._is_known or not self.unknown
+        if is_arc and unknown:
+            raise ValueError(
+                f"expected a place to begin an arc at, got none for {unknown[0]}: give it before"
+            )
+        if unknown:
+            if self._motion == 1.0 or self._away:
+                self._notes.leave_out(f"G{self._motion:g} from an unknown {', '.join(unknown)}")
+            return
+        if not is_arc and before == target:
+            return
+        if self._away:
+            raise ValueError(
+                f"expected no moves behind {self._away}, got some: take it out, or split the program"
+                " there"
+            )
+        if self._motion != 0.0 and self._feed is None:
+            raise ValueError("expected a feed F before, got none: give it")
+        feed = None if self._motion == 0.0 else self._feed
+        arc = self._arc(values, start, end) if is_arc else None
+        self.has_moved = True
+        yield GcodeMove(start, end, feed, self._others.values, arc)
 
-    def _speed(self) -> float | None:
-        if self.motion != 0.0 and self.feed is None:
-            raise ValueError("expected a feed F before, got none")
-        return None if self.motion == 0.0 else self.feed
+    @staticmethod
+    def _require_known(values: dict[str, float], is_arc: bool) -> None:
+        """Refuse the words of a move that are not read; P1 of an arc is one turn at most, as without."""
+        if is_arc and "P" in values and (turns := values.pop("P")) != 1.0:
+            raise ValueError(
+                f"expected an arc of one turn at most, got P{turns:g}: write each turn"
+            )
+        known = _AXES + (_OFFSETS + "R" if is_arc else "")
+        for letter in values:
+            if letter not in known:
+                raise ValueError(
+                    f"expected {', '.join(known)} here, got the word {letter}: take it out"
+                )
 
     def _arc(self, values: dict[str, float], start: np.ndarray, end: np.ndarray) -> Arc:
-        plane, clockwise = PLANES[self.plane], self.motion == 2.0
+        plane, clockwise = PLANES[self._plane], self._motion == 2.0
         axes = (plane.first, plane.second)
+        in_plane, across = [_OFFSETS[axis] for axis in axes], _OFFSETS[plane.normal]
+        if values.get(across) == 0.0:
+            # A centre is in the plane of its arc: a zero across it says the same.
+            self._notes.leave_out(f"{across}0")
+            del values[across]
         given = [letter for letter in _OFFSETS if letter in values]
         if "R" in values:
             if given:
-                raise ValueError(f"expected either R or a centre, got both R and {given[0]}")
+                raise ValueError(
+                    f"expected either R or a centre, got both R and {given[0]}: give one"
+                )
             return Arc.of_radius(plane, start, end, self._lengths(values["R"]), clockwise)
-        own = [_OFFSETS[axis] for axis in axes]
-        wrong = [letter for letter in given if letter not in own]
-        if not given or wrong:
-            got = wrong[0] if wrong else "none"
-            raise ValueError(f"expected R or a centre {own[0]}, {own[1]} in this plane, got {got}")
-        if self.absolute_centre and len(given) < 2:
-            raise ValueError(f"expected both {own[0]} and {own[1]} after G90.1, got {given[0]}")
-        offsets = np.array([self._lengths(values.get(letter, 0.0)) for letter in own])
-        centre = offsets if self.absolute_centre else start[list(axes)] + offsets
+        centre_is = f"a centre {in_plane[0]}, {in_plane[1]} in this plane"
+        if across in given:
+            raise ValueError(
+                f"expected R or {centre_is}, got {across}{values[across]:g}, an offset across it: select"
+                " the arc's plane by G17, G18 or G19"
+            )
+        if not given:
+            raise ValueError(f"expected R or {centre_is}, got none: give it")
+        if self._absolute_centre and len(given) < 2:
+            raise ValueError(
+                f"expected both {in_plane[0]} and {in_plane[1]} after G90.1, got {given[0]}: give both"
+            )
+        offsets = np.array([self._lengths(values.get(letter, 0.0)) for letter in in_plane])
+        centre = offsets if self._absolute_centre else start[list(axes)] + offsets
         return Arc.about(plane, start, end, centre, clockwise)
 
 
-def _bounded(word: str, value: float | None, low: float, high: float, unit: str) -> float:
-    if value is None or not low <= value <= high:
-        got = "none" if value is None else f"{value:g} {unit}"
-        raise ValueError(f"{word}: expected {low:g} to {high:g} {unit}, got {got}")
+def _bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+    if not low <= value <= high:
+        raise ValueError(
+            f"{word}: expected {low:g} to {high:g} {unit}, got {value:g} {unit}: look at its unit"
+        )
     return value

@@ -1,36 +1,32 @@
-"""G-code as text: lines of words, and what of them is not read."""
+"""G-code as text: lines of words."""
 
 from __future__ import annotations
 
 import codecs
+import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import CaseError, reason_of
+from coupling.files.formats import binary_name, other_format
+from coupling.programs.reading import ReadingNotes
+from coupling.toolpaths.gcode_syntax import common_words, refusal
 
 # What a file may hold at most [bytes].
 _LARGEST = 64_000_000
-_COMMENT = re.compile(r"\([^()]*\)")
-_WORD = re.compile(r"([A-Z])([+-]?(?:\d{1,12}(?:\.\d{0,12})?|\.\d{1,12}))")
-# G-words that make a program what is not read here, by what they are.
-_REFUSED = {
-    5.0: "a spline",
-    10.0: "an offset set by the program",
-    28.0: "a return to the machine's reference",
-    30.0: "a return to the machine's reference",
-    41.0: "cutter radius compensation",
-    42.0: "cutter radius compensation",
-    53.0: "machine coordinates",
-    92.0: "a shift of the coordinates",
-    93.0: "inverse time feed",
-    95.0: "feed per revolution",
-}
-_SUBPROGRAMS = (97.0, 98.0, 99.0)
+_WORD = re.compile(r"[A-Z][+-]?(?:\d+(?:\.\d*)?|\.\d+)")
+# A printer's word E has a blank before it; a number that a program wrote has none.
+_EXPONENT = re.compile(r"[\d.][eE]")
+# A block that an operator may switch off, "/" or "/2", behind its number or before it.
+_DELETED = re.compile(r"(N\d+)?/\d?")
+# What DIN/ISO posts and printers' hosts write at the end of a line: an asterisk, and a check sum.
+_LINE_END = re.compile(r"\*\d*$")
+_PROGRAM_ENDS = (2.0, 30.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Block:
     """A line of a program.
 
@@ -47,57 +43,147 @@ class Block:
     values: dict[str, float]
 
 
-def read_blocks(file: Path) -> Iterator[Block]:
-    """Yield the lines of a G-code file that hold words.
+def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
+    """Yield the lines of a G-code file that hold words, up to its end.
+
+    The end is M2, M30, or a line of "%" behind the first line that holds words or such a mark.
+
+    Args:
+        file: The file.
+        notes: Notes on words left out and assumptions, added to.
 
     Raises:
-        CaseError: With the number of the line that is not read.
+        CaseError: With the number of the line that is not read, or what the file is if it is no G-code.
     """
+    content = _content(file)
+    if binary_name(content):
+        raise CaseError(f"{file}: expected G-code, {other_format(content, ())}")
+    # Comments are in any encoding; words are ASCII, and anything else in them is refused.
+    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    lines, begun = enumerate(io.StringIO(text, newline=None), start=1), False
+    for number, line in lines:
+        if line[0] in "%:$" and (mark := _mark(line.strip(), begun, notes)):
+            if mark == "end":
+                _leave_out_rest(lines, "the closing %", notes)
+                return
+            begun = True
+            if unit := re.search(r"\bG(7[01])\b", line):  # as DIN/ISO has it behind the name
+                yield Block(number, (float(unit[1]),), (), {})
+            continue
+        try:
+            block = _block(number, line, notes)
+        except ValueError as cause:
+            if other := other_format(content, ["gcode"]):
+                raise CaseError(f"{file}: expected G-code, {other}") from cause
+            raise CaseError(f"{file}: line {number}: {cause}") from cause
+        if block is not None:
+            begun = True
+            yield block
+            if any(m in _PROGRAM_ENDS for m in block.m):
+                _leave_out_rest(lines, "the program's end", notes)
+                return
+
+
+def _content(file: Path) -> bytes:
     try:
         with file.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
     except OSError as cause:
         raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
     if len(content) > _LARGEST:
-        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more")
-    # Comments are in any encoding; words are ASCII, and anything else in them is refused.
-    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
-    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
-        try:
-            block = _block(number, line)
-        except ValueError as cause:
-            raise CaseError(f"{file}: line {number}: {cause}") from cause
-        if block is not None:
-            yield block
+        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: split the program")
+    return content
 
 
-def _block(number: int, line: str) -> Block | None:
-    code = _COMMENT.sub("", line).partition(";")[0]
-    code = re.sub(r"[ \t]+", "", code).upper()
-    if code in ("", "%"):
+def _mark(line: str, begun: bool, notes: ReadingNotes) -> str | None:
+    """Return whether a line that begins so is a mark of the program's "begin" or "end", or None."""
+    if line.startswith("%"):
+        if begun:
+            return "end"
+        if line != "%":
+            notes.leave_out(f"the name {line[:20]}")
+        return "begin"
+    if begun or not re.fullmatch(r":\d+.*|\$[\w.]+%?", line) or line in ("$H", "$X"):
         return None
-    words, end = [], 0
-    for found in _WORD.finditer(code):
-        if found.start() != end:
-            break
-        words.append((found[1], float(found[2])))
-        end = found.end()
-    if end != len(code):
+    notes.leave_out(f"the name {line[:20]}")
+    return "begin"
+
+
+def _leave_out_rest(lines: Iterator[tuple[int, str]], where: str, notes: ReadingNotes) -> None:
+    """Note the lines behind a program's end, which a control does not execute."""
+    count = sum(line.strip() not in ("", "%") for _, line in lines)
+    if count:
+        notes.left_out[f"lines behind {where}"] += count
+
+
+def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
+    plain = _uncommented(line) if "(" in line or ";" in line else line
+    code = "".join(plain.split()).upper()
+    if not code:
+        return None
+    if "/" in code and (deleted := _DELETED.match(code)):
+        code = (deleted[1] or "") + code[deleted.end() :]
+        notes.leave_out("the switch of / (such lines are executed)")
+    if "*" in code:
+        code = _LINE_END.sub("", code)
+    words = _WORD.findall(code)
+    if "".join(words) != code:
+        common = common_words(line, code, notes)
+        words = _WORD.findall(common)
+        if "".join(words) != common:
+            raise ValueError(refusal(common, _end_of_words(common)))
+    g, m, values = [], [], {}
+    for word in words:
+        letter, value = word[0], float(word[1:])
+        if letter == "G":
+            g.append(value)
+        elif letter == "M":
+            m.append(value)
+        elif letter != "N":
+            if letter in values:
+                raise ValueError(
+                    f"expected one word {letter}, got two: write the one that is meant"
+                )
+            values[letter] = value
+    if "E" in values and _EXPONENT.search(plain):
         raise ValueError(
-            "expected words of a letter and a number, got"
-            f" {code[end : end + 20]!r}: variables, expressions and sub-programs are not read"
+            "expected numbers without exponents, got a digit and E: write them out, or a blank before a"
+            " word E"
         )
-    values: dict[str, float] = {}
-    for letter, value in words:
-        if letter in "GMN":
-            continue
-        if letter in values:
-            raise ValueError(f"expected one word {letter}, got two")
-        values[letter] = value
-    g, m = (tuple(value for letter, value in words if letter == kind) for kind in "GM")
-    for value in g:
-        if value in _REFUSED:
-            raise ValueError(f"expected no G{value:g}, got {_REFUSED[value]}: take it out")
-    if any(value in _SUBPROGRAMS for value in m):
-        raise ValueError("expected one program, got a call of another")
-    return Block(number, g, m, values)
+    return Block(number, tuple(g), tuple(m), values) if g or m or values else None
+
+
+def _end_of_words(code: str) -> int:
+    """Return where the first words of a line end."""
+    end = 0
+    while word := _WORD.match(code, end):
+        end = word.end()
+    return end
+
+
+def _uncommented(line: str) -> str:
+    """Return a line without comments: in parentheses, which may be nested, or behind a semicolon.
+
+    A comment that is opened twice and closed once ends with its line if nothing is behind it.
+
+    Raises:
+        ValueError: If a comment is not closed.
+    """
+    kept, depth, opened, end = [], 0, 0, 0
+    for piece in re.split(r"([();])", line):
+        if piece == "(":
+            opened = opened if depth else end
+            depth += 1
+        elif piece == ")" and depth:
+            depth -= 1
+        elif piece == ";" and not depth:
+            break
+        elif not depth:
+            kept.append(piece)
+        end += len(piece)
+    comment = line[opened:].rstrip()
+    if depth and not (comment.endswith(")") and comment.count(")") == 1):
+        raise ValueError(
+            "expected a comment to be closed, got '(' without ')': close it in its line"
+        )
+    return "".join(kept)

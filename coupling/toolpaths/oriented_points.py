@@ -132,7 +132,7 @@ class OrientedPoints:
         Args:
             part: base_from_part.
             law: Law by which they are passed.
-            where: File that an error is about.
+            where: Place for messages.
             corners: Times at which the process is to be evaluated as well [s].
 
         Raises:

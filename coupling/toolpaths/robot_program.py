@@ -51,7 +51,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     feeds: list[float] = []
     linear = [number for number, move in enumerate(moves, start=1) if move.motion == "linear"]
     for number, move in enumerate(moves, start=1):
-        where = f"{file}: motion {number}"
+        where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
             if targets and speed is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import zipfile
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from coupling.errors import HostError, SimulationError
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.fmu_export.compiler import zig
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
@@ -49,6 +51,19 @@ def test_a_file_that_is_no_robot_fmu_is_refused(tmp_path):
         archive.writestr("resources/nothing.txt", "")
     with pytest.raises(SimulationError, match="not an FMU that runs here"):
         RobotFmu(empty)
+
+
+def test_no_module_of_the_working_folder_is_run(arm_fmu, tmp_path, monkeypatch):
+    """A random.py beside a case is the user's: neither the FMU's process nor a compiler imports it."""
+    for name in ("random", "numpy", "pickle"):
+        (tmp_path / f"{name}.py").write_text("open('executed', 'w').close()")
+    monkeypatch.chdir(tmp_path)
+    time = np.linspace(0.0, 0.1, 3)
+    with RobotFmu(arm_fmu) as robot:
+        robot.simulate(at_rest(time), WrenchHistory(time, np.zeros((3, 6))), "quasistatic")
+    if (compiler := zig()) is not None:
+        subprocess.run([*compiler, "--version"], check=True, capture_output=True)
+    assert not (tmp_path / "executed").exists()
 
 
 def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):

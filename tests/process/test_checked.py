@@ -81,6 +81,7 @@ def test_what_fails_in_it_is_named_with_its_line():
     ("line", "words"),
     [
         ("return None", "gave an invalid result: expected a coupling.process.ProcessResponse"),
+        ("raise SystemExit(0)", "failed: SystemExit: 0"),
         ("return path.forces", "failed: AttributeError: 'ToolPath' object has no attribute"),
     ],
 )

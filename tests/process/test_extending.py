@@ -79,6 +79,11 @@ BAD_FILES = {
         "own.py:Table",
         r"with a method process\(task\)",
     ),
+    "exit": (
+        "import sys\nsys.exit(0)",
+        "own.py:Table",
+        "own.py: cannot be imported: SystemExit: 0",
+    ),
     "broken": ("x = ", "own.py:Table", "own.py: cannot be imported: SyntaxError"),
     "neither": (
         None,

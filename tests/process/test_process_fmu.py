@@ -146,9 +146,9 @@ def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):
 
 def test_unknown_names_are_answered_with_the_known_ones(fmi2):
     with pytest.raises(
-        ProcessError, match=r"WallSlave.*expected variables out of .*height.*, got hight"
+        CaseError, match=r"WallSlave.*inputs: z: .*got 'hight': did you mean 'height'"
     ):
-        process(fmi2, inputs={"z": "hight"}).evaluate(task().desired)
+        process(fmi2, inputs={"z": "hight"})
 
 
 def test_an_fmu_that_refuses_a_step_is_an_error_with_its_reason(fmi2):
@@ -168,8 +168,108 @@ def test_what_is_no_fmu_is_refused(tmp_path):
         process(tmp_path / "none.fmu")
     broken = tmp_path / "broken.fmu"
     broken.write_text("no archive")
-    with pytest.raises(ProcessError, match="not a readable FMU"):
-        process(broken).evaluate(task().desired)
+    with pytest.raises(CaseError, match="not a readable FMU"):
+        process(broken)
+
+
+UNITS = """<UnitDefinitions>
+<Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
+<Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit>
+</UnitDefinitions>"""
+
+
+def redeclared(file: Path, *changes: tuple[str, str]) -> Path:
+    """Return an FMU beside another one, with changes of its modelDescription."""
+    other = file.with_stem(f"Changed{len(list(file.parent.iterdir()))}")
+    with zipfile.ZipFile(file) as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                text = content.decode()
+                for old, new in changes:
+                    assert old in text
+                    text = text.replace(old, new)
+                content = text.encode()
+            target.writestr(name, content)
+    return other
+
+
+def test_declared_units_are_converted(fmi3):
+    """Height in mm and force in kN: the same wall has a millionth of the number as stiffness."""
+    changed = redeclared(
+        fmi3,
+        ("<ModelVariables>", f"{UNITS}<ModelVariables>"),
+        ('name="height"', 'name="height" unit="mm"'),
+        ('name="force"', 'name="force" unit="kN"'),
+    )
+    expected = process(fmi3).evaluate(task().desired).wrench.wrench
+    found = process(changed, parameters={"stiffness": 1e-6 * STIFFNESS}).evaluate(task().desired)
+    np.testing.assert_allclose(found.wrench.wrench, expected, rtol=1e-12, atol=1e-9)
+
+
+REFUSED = {
+    "another type": (
+        ('<Float64 name="force"', '<Int32 name="force"'),
+        {},
+        "outputs: fz: expected a scalar Real or Float64, got 'force', Int32",
+    ),
+    "an output as input": (None, {"inputs": {"z": "force"}}, "inputs: z: .*'force', output"),
+    "an input as output": (None, {"outputs": {"fz": "height"}}, "outputs: fz: .*'height', input"),
+    "one variable for two columns": (
+        None,
+        {"inputs": {"x": "height", "z": "height"}},
+        "inputs: expected a variable for each column, got 'height' for x and z",
+    ),
+    "a unit of something else": (
+        ('name="force"', 'name="force" unit="mm"'),
+        {},
+        "outputs: fz: expected a unit of N, got 'force' in 'mm'",
+    ),
+    "a unit that is not defined": (
+        ('name="force"', 'name="force" unit="lbf"'),
+        {},
+        "outputs: fz: expected N or a unit that the FMU defines .* 'force' in 'lbf'",
+    ),
+    "a parameter of another type": (
+        None,
+        {"parameters": {"stiffness": "high"}},
+        "parameters: stiffness: expected a number, got 'high'",
+    ),
+    "even steps alone": (
+        ('canHandleVariableCommunicationStepSize="true"', ""),
+        {},
+        "canHandleVariableCommunicationStepSize = false: export it",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_an_fmu_declares_otherwise_is_refused_by_its_name(fmi3, kind):
+    change, keys, message = REFUSED[kind]
+    units = ("<ModelVariables>", f"{UNITS}<ModelVariables>")
+    file = redeclared(fmi3, units, change) if change else fmi3
+    with pytest.raises(CaseError, match=message):
+        process(file, **keys)
+
+
+def test_references_of_another_type_are_not_read(fmi2):
+    """In FMI 2 an Integer may have the reference of a Real: its own name is refused."""
+    changed = redeclared(
+        fmi2,
+        (
+            "</ModelVariables>",
+            '<ScalarVariable name="count" valueReference="0" causality="output"'
+            ' variability="discrete"><Integer/></ScalarVariable></ModelVariables>',
+        ),
+    )
+    with pytest.raises(CaseError, match=r"outputs: fz: .*'count', Integer"):
+        process(changed, outputs={"fz": "count"})
+
+
+def test_a_library_outside_of_the_fmu_is_not_loaded(fmi3):
+    changed = redeclared(fmi3, ('modelIdentifier="wall"', 'modelIdentifier="../../wall"'))
+    with pytest.raises(ProcessError, match="modelIdentifier of letters"):
+        process(changed).evaluate(task().desired)
 
 
 def test_a_case_names_a_process_fmu_and_its_variables(fmi3, tmp_path):

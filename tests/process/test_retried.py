@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from command_line import command
 from killing import start, wait_until
 from own_program import PLAIN_SPRINGS
-from places import LINE_CASE
+from places import LINE_CASE, TESTS
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -216,7 +217,9 @@ def test_a_process_of_ones_own_has_the_key_for_nothing(tmp_path):
 
 
 def test_an_fmu_has_it_too(tmp_path):
-    (tmp_path / "wall.fmu").write_text("no FMU")
+    """It declares its variables, but has no library for any machine."""
+    with zipfile.ZipFile(tmp_path / "wall.fmu", "w") as archive:
+        archive.write(TESTS / "process" / "process_fmus" / "wall.xml", "modelDescription.xml")
     text = LINE_CASE.read_text().replace('"elastic-wall"', '"fmu"\nfile = "wall.fmu"')
     names = 'retries = 1\ninputs = {z = "height"}\noutputs = {fz = "force"}'
     (tmp_path / "case.toml").write_text(text.replace("stiffness_N_m = 2.0e5", names))

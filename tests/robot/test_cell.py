@@ -27,6 +27,8 @@ from coupling.path.interpolation import SampledPath
 from coupling.process import ProcessResponse
 from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
+from coupling.report.run_report import cell_head
+from coupling.report.section import Table
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import BacklashReversal
 from coupling.run.execute import _gap
@@ -264,6 +266,19 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
     for text in (on_terminal(tmp_path), page):
         assert "ompensation" not in text
         assert " after." not in text
+
+
+def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
+    """The quasi-static row of the cell's table is measured on both robots' quasi-static paths."""
+    _, run, out = finished
+    stored = read_run(out)
+    tables = [part for section in cell_head(stored) for part in section.parts]
+    rows = {row[0].strip(): row for part in tables if isinstance(part, Table) for row in part.rows}
+    row = rows["quasi-static robot under the same command and wrench"]
+    expected = [measure(path, run.desired) for path in (run.other_before, run.other_after)]
+    assert [row[1], row[4]] == [f"{1e6 * deviation.maximum:.2f}" for deviation in expected]
+    moving = measure(run.correction.achieved, run.desired)
+    assert float(row[4]) > 5.0 * 1e6 * moving.maximum
 
 
 @pytest.fixture(scope="module")

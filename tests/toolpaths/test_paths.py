@@ -137,7 +137,15 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
             ["quaternions of length 1, got length 2 in row 1"],
         ),
         ("time,x,y,z,qx,qy,qz,qw\n0,a,0,0,0,0,0,1\n", ["not a table of numbers"]),
-        ("", ["missing"]),
+        ("x_mm;y_mm;z_mm;a;b;c\n0;0;0;0;90;0\n", ["expected time, x, y", "in s, m and the unit"]),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n9,-950,0,0,0,0,0,1\n",
+            ["x, y, z: expected metres, got values up to 950: divide millimetres by 1000"],
+        ),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n0.1,15,0,0,0,0,0,1\n",
+            ["expected metres and seconds, at most 10 m/s, got 150 m/s to row 2"],
+        ),
     ],
 )
 def test_a_broken_csv_path_is_named_with_what_is_wrong(tmp_path, text, words):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass, replace
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ from elastic_robot.gear_parts import StopElement
 _SAMPLES = 0.02
 # How long behind the end of what was measured the links' motion is solved for [s].
 _BEHIND = 1.0
+# Relative difference of numbers that rounding explains: a few operations in double precision.
+_ROUNDING = 1e-12
 # Stiffness that gears have where it does not count [N m/rad]: no balancer rises by more.
 _ANY = 1e30
 
@@ -161,11 +164,36 @@ def require_comparable(sources: Sequence[MeasuredFile]) -> None:
                 f"{other.folder}: expected drive = {first.drive!r} as in {first.folder}, got"
                 f" {other.drive!r}"
             )
-        if _build(other.robot) != _build(first.robot):
+        if not _is_same_build(other.robot, first.robot):
             raise LearnError(
                 f"{other.folder}: expected a robot that differs from that of {first.folder} in"
                 " backlash, stiffness, damping, hysteresis and friction alone, got another one"
             )
+
+
+def _is_same_build(a: Robot, b: Robot) -> bool:
+    """Return whether two robots differ in nothing but what is learned, and by rounding.
+
+    What a file keeps as shares, such as friction at rest, is computed anew from what was learned.
+    """
+    values, others = ([*_leaves(astuple(_build(robot)))] for robot in (a, b))
+    return len(values) == len(others) and all(map(_agrees, values, others))
+
+
+def _agrees(x: object, y: object) -> bool:
+    if isinstance(x, float) and isinstance(y, float):
+        return isclose(x, y, rel_tol=_ROUNDING)
+    return x == y
+
+
+def _leaves(value: object) -> Iterator[object]:
+    """Yield what is in tuples in each other, and where each of them ends."""
+    if not isinstance(value, tuple):
+        yield value
+        return
+    for part in value:
+        yield from _leaves(part)
+    yield ()
 
 
 def _build(robot: Robot) -> Robot:
@@ -189,8 +217,6 @@ def _build(robot: Robot) -> Robot:
 
 
 def _shares(joint: Joint) -> tuple[StopElement, ...]:
-    """Return a gear's elements with slip torques by what all of them have, to twelve digits."""
+    """Return a gear's elements with slip torques by what all of them have."""
     whole = sum(stop.slip_torque for stop in joint.hysteresis)
-    return tuple(
-        replace(stop, slip_torque=round(stop.slip_torque / whole, 12)) for stop in joint.hysteresis
-    )
+    return tuple(replace(stop, slip_torque=stop.slip_torque / whole) for stop in joint.hysteresis)

@@ -29,6 +29,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.robot.parameters import robot_parameters
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
+from elastic_robot.gear_parts import Drive
 
 
 @pytest.fixture(scope="module")
@@ -240,6 +241,19 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
     require_comparable([source, replace(source, robot=balanced(softer))])
     with pytest.raises(LearnError, match="another one"):
         require_comparable([source, replace(source, robot=example)])
+
+    def rubbing(friction, lost):
+        drive = Drive(
+            inertia=1.0, position_gain=20.0, rate_gain=300.0, friction=friction, stribeck=lost
+        )
+        return replace(
+            example, joints=(replace(example.joints[0], drive=drive), *example.joints[1:])
+        )
+
+    source = replace(source, robot=rubbing(10.0, 0.2))
+    require_comparable([source, replace(source, robot=rubbing(11.0, 0.19999999999999998))])
+    with pytest.raises(LearnError, match="another one"):
+        require_comparable([source, replace(source, robot=rubbing(11.0, 0.21))])
     rigid = tuple(
         replace(j, stiffness=None, damping=0.0, backlash=0.0, tilt=()) for j in example.joints
     )

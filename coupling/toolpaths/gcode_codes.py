@@ -1,0 +1,183 @@
+"""G- and M-words: which exclude each other, which change no path, and why others are not read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+MOTIONS = (0.0, 1.0, 2.0, 3.0)
+UNITS = {20.0: 0.0254, 21.0: 0.001, 70.0: 0.0254, 71.0: 0.001}  # [m]
+# Returns to a reference point, probes of the bed, and moves in machine coordinates: where the tool is
+# in the part is not known behind them.
+RETURNS = {
+    28.0: "a return to the machine's reference",
+    29.0: "a return from the machine's reference, or a probe of the bed",
+    30.0: "a return to the machine's reference",
+    53.0: "a move in machine coordinates",
+}
+# The frame of the part; the program's coordinates are those of the part, whichever it is.
+WORK_OFFSETS = {54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 54.1, 59.1, 59.2, 59.3, 154.0} | {
+    float(number) for number in (500, *range(505, 600))
+}
+# G-words that change nothing of a path of the tool's tip as such, and the letters that belong to them.
+IDLE_G: dict[float, str] = {
+    5.1: "QPR",  # look-ahead; with coordinates a spline
+    8.0: "P",  # look-ahead, or radii on a lathe
+    9.0: "",
+    15.0: "",
+    40.0: "",
+    43.0: "",
+    49.0: "",
+    50.0: "",  # scaling off, or the spindle's limit; with coordinates a shift
+    50.1: "",
+    61.0: "",
+    61.1: "",
+    62.0: "",
+    64.0: "PQR",
+    67.0: "",
+    69.0: "",
+    80.0: "",
+    92.1: "",
+    92.2: "",
+    94.0: "",
+    96.0: "",
+    97.0: "",
+    98.0: "",
+    99.0: "",
+    103.0: "P",
+    187.0: "PE",
+    450.0: "",
+    451.0: "",
+    601.0: "",
+    602.0: "",
+    603.0: "",
+    641.0: "",
+    642.0: "",
+    645.0: "",
+    **dict.fromkeys(sorted(WORK_OFFSETS), "P"),
+}
+# Words of which a line, and a control, takes one: its modal groups.
+_GROUPS = (
+    MOTIONS,
+    (17.0, 18.0, 19.0),
+    tuple(UNITS),
+    (90.0, 91.0),
+    (90.1, 91.1),
+    (93.0, 94.0, 95.0),
+    (40.0, 41.0, 42.0),
+    (43.0, 49.0),
+    (61.0, 61.1, 64.0),
+    (96.0, 97.0),
+    (98.0, 99.0),
+    tuple(sorted(WORK_OFFSETS)),
+)
+_CYCLE = "a cycle", "let the post-processor write its moves out"
+_NEXT = "post-process for three axes"
+_SHIFT = "a shift of the coordinates", "take it out, and give the part's frame where its origin is"
+_REFUSED: dict[float, tuple[str, str]] = {
+    5.0: ("a spline", "post-process with lines and arcs"),
+    5.2: ("a spline", "post-process with lines and arcs"),
+    5.3: ("a spline", "post-process with lines and arcs"),
+    6.2: ("a spline", "post-process with lines and arcs"),
+    7.0: ("diameters of a lathe", "post-process for a mill"),
+    10.0: ("an offset set by the program", "take it out, and give the part's frame where its origin is"),
+    12.0: ("a circular pocket", "let the post-processor write its moves out"),
+    13.0: ("a circular pocket", "let the post-processor write its moves out"),
+    16.0: ("polar coordinates", "post-process with X, Y, Z"),
+    31.0: ("a probing move", "take it out"),
+    33.0: ("threading", "take it out"),
+    41.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
+    42.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
+    43.1: ("a tool length of the program", "take it out: coordinates are those of the tool's tip"),
+    43.4: ("tool centre point control", _NEXT),
+    43.5: ("tool centre point control", _NEXT),
+    51.0: ("scaling", "scale in the CAM system"),
+    51.1: ("a mirror", "mirror in the CAM system"),
+    52.0: _SHIFT,
+    65.0: ("a call of a macro", "let the post-processor write its moves out"),
+    66.0: ("a call of a macro", "let the post-processor write its moves out"),
+    68.0: ("a rotation of the coordinates", "rotate in the CAM system, or the part's frame"),
+    68.2: ("a tilted plane", "post-process in one plane, and give its frame as the part's"),
+    92.0: _SHIFT,
+    92.3: _SHIFT,
+    93.0: ("inverse time feed", "post-process with G94, feed per minute"),
+    95.0: ("feed per revolution", "post-process with G94, feed per minute"),
+    **dict.fromkeys((38.2, 38.3, 38.4, 38.5), ("a probing move", "take it out")),
+    **dict.fromkeys((72.0, 73.0, 74.0, 75.0, 76.0, *(float(n) for n in range(81, 90))), _CYCLE),
+}  # fmt: skip
+# M-words that are more than a function of the machine: they change what is executed, or how.
+_REFUSED_M: dict[float, tuple[str, str]] = {
+    47.0: ("a repetition of the program", "take it out"),
+    72.0: ("the return of stored modes", "write the modes"),
+    89.0: ("a cycle at every point", "let the post-processor write its moves out"),
+    91.0: ("machine coordinates", "take it out"),
+    92.0: ("machine coordinates, or a printer's steps", "take it out"),
+    96.0: ("a call of a sub-program", "let the post-processor write its moves out"),
+    97.0: ("a call of a sub-program", "let the post-processor write its moves out"),
+    98.0: ("a call of a sub-program", "let the post-processor write its moves out"),
+    99.0: ("a return to a calling program, or to the beginning", "end with M30"),
+    128.0: ("tool centre point control", _NEXT),
+    206.0: ("an offset set by the program", "take it out"),
+    220.0: ("an override of the feed", "write the feed that is meant"),
+    428.0: ("an offset set by the program", "take it out"),
+}
+# Those of printers: temperatures, fans, limits, messages.  Their words are theirs alone.
+_PRINTER_M = frozenset(
+    float(number)
+    for number in (
+        *(17, 18, 20, 21, 22, 23, 24, 25, 26, 27, 73, 75, 76, 77, 82, 83, 84, 85),
+        *range(104, 122), 126, 127, *range(140, 160), 190, 191, *range(200, 206), *range(207, 219), 221,
+        226, 240, 250, 280,
+        *range(300, 307), 355, *range(400, 408), 412, 413, 420, 486, *range(500, 505), 555,
+        566, 569, 572, 575, 592, 593, 600, 601, 602, 603, 701, 702, 861, 862, 862.1,
+        862.2, 862.3, 862.4, 862.5, 862.6, 863, 871, 900, 906, 907, 911, 913, 914, 915, 970, 991, 1002,
+    )
+)  # fmt: skip
+# Letters of the M-words of mills: P, Q, L, E of outputs, inputs and stops.
+PARAMETERS_OF_M = "PQLE"
+
+
+def require_one_of_each(g: Sequence[float]) -> None:
+    """Refuse a line with two G-words of one modal group.
+
+    Raises:
+        ValueError: If there are.
+    """
+    if len(g) < 2:
+        return
+    for group in _GROUPS:
+        given = list(dict.fromkeys(value for value in g if value in group))
+        if len(given) > 1:
+            raise ValueError(
+                f"expected one of G{given[0]:g} and G{given[1]:g} in a line, got both: write the one"
+                " that is meant"
+            )
+
+
+def refused_g(value: float) -> str:
+    """Return the sentence for a G-word that is not read."""
+    name, remedy = _REFUSED.get(
+        value, ("a word that is not known here", "take it out if nothing depends on it")
+    )
+    return f"expected no G{value:g}, got {name}: {remedy}"
+
+
+def is_of_printers(m: Sequence[float]) -> bool:
+    """Return whether a line is a printer's, whose other words are those of its M-word."""
+    return any(value in _PRINTER_M for value in m)
+
+
+def require_functions(m: Sequence[float]) -> None:
+    """Refuse M-words that are more than a function of the machine: M0 to M99 are, but for a few.
+
+    Raises:
+        ValueError: If there is such a word, or one that no standard knows.
+    """
+    for value in m:
+        if value in _REFUSED_M:
+            name, remedy = _REFUSED_M[value]
+            raise ValueError(f"expected no M{value:g}, got {name}: {remedy}")
+        if not (value < 100.0 or value in _PRINTER_M):
+            raise ValueError(
+                f"expected functions of the machine M0 to M99, got M{value:g}: take it out if it moves"
+                " nothing"
+            )

@@ -1,0 +1,116 @@
+"""What stands in G-code that is no word of a letter and a number: what is read, and its names."""
+
+from __future__ import annotations
+
+import re
+
+from coupling.programs.reading import ReadingNotes
+from coupling.programs.text import shortened
+
+# Statements of Siemens' that move nothing: messages, the blank's size, smoothing, a tilt that is reset.
+_IDLE_STATEMENT = re.compile(
+    r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)|CYCLE800\s*\(\s*\)"
+    r"|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
+    re.IGNORECASE | re.DOTALL,
+)
+# The tool by its name, and words of a numbered spindle.
+_TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM]\d=\d+')
+_HOMING = ("$H", "$X")
+# Axes that printers name without a number, to home them or to switch them off, and their messages.
+_NAMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29|M17|M18|M84)(?=[A-Z\d.+-]*$)")
+_MESSAGE = re.compile(r"\s*(M(?:117|118|16|862\.3|486|555|23|32))\b.*", re.IGNORECASE | re.DOTALL)
+
+_VARIABLES = "let the post-processor write numbers"
+_WRITTEN_OUT = "let the post-processor write its moves out"
+# What stands where words end, by what it is and what to do; the first that matches is it.
+_AT_END = (
+    (r"O[\w<>.#]*?(?:ENDSUB|SUB|CALL|RETURN)", "an O-word, a sub-program", _WRITTEN_OUT),
+    (
+        r"O[\w<>.#]*?(?:IF|ELSE|WHILE|DO|REPEAT|BREAK|CONTINUE)",
+        "an O-word, a loop or a condition",
+        _WRITTEN_OUT,
+    ),
+    (r"O<", "an O-word, a sub-program or a loop", _WRITTEN_OUT),
+    (r"#", "a variable", _VARIABLES),
+    (r"[A-Z]#|[A-Z]-#", "a variable", _VARIABLES),
+    (r"[A-Z]?-?\[", "an expression", _VARIABLES),
+    (r"R\d+=", "an R parameter", _VARIABLES),
+    (r"Q\d+=|D\d+:|Q[LR]\d+", "a Q parameter", _VARIABLES),
+    (r"[A-Z]-?[RQ]\d|[A-Z]=", "a parameter or an assignment", _VARIABLES),
+    (r"(?:ABC|[ABC])[35N]=", "a tool vector", "post-process for three axes"),
+    (r"CALL|MCALL|EXTCALL|L\d+P", "a call of a sub-program", _WRITTEN_OUT),
+    (r"CYCLE800", "a tilted plane", "post-process for three axes in one plane"),
+    (r"CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE", "a cycle", _WRITTEN_OUT),
+    (r"TRAORI|TRAFOOF|TRACYL|TRANSMIT", "a transformation of axes", "post-process for three axes"),
+    (r"A?(?:TRANS|ROTS?|SCALE|MIRROR)", "a frame of the program", "post-process in one frame"),
+    (
+        r"IF|ELSE|ENDIF|WHILE|FOR|END|GOTO[BFC]?|REPEAT|LOOP|UNTIL|CASE|DO\d",
+        "a loop or a condition",
+        _WRITTEN_OUT,
+    ),
+    (r"DEF|PROC|EXTERN|VARS?\b|SETPIECE", "a declaration", _VARIABLES),
+    (r"[BC]?SPLINE|POLY|NURBS", "a spline", "post-process with lines and arcs"),
+    (
+        r"TURN=|AR=|CT|CIP|I1=|RP=|AP=",
+        "an arc or a place in another form",
+        "post-process with X, Y, Z and I, J, K",
+    ),
+    (r",[CR]", "a chamfer or a rounded corner", _WRITTEN_OUT),
+    (r"[A-Z][-+]?\d+,\d", "a decimal comma", "write a point"),
+    (r"\$", "a setting of the control", "take it out"),
+    (r"[{]", "a JSON setting of the control", "take it out"),
+    (r"[A-Z][-+.]*(?:[A-Z*/)]|$)", "a word without a number", "give the number"),
+    (r"\)", "the end of a comment that has no beginning", "write '(' before it"),
+    (r"/", "a / within a line", "write it at the line's beginning"),
+)
+_NAMED = tuple((re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END)
+
+
+def common_words(line: str, code: str, notes: ReadingNotes) -> str:
+    """Return a line's words where it writes them in another form; what moves nothing is left out.
+
+    Args:
+        line: The line.
+        code: Its words without comments and blanks, in capitals.
+        notes: Notes on words left out, added to.
+    """
+    if idle := _IDLE_STATEMENT.fullmatch(line):
+        notes.leave_out(shortened(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
+        return ""
+    if message := _MESSAGE.fullmatch(line):
+        notes.leave_out(message[1].upper())
+        return ""
+    if re.fullmatch(r"N\d+%.*", code):  # the last line of DIN/ISO, with the program's name
+        return "M30"
+    if _NAMED_AXES.match(code):
+        return re.sub(r"([A-Z])(?=[A-Z]|$)", r"\g<1>0", code)
+    if code in _HOMING:
+        # A return to the reference point, as G28; $X only unlocks.
+        notes.leave_out(code)
+        return "G28" if code == "$H" else ""
+    without, count = _TOOL_NAME.subn("", code)
+    if count:
+        notes.leave_out("T=" if "T" in code else "S=")
+    return without.replace("CR=", "R").replace("SUPA", "G53")
+
+
+def refusal(code: str, end: int) -> str:
+    """Return the sentence for a line that has something else behind its words.
+
+    Args:
+        code: Its words without comments and blanks, in capitals.
+        end: Number of the characters of its words.
+    """
+    rest = code[end:]
+    # A number's end may belong to it: O100SUB, R1=5, X1,5.
+    head = re.search(r"[A-Z][-+]?[\d.]*$", code[:end])
+    for text in (head[0] + rest if head else rest, rest):
+        for pattern, name, remedy in _NAMED:
+            if pattern.match(text):
+                return (
+                    f"expected words of a letter and a number, got {name} {text[:20]!r}: {remedy}"
+                )
+    return (
+        f"expected words of a letter and a number, got {rest[:20]!r}: not G-code that is known here,"
+        " take it out"
+    )

@@ -1,0 +1,70 @@
+"""Files that are given as what they are not are named as what they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import CaseError, ProgramError
+from coupling.files.formats import other_format
+from coupling.path.frame import Frame
+from coupling.programs.languages import read_program
+from coupling.toolpaths.csv import CsvPath
+from coupling.toolpaths.gcode_program import read_program as read_gcode
+
+PART = Frame(np.zeros(3), Rotation.identity())
+# First lines of files by their name in the message, and the kind that reads them.
+FILES = {
+    "a KRL program": (b"&ACCESS RVP\nDEF part ( )\nPTP {A1 0}\nEND\n", "program"),
+    "a RAPID program": (b"%%%\n VERSION:1\n%%%\nMODULE M\nPROC main()\n", "program"),
+    "a FANUC program": (b"/PROG A\n/MN\n1:L P[1] 10mm/sec FINE;\n/END", "program"),
+    "a UR script": (b"def prog():\n  movej([0,0,0,0,0,0])\nend\n", None),
+    "a Yaskawa job": (b"/JOB\n//NAME A\n", None),
+    "a Kawasaki AS program": (b".PROGRAM a()\nLMOVE p\n.END\n", None),
+    "a Heidenhain dialogue program": (b"0 BEGIN PGM A MM\n1 L X+10 Y+0 R0 FMAX\n", None),
+    "an APT/CLDATA file": (b"TOOL PATH/ROUGH,TOOL,MILL\nRAPID\nGOTO/0.0,0.0,20.0\n", None),
+    "an HPGL plot": (b"IN;SP1;PU0,0;PD100,100;", None),
+    "a STEP file": (b"ISO-10303-21;\nHEADER;\n", None),
+    "an STL file": (b"solid a\n facet normal 0 0 1\n", None),
+    "a DXF file": (b"0\r\nSECTION\r\n2\r\nHEADER\r\n", None),
+    "an SVG drawing": (b'<?xml version="1.0"?>\n<svg>', None),
+    "a Gerber file": (b"G04 x*\n%FSLAX34Y34*%\nX1Y1D2*", None),
+    "an Excellon drill file": (b"M48\nINCH\nT1C0.01\n%\nX1Y1", None),
+    "JSON": (b'{"a": 1}', None),
+    "binary data": (80 * b"\0" + b"\x0c\0\0\0", None),
+    "a zip archive": (b"PK\x03\x04\x14\0", None),
+    "text in UTF-16": ("G21\nG0 X1".encode("utf-16"), None),
+    "G-code": (b"%\nO1 (A)\nG21 G90\nG0 X0 Y0 Z0\nG1 X1 F100\n", "gcode"),
+    "a table of values": (b"time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", "csv"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_of_another_kind_is_named_with_what_reads_it(tmp_path, name):
+    content, kind = FILES[name]
+    file = tmp_path / "part.dat"
+    file.write_bytes(content)
+    hint = f'kind = "{kind}"' if kind else ": "
+    readers = {
+        "gcode": (read_gcode, CaseError),
+        "program": (read_program, ProgramError),
+        "csv": (lambda path: CsvPath(kind="csv", file=path).path(PART), CaseError),
+    }
+    for reader, (read, error) in readers.items():
+        if reader == kind or (reader == "program" and kind == "csv"):
+            assert other_format(content, [reader, kind]) is None
+            continue
+        with pytest.raises(error) as caught:
+            read(file)
+        said = str(caught.value)
+        assert said.startswith(f"{file}: expected ")
+        assert hint in said
+        assert name in said or (name == "text in UTF-16" and "binary data" in said)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"hello", b"1 2 3", b"\xff" * 50, b" " * 100_000, b"\n" * 100_000]
+)
+def test_what_is_not_known_is_not_named(content):
+    assert other_format(content, ["gcode"]) is None

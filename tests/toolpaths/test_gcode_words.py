@@ -1,0 +1,268 @@
+"""G-code that others write: what changes no path is listed, what does is refused by its name."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from counted_calls import counted_calls
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import CaseError
+from coupling.path.frame import Frame
+from coupling.toolpaths.gcode import GcodePath
+from coupling.toolpaths.gcode_moves import GcodeMove, GcodeProgram
+from coupling.toolpaths.gcode_program import read_program
+
+PART = Frame(np.zeros(3), Rotation.identity())
+START = ("G21 G90 G17", "G0 X0 Y0 Z0", "G1 X10 F1200")
+
+
+def program(folder: Path, *lines: str) -> GcodeProgram:
+    file = folder / "program.ngc"
+    file.write_text("\n".join(lines))
+    return read_program(file)
+
+
+def ends_mm(read: GcodeProgram) -> list[list[float]]:
+    """Ends of the moves [mm]."""
+    return [
+        (1e3 * step.end).round(9).tolist() for step in read.steps if isinstance(step, GcodeMove)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("G64 P0.01", ["G64 P0.01"]),
+        ("G64 P0.01 Q0.02", ["G64 P0.01 Q0.02"]),
+        ("G61", ["G61"]),
+        ("G98", ["G98"]),
+        ("G97 S1000 M3", ["G97", "S", "M3"]),
+        ("G54", ["G54"]),
+        ("G43 H1 D2", ["G43", "H1", "D2"]),
+        ("G49 G40 G80 G94 G15 G69 G50", ["G49", "G40", "G80", "G94", "G15", "G69", "G50"]),
+        ("G50 S3000", ["G50", "S"]),
+        ("G92 S3000", ["G92", "S"]),
+        ("G5.1 Q1", ["G5.1 Q1"]),
+        ("G08 P1", ["G8 P1"]),
+        ("G187 P1 E0.1", ["G187 P1 E0.1"]),
+        ("M64 P1", ["M64"]),
+        ("M104 S200 T0", ["M104"]),
+        ("M205 X8 Y8 Z0.4", ["M205"]),
+        ("M117 now G1 X50", ["M117"]),
+        ("M84 X Y E", ["M84"]),
+        ("G92 E0", ["G92", "E"]),
+        ("A0 B0", ["A0, a rotary axis that stands still", "B0, a rotary axis that stands still"]),
+        ("U0 W0", ["U0", "W0"]),
+        ('MSG("face; (a)")', ["MSG"]),
+        ('T="MILL 10" M6', ["T=", "M6"]),
+        ("CYCLE832(0.01,_FINISH,1)", ["CYCLE832"]),
+        ("$X", ["$X"]),
+    ],
+)
+def test_words_that_change_no_path_are_listed(tmp_path, line, words):
+    """Wherever they stand: the moves are those without them, and the list names them."""
+    lines = [*START, line, "G1 Y20"]
+    read = program(tmp_path, *lines)
+    assert ends_mm(read) == [[10.0, 0.0, 0.0], [10.0, 20.0, 0.0]]
+    assert sorted(read.ignored) == sorted(words)
+
+
+@pytest.mark.parametrize(
+    ("line", "end"),
+    [
+        ("N10 G1 X20.0000000000000000001 N20", [20.0, 0.0, 0.0]),
+        ("/G1 X20", [20.0, 0.0, 0.0]),
+        ("N7 /2 G1 X20", [20.0, 0.0, 0.0]),
+        ("(a (nested) G1 X90) G1 X20", [20.0, 0.0, 0.0]),
+        ("( a ( G1 X90 )\nG1 X20", [20.0, 0.0, 0.0]),
+        ("G1 X20 ; (open", [20.0, 0.0, 0.0]),
+        ("(; G1 X90)G1X20(b)", [20.0, 0.0, 0.0]),
+        ("g 1 x 2 0.", [20.0, 0.0, 0.0]),
+        ("N3 G1 X20*71", [20.0, 0.0, 0.0]),
+        ("G2 X20 Y10 I10 J0 K0", [20.0, 10.0, 0.0]),
+        ("G2 X20 Y10 I10 P1", [20.0, 10.0, 0.0]),
+        ("G2 X20 Y10 CR=10", [20.0, 10.0, 0.0]),
+        ("G70 G1 X1", [25.4, 0.0, 0.0]),
+    ],
+)  # fmt: skip
+def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
+    assert ends_mm(program(tmp_path, *START, line))[1:] == [end]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("G80 X5", "expected G80 without coordinates, got X"),
+        ("G80\nX5", "G80 ended the one before"),
+        ("G90 G91", "expected one of G90 and G91 in a line, got both"),
+        ("G17 G18", "expected one of G17 and G18"),
+        ("G2 X20 Y10 I10 K2", "got K2, an offset across it"),
+        ("G2 X20 Y10 I10 P3", "an arc of one turn at most, got P3"),
+        ("G55", "expected one work offset, got G55 behind moves in G54"),
+        ("G54.1 P2", "expected one work offset, got G54.1 P2 behind moves in G54"),
+        ("G4 P1 X5", "expected G4 without coordinates"),
+        ("G1 X20 /G1 Y5", "a / within a line"),
+        ("G1 X20 A5", "rotary axis A to stand still at 0, got A5"),
+        ("G91 C2", "rotary axis C to stand still at 0, got C2"),
+        ("G1 X20 W5", "got W5, a second linear axis or an increment"),
+        ("G95", "feed per revolution"),
+        ("G93", "inverse time feed"),
+        ("G41 D1", "cutter radius compensation: compensate the radius"),
+        ("G10 L2 P1 X5", "an offset set by the program"),
+        ("G52 X5", "a shift of the coordinates"),
+        ("G92 X0 Y0 Z0", "a shift of the coordinates"),
+        ("G50 X5", "G50 without coordinates, got X"),
+        ("G5.1 X1 Y1 I1", "G5.1 without coordinates, got X"),
+        ("G81 Z-1 R2", "a cycle: let the post-processor"),
+        ("G68 R30", "a rotation of the coordinates"),
+        ("G51 X0 P2", "scaling"),
+        ("G43.4 H1", "tool centre point control"),
+        ("G65 P9010", "a call of a macro"),
+        ("G123", "expected no G123, got a word that is not known here"),
+        ("M98 P1", "a call of a sub-program"),
+        ("M99", "a return to a calling program"),
+        ("M72", "stored modes"),
+        ("M220 S50", "an override of the feed"),
+        ("M999", "functions of the machine M0 to M99, got M999"),
+        ("G4 S3", "a wait G4 P in seconds, got S"),
+        ("#1 = 5", "a variable '#1=5'"),
+        ("G1 X#1", "a variable 'X#1'"),
+        ("G1 X[1+2]", r"an expression 'X\[1\+2\]'"),
+        ("O100 sub", "an O-word, a sub-program 'O100SUB'"),
+        ("o<cut> call [1]", "an O-word, a sub-program"),
+        ("o101 while [#1 LT 5]", "an O-word, a loop or a condition"),
+        ("IF [#1 EQ 0] GOTO 5", "a loop or a condition"),
+        ("R1=5", "an R parameter 'R1=5'"),
+        ("Q1 = 5", "a Q parameter"),
+        ("G1 X=R1", "a parameter or an assignment"),
+        ("G1 X20 A3=0 B3=0 C3=1", "a tool vector"),
+        ("TRAORI", "a transformation of axes"),
+        ("TRANS X10", "a frame of the program"),
+        ("CYCLE81(1,2,3)", "a cycle"),
+        ("CYCLE800(1,2)", "a tilted plane"),
+        ("DEF REAL A", "a declaration"),
+        ("G1 X20,C5", "a chamfer"),
+        ("G1 X2,5", "a decimal comma"),
+        ("G1 X1e1", "numbers without exponents"),
+        ("G1 X1.5E-05", "numbers without exponents"),
+        ("G1 X", "a word without a number 'X'"),
+        ("$32=1", "a setting of the control"),
+        ("G1 X20 (open", "a comment to be closed"),
+        ("(a (b) G1 X20", "a comment to be closed"),
+        ("G1 X20) ", "the end of a comment that has no beginning"),
+        ("G1 X20 ^", "not G-code that is known here"),
+        ("G1 X20 X30", "one word X, got two"),
+    ],
+)  # fmt: skip
+def test_what_would_change_the_path_is_refused_by_its_name_and_line(tmp_path, line, said):
+    first = len(START) + 1
+    with pytest.raises(CaseError, match=rf"line [{first}-{first + 3}]: .*{said}"):
+        program(tmp_path, *START, line)
+
+
+def test_what_stands_behind_the_end_is_not_executed(tmp_path):
+    behind = ("G1 X10 Y90", "G1 Y0")
+    for head, tail in ((("%",), "%"), (("(part)", "%"), "%"), ((), "%"), ((), "M30"), ((), "M2")):
+        read = program(tmp_path, *head, *START, tail, *behind, "%")
+        assert ends_mm(read) == [[10.0, 0.0, 0.0]]
+        (count,) = [n for word, n in read.ignored.items() if word.startswith("lines behind the")]
+        assert count == 2
+    with pytest.raises(CaseError, match="got none: 5 lines behind the closing %"):
+        program(tmp_path, "%", "%", *START, *behind)
+
+
+@pytest.mark.parametrize("name", ["%_N_PART_MPF", "%PART G71 *", ":1001", "$PART.MIN%", "O1001"])
+def test_the_name_of_a_program_is_no_line_of_it(tmp_path, name):
+    unit = "G90" if "G71" in name else "G21"
+    read = program(tmp_path, name, unit, *[line.replace("G21 ", "") for line in START])
+    assert ends_mm(read) == [[10.0, 0.0, 0.0]]
+    assert any(name[:4] in word for word in read.ignored)
+
+
+@pytest.mark.parametrize(
+    "away", ["G28 G91 Z0", "G91 G28 X0 Y0", "G53 G0 Z0", "G30", "G0 SUPA Z0 D0", "$H", "G28 X Y"]
+)
+def test_a_return_to_the_reference_may_begin_and_end_a_program(tmp_path, away):
+    """The part's coordinates are not known behind it: a place that was given before is none."""
+    read = program(tmp_path, "G21 G0 X9 Y9 Z9", away, "G90", *START, "G0 Z5", away, "G90", "M30")
+    assert ends_mm(read) == [[10.0, 0.0, 0.0], [10.0, 0.0, 5.0]]
+    parked = program(tmp_path, *START, away, "G90 G0 X0 Y0", "M30")
+    assert ends_mm(parked) == [[10.0, 0.0, 0.0]]
+    with pytest.raises(CaseError, match=r"no moves behind G\d+, .*, in line 4, got some: take it"):
+        program(tmp_path, *START, away, "G90 G0 X0 Y0", "Z5", "G1 X20")
+
+
+@pytest.mark.parametrize("offset", ["G54", "G59.3", "G54.1 P12", "G154 P2", "G505"])
+def test_a_work_offset_for_all_moves_is_that_of_the_part(tmp_path, offset):
+    """A place that was given in another one is not known in it."""
+    read = program(tmp_path, "G21 G0 X9 Y9 Z9", offset, *START, offset, "G1 Y1")
+    assert ends_mm(read)[-2:] == [[10.0, 0.0, 0.0], [10.0, 1.0, 0.0]]
+    assert len(ends_mm(read)) == (3 if offset == "G54" else 2)
+    assert read.ignored == {offset: 2}
+
+
+def test_axes_that_stand_still_stay_with_the_moves(tmp_path):
+    read = program(
+        tmp_path, "G21 G90", "G0 A90 C-5", "G0 X0 Y0 Z5 A90", "G1 X10 F600 C-5", "G91 A0"
+    )
+    (move,) = read.steps
+    assert move.rotary == {"A": 90.0, "C": -5.0}
+    with pytest.raises(CaseError, match="A to stand still at 90, got A91"):
+        program(tmp_path, "G21 G0 X0 Y0 Z5 A90", "G1 X10 F600 A91")
+
+
+@pytest.mark.parametrize(
+    ("wait", "seconds", "said"),
+    [
+        ("G4 P500", 500.0, "line 4: G4 P500 waits 500 s; .* milliseconds, write G4 P0.5"),
+        ("G4 P61\nG4 P100\nG4 P3", 61.0, "G4 P61 waits 61 s; .* so do 1 others"),
+        ("G4 P60", 60.0, None),
+        ("G4 X1.5", 1.5, "G4 X is a wait in seconds"),
+        ("G4 F2", 2.0, "G4 F is a wait in seconds"),
+    ],
+)
+def test_a_wait_is_in_seconds_and_a_long_one_is_remarked(tmp_path, wait, seconds, said):
+    read = program(tmp_path, *START, wait, "G1 X20")
+    assert read.steps[1].duration == seconds
+    assert ends_mm(read)[1] == [20.0, 0.0, 0.0]
+    assert read.steps[-1].feed == pytest.approx(0.02, rel=1e-15)
+    remarks = (
+        GcodePath(kind="gcode", file=tmp_path / "program.ngc", sample_s=0.1).task(PART).remarks
+    )
+    told = [remark for remark in remarks if "wait" in remark]
+    assert bool(told) == (said is not None)
+    assert said is None or re.search(said, told[0])
+
+
+comments = st.recursive(
+    st.text(" xX9;G1", max_size=6),
+    lambda inner: st.builds("{}({}){}".format, inner, inner, inner),
+    max_leaves=6,
+)
+
+
+@given(comments)
+@settings(max_examples=100, derandomize=True, deadline=None,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
+def test_a_comment_however_nested_is_no_part_of_its_line(tmp_path, comment):
+    assert ends_mm(program(tmp_path, *START, f"({comment})G1 X20"))[1:] == [[20.0, 0.0, 0.0]]
+
+
+def test_work_grows_in_proportion_to_length(tmp_path):
+    def calls(count: int) -> int:
+        lines = [f"G1 X{0.01 * k:.4f} Y{0.02 * (k % 7):.4f}" for k in range(1, count)]
+        (tmp_path / "long.ngc").write_text("\n".join([*START, *lines]))
+        return counted_calls(lambda: read_program(tmp_path / "long.ngc"))
+
+    assert calls(800) - calls(400) < 1.01 * 2.0 * (calls(400) - calls(200))
+
+
+def test_a_line_of_two_hundred_thousand_digits_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="line 4: "):
+        program(tmp_path, *START, "G1 X" + 200_000 * "1")
