@@ -5,8 +5,8 @@
     python -m benchmarks.tool_paths --lines 5000 --lines 10000
 
 The other tree is one of the project, made by `git worktree add ../before <commit>`; it is asked no more
-once it took three minutes.  Each program is read and planned in a process of its own: its CPU time
-without imports, and the most memory it held.  The exponent is that of the time over the lines.
+once it took three minutes or refused.  Each program is read and planned in a process of its own: its
+CPU time without imports, and the most memory it held.  The exponent is that of time over lines.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Cost:
 
     @classmethod
     def of(cls, tree: Path, kind: str, file: Path) -> Cost | None:
-        """Return what it takes in a tree of the project; None where that is more than three minutes."""
+        """Return what it takes in a tree; None where that refuses or takes three minutes."""
         paths = os.pathsep.join(str(tree / name) for name in (".", "fmu_src"))
         command = [sys.executable, "-c", _RUN, kind, str(file)]
         environment = os.environ | {"PYTHONPATH": paths}
@@ -75,7 +75,7 @@ class Cost:
             run = subprocess.run(
                 command, env=environment, cwd=tree, capture_output=True, timeout=LONGEST, check=True
             )
-        except subprocess.TimeoutExpired:
+        except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
             return None
         return cls(*json.loads(run.stdout))
 

@@ -1,5 +1,6 @@
 """Tool paths: every kind is a table of the case file that answers `task(part)`."""
 
+from coupling.toolpaths.apt import AptPath
 from coupling.toolpaths.contours import Cone, Pyramid
 from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.gcode import GcodePath
@@ -17,10 +18,12 @@ TOOL_PATHS: dict[str, type[ToolPathTable]] = {
     "csv": CsvPath,
     "gcode": GcodePath,
     "program": ProgramPath,
+    "apt": AptPath,
 }
 
 __all__ = [
     "TOOL_PATHS",
+    "AptPath",
     "Cone",
     "CsvPath",
     "GcodePath",

@@ -49,11 +49,15 @@ class OrientedPoints:
         position: The points [m], (n, 3), n >= 2; none is its predecessor in place and rotation.
         rotation: Rotations part_from_tool at them, (n,).
         feed: Speeds to each [m/s], (n,); the first one is not used.
+        rests: Whether the tool rests at each, beside corners [1], (n,); None: nowhere.
+        waits: How long it rests there [s], (n,); None: not at all.
     """
 
     position: np.ndarray
     rotation: Rotation
     feed: np.ndarray
+    rests: np.ndarray | None = None
+    waits: np.ndarray | None = None
 
     @cached_property
     def _steps(self) -> np.ndarray:
@@ -84,10 +88,11 @@ class OrientedPoints:
         )
         along = np.einsum("ij,ij->i", self._steps[1:], self._steps[:-1])
         straight = np.cos(law.corner) * self._lengths[1:] * self._lengths[:-1]
-        stops = (along < straight) | stays[1:] | stays[:-1]
-        return Travel.along(
-            self._ways, np.minimum(rate, fastest), law.blend, np.append(stops, True)
-        )
+        stops = np.append((along < straight) | stays[1:] | stays[:-1], True)
+        if self.rests is not None:
+            stops |= self.rests[1:]
+        waits = None if self.waits is None else self.waits[1:]
+        return Travel.along(self._ways, np.minimum(rate, fastest), law.blend, stops, waits)
 
     def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Return points [m], (k, 3), and rotations at ways from the first point on, (k,)."""

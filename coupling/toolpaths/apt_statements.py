@@ -1,0 +1,82 @@
+"""APT cutter location data as text: statements of a word and its arguments."""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from coupling.errors import CaseError, reason_of
+
+# What a file may hold at most [bytes].
+_LARGEST = 128_000_000
+# Words whose statement is text to its end, with or without a slash.
+_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES")
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A statement.
+
+    Attributes:
+        line: Number of its first line in the file, from 1.
+        word: Its major word, in capitals.
+        arguments: What stands behind the slash, by commas, in capitals.
+    """
+
+    line: int
+    word: str
+    arguments: tuple[str, ...]
+
+
+def read_statements(file: Path) -> Iterator[Statement]:
+    """Yield the statements of an APT file; what follows `$$` is a comment, `$` goes on in the next line.
+
+    Raises:
+        CaseError: If it cannot be read, or ends within a statement.
+    """
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(_LARGEST + 1)
+    except OSError as cause:
+        raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
+    if len(content) > _LARGEST:
+        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: divide it")
+    # Comments are in any encoding; statements are ASCII, and anything else in them is refused.
+    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    begun, first, is_remark = "", 0, False
+    for number, line in enumerate(text.splitlines(), start=1):
+        # A comment of Creo, `$$->`, may go on in the next line as well.
+        remark = is_remark or line.lstrip().startswith("$$->")
+        if remark:
+            is_remark = line.rstrip().endswith("$") and not line.rstrip().endswith("$$")
+            continue
+        code = line.partition("$$")[0]
+        if not begun and _is_text(code):
+            code, mark = code.rstrip(), ""
+        else:
+            code, mark, _ = code.partition("$")
+        first = first if begun else number
+        begun += code.upper()
+        if not mark and begun.strip():
+            yield _statement(first, begun)
+        if not mark:
+            begun = ""
+    if begun.strip():
+        raise CaseError(
+            f"{file}: line {first}: expected the statement to go on behind $, got the end of the file"
+        )
+
+
+def _is_text(code: str) -> bool:
+    return code.lstrip()[:6].upper() in _TEXTS
+
+
+def _statement(line: int, code: str) -> Statement:
+    if _is_text(code):
+        text = code.strip()
+        return Statement(line, text[:6], (text[6:].strip(" \t/"),))
+    word, slash, rest = code.partition("/")
+    arguments = tuple(part.strip() for part in rest.split(",")) if slash else ()
+    return Statement(line, " ".join(word.split()), arguments)

@@ -1,0 +1,97 @@
+"""Words and numbers of APT cutter location data: what is left out, what is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from coupling.toolpaths.apt_statements import Statement
+
+NUMBER = re.compile(r"[+-]?(?:\d{1,15}(?:\.\d{0,25})?|\.\d{1,25})(?:E[+-]?\d{1,2})?")
+# A vector may be so much longer or shorter than 1.
+_LENGTH = 0.01
+# Words that change nothing of the tip's path.
+_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "TITLES", "PAINT", "DISPLY", "END-OF-PATH")
+_TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
+_MACHINE = ("MACHIN", "SPINDL", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND")
+_SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
+IDLE = {*_TEXTS, *_TOOLS, *_MACHINE, *_SETTINGS}
+# Words that end what is refused here, and then change nothing.
+IDLE_WHEN_OFF = ("CYCLE", "CUTCOM", "TRACUT", "ARCSLP")
+_REFUSED = {
+    "CYCLE": "a cycle: output its moves as GOTO",
+    "CUTCOM": "cutter radius compensation: output the tool's centre",
+    "INSERT": "a block for the controller, which is not known here: take it out",
+    "PREFUN": "a preparatory function of the controller: take it out",
+    "OPSKIP": "statements that are skipped or not: take them out",
+    "TRACUT": "a transformation of the points: output them transformed",
+    "TRANS": "a shift of the points: output them shifted",
+    "ORIGIN": "an origin of the machine: output points in one frame",
+    "TRACYL": "a path wrapped on a cylinder: output its points",
+    "ROTABL": "a turn of the machine's table: output points and axes in the part's frame",
+    "ROTATE": "a turn of the machine's table: output points and axes in the part's frame",
+    "ROTHED": "a turn of the machine's head: output points and axes in the part's frame",
+    "RETRCT": "a retraction that the machine knows: output its moves as GOTO",
+    "CLEARP": "a plane that the machine retracts to: output its moves as GOTO",
+    "THREAD": "a thread: output its moves as GOTO",
+}
+_GEOMETRY = (
+    "GOFWD",
+    "GOLFT",
+    "GORGT",
+    "GOBACK",
+    "INDIRV",
+    "INDIRP",
+    "TLON",
+    "TLLFT",
+    "TLRGT",
+    "GO",
+)
+
+
+def refusal(statement: Statement) -> str:
+    """Return why a statement is refused, and what to do."""
+    word = statement.word
+    if word in _REFUSED:
+        return f"expected no {word}, got {_REFUSED[word]}"
+    if "=" in word or word in _GEOMETRY:
+        return (
+            f"expected cutter locations, got the geometry of a part program, {word[:20]!r}: output"
+            " CLDATA, with GOTO"
+        )
+    return f"expected a statement of cutter location data, got {word[:20]!r}: take it out"
+
+
+def numbers(arguments: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the numbers of a statement.
+
+    Raises:
+        ValueError: If an argument is none.
+    """
+    for word in arguments:
+        if not NUMBER.fullmatch(word):
+            raise ValueError(f"expected numbers, got {word[:20]!r}")
+    return tuple(map(float, arguments))
+
+
+def unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
+    """Return a vector at length 1.
+
+    Raises:
+        ValueError: If it is far from that length.
+    """
+    length = math.hypot(*vector)
+    if abs(length - 1.0) > _LENGTH:
+        raise ValueError(f"expected a vector of length 1, got length {length:.4g}")
+    return tuple(value / length for value in vector)
+
+
+def bounded(word: str, value: float, low: float, high: float, unit: str) -> float:
+    """Return a value that lies within bounds.
+
+    Raises:
+        ValueError: If it does not.
+    """
+    if not low <= value <= high:
+        raise ValueError(f"{word}: expected {low:g} to {high:g}{unit}, got {value:g}{unit}")
+    return value
