@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
@@ -17,14 +16,11 @@ from coupling.path.frame import Frame
 from coupling.toolpaths.apt_program import AptProgram, read_program
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.oriented_points import SAME, OrientedPoints, PathLaw
-from coupling.toolpaths.part import PART_FROM_TOOL
+from coupling.toolpaths.part import upright
 from coupling.toolpaths.remarks import counted
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.untilted import UntiltedPath
-
-# Axes closer than this to straight down have no shortest rotation from straight up.
-_DOWN = 1e-6
 
 
 class AptPath(ToolPathTable):
@@ -91,32 +87,3 @@ class AptPath(ToolPathTable):
             raise CaseError(f"{self.file}: {cause}") from cause
         feed = np.where(rapid, self.rapid_m_s, program.feed[kept])
         return OrientedPoints(program.position[kept], rotation, feed, rests, waits)
-
-
-def upright(axis: np.ndarray) -> Rotation:
-    """Return the rotations part_from_tool that turn an untilted tool the shortest way to tool axes.
-
-    Each depends on its axis alone, so that a tool that comes back to an axis has turned about it by
-    nothing.
-
-    Args:
-        axis: Unit vectors from the tool's tip to its holder, part frame [1], (n, 3).
-
-    Raises:
-        ValueError: If an axis points straight down.
-
-    Example:
-        >>> tool = upright(np.array([[0.0, 0.6, 0.8]]))
-        >>> tool.apply([1.0, 0.0, 0.0]).round(9) + 0.0
-        array([[ 0. , -0.6, -0.8]])
-    """
-    x, y, z = axis.T
-    if np.any(1.0 + z < _DOWN):
-        number = int(np.argmin(z)) + 1
-        raise ValueError(
-            f"expected tool axes that do not point straight down, got one at point {number}: turn the"
-            " part frame"
-        )
-    shortest = Rotation.from_quat(np.column_stack([-y, x, np.zeros_like(x), 1.0 + z]))
-    turned: Rotation = shortest * PART_FROM_TOOL
-    return turned
