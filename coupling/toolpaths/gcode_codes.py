@@ -113,7 +113,10 @@ _REFUSED_M: dict[float, tuple[str, str]] = {
     99.0: ("a return to a calling program, or to the beginning", "end with M30"),
     206.0: ("an offset set by the program", "take it out"),
     220.0: ("an override of the feed", "write the feed that is meant"),
-    428.0: ("an offset set by the program", "take it out"),
+    428.0: (
+        "an offset set by the program, or another kinematics",
+        "take it out, and write coordinates in [tool_path.rotary]",
+    ),
 }
 # Those of printers: temperatures, fans, limits, messages.  Their words are theirs alone.
 _PRINTER_M = frozenset(
