@@ -101,7 +101,7 @@ class Course:
         return feeds
 
     def stops(self, law: CourseLaw) -> np.ndarray:
-        """Return whether the tool rests behind each move, (n,).
+        """Return whether the tool rests behind each move [1], (n,).
 
         It rests where it waits, in a corner, between a rapid and a feed, and where it begins or ends to
         turn in place.
@@ -120,6 +120,10 @@ class Course:
         """Return the largest jump of the tip's acceleration where moves meet without a rest [m/s^2].
 
         At a speed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
+
+        Args:
+            stops: Whether the tool rests behind each move [1], (n,).
+            feeds: Speeds of the moves [m/s or rad/s], (n,).
         """
         change = np.linalg.norm(self._bends[0][1:] - self._bends[1][:-1], axis=1)
         jumps = np.minimum(feeds[1:], feeds[:-1]) ** 2 * change

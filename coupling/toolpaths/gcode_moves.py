@@ -35,7 +35,7 @@ class Turn:
     """How a tool turns along a move: evenly with the way.
 
     Attributes:
-        before, after: How it is held at its ends.
+        before, after: Directions at its ends.
         is_great_circle: Whether its axis turns in the plane of both; otherwise the rotary axes turn.
         angle: Angle that stands for its way where X, Y, Z stay [rad]; zero where they do not.
     """
@@ -54,7 +54,7 @@ class GcodeMove:
         start, end: First and last X, Y, Z [m], (3,).
         feed: Its speed [m/s], or [rad/s] where they stay; None for a rapid.
         arc: Its curve; None for a line.
-        turn: How its tool is held; None for one along z.
+        turn: Directions of its tool; None for one along z.
     """
 
     start: np.ndarray
@@ -114,7 +114,7 @@ class GcodeProgram:
         steps: Its moves and waits.
         ignored: Words that were read and left out, by how often they stand there.
         assumptions: Sentences without a full stop.
-        coordinates: What X, Y, Z are of a tilted tool: its tip in the part, or the linear axes.
+        coordinates: Meaning of X, Y, Z with a tilted tool: its tip in the part, or the linear axes.
         plane: Frame of X, Y, Z in the part; None where it is the part's.
     """
 

@@ -165,7 +165,7 @@ class ToolDirection:
         """Return how the tool turns along a move; None where it is along z.
 
         Args:
-            before: How it is held at the beginning.
+            before: Direction at its beginning.
             stays: Whether X, Y, Z stay.
 
         Raises:
