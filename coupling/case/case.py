@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from coupling.case.place import PlaceTable
 from coupling.case.plant import StudyTable
 from coupling.case.robots import CouplingTable, DiscrepancyTable, OneOfDrives
+from coupling.files.provenance import Provenance
 from coupling.files.ratings import Ratings
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
@@ -43,6 +44,7 @@ class PlacedRobot:
         drive: "ideal", or "servo": its motors follow the command as their servos do.
         touch_off: Frame that it takes for the world where it was touched off; None: the world.
         discrepancy: Measured deviation of its tool beyond the model; None: nothing.
+        provenance: Sources of the numbers of its file, and how sure they are.
     """
 
     name: str
@@ -55,6 +57,7 @@ class PlacedRobot:
     drive: OneOfDrives = IDEAL
     touch_off: TouchOff | None = None
     discrepancy: Discrepancy | None = None
+    provenance: Provenance = field(default_factory=Provenance)
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a path of its tool in the world as its program has it."""

@@ -205,12 +205,15 @@ def _placed(
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
+        provenance = table.provenance(path.parent, robot)
         drive = drive_of(robot, table.drive)
     at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
     description, curve = mounting.of(robot), table.torque_curve
-    return PlacedRobot(name, description, curve, home, at, mounting, ratings, drive)
+    return PlacedRobot(
+        name, description, curve, home, at, mounting, ratings, drive, provenance=provenance
+    )
 
 
 def _touched_off(

@@ -40,6 +40,8 @@ class PlaceTable(Schema):
             the process knows the tool's sphere, else as it is.
         rotation_deg: Rotation of the tool about its own axis; all around.
         base_roll_deg: First of base_rpy_deg; as it is.
+        elbow_deg: Way of the home posture of a robot of more than six joints along its self-motion, the
+            largest angle of a joint on it; 90 deg to both sides.
         optimise: "stiffness", least displacement of the tool by the process; "backlash", least error of
             the tool by backlashes 20 % off at gears that may reverse; "both", the sum.
         joint_margin_deg: Smallest distance from the joints' limits.
@@ -58,6 +60,7 @@ class PlaceTable(Schema):
     lean_deg: Annotated[Range, _within(89.0)] | None = None
     rotation_deg: Annotated[Range, _within(360.0)] = [-180.0, 180.0]
     base_roll_deg: Annotated[Range, _within(180.0)] | None = None
+    elbow_deg: Annotated[Range, _within(180.0)] | None = None
     optimise: Objective = "both"
     joint_margin_deg: Annotated[float, Field(ge=0.0)] = 5.0
     least_conditioning: Positive = 0.03

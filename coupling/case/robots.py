@@ -10,10 +10,12 @@ import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
 
 from coupling.errors import CaseError, one_of
+from coupling.files.provenance import Provenance, load_provenance
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
+from coupling.fmu_export.robot_text import require_native
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
@@ -24,7 +26,7 @@ from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, support_along
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
-from elastic_robot.errors import ElasticRobotError
+from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.fmi.interface import IDEAL, MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -112,6 +114,10 @@ class _MemberTable(Schema):
         """Return the rated loads of the description; `robot` is the one that was read."""
         return load_ratings(find_robot(self.description, folder), robot)
 
+    def provenance(self, folder: Path, robot: Robot) -> Provenance:
+        """Return where the numbers of the description are from; `robot` is the one that was read."""
+        return load_provenance(find_robot(self.description, folder), robot)
+
     def resolved(self, folder: Path, drive: str) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path, and how its drives move."""
         description = resolved_description(self.description, folder)
@@ -128,6 +134,16 @@ class RobotTable(_MemberTable):
     mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
     fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+
+    def robot(self, folder: Path) -> Robot:
+        """Return the description, as every robot's, no larger than the kind of its FMU holds."""
+        robot = super().robot(folder)
+        try:
+            if self.fmu == DEFAULT_KIND:
+                require_native(robot)
+        except RobotFileError as cause:
+            raise CaseError(f"description: {cause}") from cause
+        return robot
 
     def world_from_base(self) -> Frame:
         """Return the robot's frame: the world's."""

@@ -25,6 +25,7 @@ from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import exceeded
 from coupling.run.models import Models
 from coupling.run.motor_demands import MotorDemand, motor_demands
+from elastic_robot.errors import RobotFileError
 
 # Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
 # of the time.
@@ -126,5 +127,5 @@ def _gear_replays(
     try:
         model = models.of(moving.robot, moving.torque_curve)
         return gear_replays(moving, model, wanted, watch), ""
-    except (BuildError, HostError, SimulationError) as error:
+    except (BuildError, HostError, RobotFileError, SimulationError) as error:
         return (), str(error)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -13,8 +14,10 @@ from tomlkit import TOMLDocument
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
+from coupling.check.new_robot import RobotChoice, new_robot
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.files.foreign_description import is_foreign
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
 from coupling.path.frame import Frame
@@ -22,6 +25,7 @@ from coupling.path.histories import ToolPath
 from coupling.robot.batch.part_placement import PartPlacement, part_placements
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
+from elastic_robot.errors import RobotFileError
 
 CASE = "case.toml"
 # Places that are tried with the whole path.
@@ -96,17 +100,27 @@ class NewCase:
     Attributes:
         texts: Its files by their names.
         about: Description, for people.
+        remarks: Sentences on a robot file that was written for it.
     """
 
     texts: dict[str, str]
     about: str
+    remarks: tuple[str, ...] = ()
 
 
-def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCase:
+def new_case(
+    robot: str,
+    process: str,
+    two_robots: bool,
+    folder: Path,
+    choice: RobotChoice | None = None,
+) -> NewCase:
     """Return a case with a robot and a process; part and home posture suit the robot.
 
     Args:
-        robot: A shipped robot's name, whose file is copied, or a robot file, which is named.
+        robot: A shipped robot's name, whose file is copied, a robot file, which is named, or a robot as
+            others describe it, for which one is written.
+        choice: Links and gears of a robot that others describe; None: all is guessed.
         process: Name in `STARTS`.
         two_robots: A second robot of the same kind supports the sheet from behind.
 
@@ -118,27 +132,54 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
     if process not in STARTS:
         raise CaseError(f"--process: {one_of(STARTS, process)}")
     start = STARTS[process]
-    file = find_robot(robot)
+    choice = choice or RobotChoice()
+    made = new_robot(robot, choice, folder) if is_foreign(robot) else None
     source = example(f"cases/{_example_name(start, process, two_robots)}.toml")
     shown = load_case(source)
     case, texts = document(source, CaseError), dict[str, str]()
-    own = robot in shipped_robots()
-    named = file.name if own else Path(os.path.relpath(file, folder)).as_posix()
-    if own:
-        texts[file.name] = file.read_text(encoding="utf-8")
+    if made is None:
+        file = find_robot(robot)
+        described, named = load_robot(file), Path(os.path.relpath(file, folder)).as_posix()
+        if robot in shipped_robots():
+            named = file.name
+            texts[named] = file.read_text(encoding="utf-8")
+    else:
+        described, named = _loaded(robot, choice), made.file
+        texts |= made.texts
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
-    described = load_robot(file)
     for table in tables:
         case[table]["description"] = named
         if any(joint.drive for joint in described.joints):
             case[table]["drive"] = "servo"
+    title = "by the elastic robot of the paper"
     if described != load_robot(find_robot(_NAME_IN_EXAMPLES)):
-        _seat(case, shown, described, tables)
+        title = f"by the robot {described.name}"
+        try:
+            _seat(case, shown, described, tables)
+        except PlanningError as cause:
+            if made is None:
+                raise
+            # The robot file is of use without a case.
+            return NewCase(made.texts, "the robot file alone", (*made.remarks, f"No case: {cause}"))
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
         case["process"][own_file.key] = own_file.value
     head = f"# Made by elastic-robot init from the example {source.name}, for {robot}.\n#\n"
-    return NewCase({CASE: head + tomlkit.dumps(case), **texts}, start.about)
+    text = head + tomlkit.dumps(case).replace("by the elastic robot of the paper", title)
+    return NewCase({CASE: text, **texts}, start.about, () if made is None else made.remarks)
+
+
+def _loaded(robot: str, choice: RobotChoice) -> Robot:
+    """Return the robot of a file that is still to be written."""
+    with tempfile.TemporaryDirectory() as scratch:
+        made = new_robot(robot, choice, Path(scratch))
+        for name, text in made.texts.items():
+            Path(scratch, name).write_text(text, encoding="utf-8")
+        try:
+            return load_robot(Path(scratch, made.file))
+        except RobotFileError as cause:
+            text = str(cause).replace(f"{scratch}{os.sep}", "")
+            raise RobotFileError(f"{robot}: {text}") from cause
 
 
 # Robot of the examples, for which they are as they stand.
@@ -218,7 +259,7 @@ def _follows(robot: Robot, home: np.ndarray, path: ToolPath) -> bool:
 
 
 def write_case(case: NewCase, folder: Path) -> Path:
-    """Write the files of a case into a folder, which is made; return the case file.
+    """Write the files of a case into a folder, which is made; return the first, the case file.
 
     Raises:
         CaseError: If one of them is there already, or cannot be written.
@@ -229,4 +270,4 @@ def write_case(case: NewCase, folder: Path) -> Path:
     make_folder_of(folder / CASE, CaseError)
     for name, text in case.texts.items():
         write_atomically(folder / name, text, CaseError)
-    return folder / CASE
+    return folder / next(iter(case.texts))

@@ -72,6 +72,16 @@ def export(
             help="Cycle of the controller; the case's, or 4, unless given.",
         ),
     ] = None,
+    shortest_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--shortest-ms",
+            min=0.1,
+            max=10000.0,
+            help="Least time between targets. Unless given: krl and rapid 12, fanuc 8, or less"
+            " where the tolerance takes that.",
+        ),
+    ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace existing programs.")
     ] = False,
@@ -91,7 +101,8 @@ def export(
         raise ProgramError(f"--targets: {to}: {one_of(language.targets, wanted)}")
     chosen = next(known for known in language.targets if known == wanted)
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
-    options = ExportOptions(language, chosen, name, 1e-6 * tolerance, cycle)
+    shortest = None if shortest_ms is None else 1e-3 * shortest_ms
+    options = ExportOptions(language, chosen, name, 1e-6 * tolerance, cycle, shortest)
     read = _reader(source, robot, wrench, command)
     file = command or (None if source.is_dir() else source)
     folder = output or (source if file is None else file.parent / file.stem) / to
@@ -141,6 +152,8 @@ def _reader(
 
 def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:
     who = f"{one.robot} robot: " if several else ""
+    if not options.language.dense:
+        yield from _spacing(one, options)
     yield (
         f"{who}{', '.join(file.name for file in one.files)}: {one.points} points of"
         f" {one.candidates}, {one.bytes} bytes, at least {1e3 * one.shortest:.0f} ms apart"
@@ -155,8 +168,12 @@ def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Itera
         )
     if one.loss > options.tolerance:
         yield (
-            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: see which of cycle,"
-            " targets and tolerance can be changed"
+            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: {one.advice}"
+        )
+    if one.loss_on_joint_lines is not None:
+        yield (
+            f"  loss if the controller does not smooth, drives straight from set point to set point:"
+            f" {1e6 * one.loss_on_joint_lines:.2f} um"
         )
     if one.remark:
         yield f"  Warning: {one.remark}"
@@ -170,3 +187,18 @@ def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Itera
             "  joint angles, flange and base are as defined in the robot file, which has no"
             " [controller]: compare them with the controller's before use"
         )
+
+
+def _spacing(one: ExportedProgram, options: ExportOptions) -> Iterator[str]:
+    """Yield how close the targets are, and whether that is closer than is usual."""
+    usual = options.language.shortest
+    text = (
+        f"{100 * one.share_of_shortest:.0f} % of the targets are {1e3 * one.shortest:.0f} ms apart, the"
+        f" closest, the median {1e3 * one.median:.0f} ms"
+    )
+    if one.shortest < usual - 1e-6:
+        yield (
+            f"Warning: {text}: a controller may not plan them in time: --shortest-ms {1e3 * usual:.0f}"
+        )
+    else:
+        yield f"{text} (--shortest-ms)"

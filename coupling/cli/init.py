@@ -30,7 +30,11 @@ def init(
     ] = None,
     robot: Annotated[
         str,
-        typer.Option(help="A shipped robot, or the path of a robot file.", autocompletion=_robots),
+        typer.Option(
+            help="A shipped robot, a robot file, or a URDF, xacro or MJCF file or a name of"
+            " robot_descriptions, for which a robot file is written.",
+            autocompletion=_robots,
+        ),
     ] = "icme2008",
     process: Annotated[
         str, typer.Option(help="Process, as listed by --list.", autocompletion=_processes)
@@ -38,13 +42,26 @@ def init(
     two_robots: Annotated[
         bool, typer.Option("--two-robots", help="A second robot supports the sheet from behind.")
     ] = False,
+    tip: Annotated[
+        str | None, typer.Option(help="Link behind the last joint of a URDF; guessed unless given.")
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option(help="Link before its first joint; guessed unless given.")
+    ] = None,
+    payload_class: Annotated[
+        str | None,
+        typer.Option(
+            help="Class of its gears: light, small, medium or heavy; guessed by its size unless given."
+        ),
+    ] = None,
     listed: Annotated[
         bool,
         typer.Option("--list", help="List available processes and robots, create nothing."),
     ] = False,
 ) -> None:
     """Create a folder with a case that runs as it is, to be changed into your own."""
-    from coupling.check.new_case import new_case, write_case
+    from coupling.check.new_case import CASE, new_case, write_case
+    from coupling.check.new_robot import RobotChoice
 
     if listed:
         for line in _list():
@@ -52,14 +69,19 @@ def init(
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to create, or --list, got neither")
-    case = new_case(robot, process, two_robots, folder)
+    case = new_case(robot, process, two_robots, folder, RobotChoice(base, tip, payload_class))
     file = write_case(case, folder)
+    has_case = CASE in case.texts
+    command = "check" if has_case else "robots"
     for line in (
         f"{file}: {case.about}",
         *(f"{folder / name}: used by it" for name in case.texts if name != file.name),
-        f"Next: elastic-robot check {shlex.quote(str(file))}",
+        *case.remarks,
+        f"Next: elastic-robot {command} {shlex.quote(str(file))}",
     ):
         console.print(line)
+    if not has_case:
+        raise typer.Exit(1)
 
 
 def _list() -> Iterator[str]:

@@ -34,8 +34,16 @@ def _all() -> Iterator[str]:
 
 
 def _every_number(names: list[str]) -> Iterator[str]:
-    from coupling.files.robot_file import find_robot, parts_in_words, robot_numbers
+    from coupling.files.provenance import load_provenance, urdf_numbers
+    from coupling.files.robot_file import (
+        find_robot,
+        load_robot,
+        parts_in_words,
+        robot_numbers,
+    )
     from coupling.files.sources import UNKNOWN
+    from coupling.run.plausibility import remarks_on_robot
+    from elastic_robot.errors import ElasticRobotError
 
     for name in names:
         file = find_robot(name)
@@ -45,6 +53,16 @@ def _every_number(names: list[str]) -> Iterator[str]:
             yield f"  {number.place} = {_words(number.value)}: {number.source or UNKNOWN}"
         for line in parts_in_words(file):
             yield f"  {line}"
+        try:
+            listed, robot = urdf_numbers(file), load_robot(file)
+            said = (*load_provenance(file, robot).remarks, *remarks_on_robot(robot))
+        except ElasticRobotError as error:  # a URDF that is not installed here, for instance
+            yield f"  Cannot be used: {error}"
+            continue
+        for number in listed:
+            yield f"  {number.place} = {_words(number.value)}: {number.source}"
+        for text in said:
+            yield f"  Remark: {text}"
 
 
 def _words(value: object) -> str:

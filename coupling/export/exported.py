@@ -15,6 +15,8 @@ from coupling.results.run_result import DriveMotion
 
 # Largest loss by the export at the tool of the moving robot [m].
 TOLERANCE = 5e-6
+# Times this close are one [s].
+_ONE_TIME = 1e-6
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class ExportOptions:
         name: Name of the program; None for that of the run folder or table.
         tolerance: Largest loss at the tool [m].
         cycle: Period of the controller's set points [s]; None for the command's.
+        shortest: Least time between targets [s]; None for the language's, or less where the tolerance
+            takes that.
     """
 
     language: Language
@@ -34,6 +38,7 @@ class ExportOptions:
     name: str | None = None
     tolerance: float = TOLERANCE
     cycle: float | None = None
+    shortest: float | None = None
 
     def __post_init__(self) -> None:
         if self.targets not in self.language.targets:
@@ -43,6 +48,20 @@ class ExportOptions:
             raise ProgramError(
                 f"--tolerance: expected a number > 0 [um], got {self.tolerance * 1e6:g}"
             )
+        if self.language.dense and self.shortest is not None:
+            raise ProgramError(
+                f"--shortest-ms: {self.language.name}: expected none, as it has a row on every cycle:"
+                " give --cycle-ms"
+            )
+        if self.shortest is not None and not (np.isfinite(self.shortest) and self.shortest > 0.0):
+            raise ProgramError(
+                f"--shortest-ms: expected a number > 0 [ms], got {self.shortest * 1e3:g}"
+            )
+
+    @property
+    def spacing(self) -> float:
+        """Least time between targets that is tried first [s]."""
+        return self.language.shortest if self.shortest is None else self.shortest
 
 
 @dataclass(frozen=True)
@@ -57,12 +76,15 @@ class ExportedProgram:
         candidates: Number of points that a program with one on every cycle has.
         loss: Largest distance between the tool of the moving robot under the files and under the
             command [m].
+        loss_on_joint_lines: The same if the drives go straight from set point to set point; None where
+            the controller's motion is a spline through the targets.
         command, read_back: Deviation from the desired path under the command, and under the files; None
             where a command came without a desired path.
         drives: Demands on the drives.
         nearest: Posture of the robot that is nearest to a singular one.
         counted: Whether the robot file says how the controller counts.
         remark: Remark on the command, or empty.
+        advice: Option that would keep the tolerance, where it is not kept, or empty.
     """
 
     robot: str
@@ -77,6 +99,8 @@ class ExportedProgram:
     nearest: NearestSingularity
     counted: bool
     remark: str = ""
+    loss_on_joint_lines: float | None = None
+    advice: str = ""
 
     @property
     def points(self) -> int:
@@ -91,4 +115,18 @@ class ExportedProgram:
     @property
     def shortest(self) -> float:
         """Shortest time between two targets [s]."""
-        return min(move.duration or np.inf for move in self.program.timed[1:])
+        return float(self._times.min())
+
+    @property
+    def median(self) -> float:
+        """Median time between two targets [s]."""
+        return float(np.median(self._times))
+
+    @property
+    def share_of_shortest(self) -> float:
+        """Share of the times between two targets that are the shortest."""
+        return float(np.mean(self._times < self.shortest + _ONE_TIME))
+
+    @property
+    def _times(self) -> np.ndarray:
+        return np.array([move.duration for move in self.program.timed[1:]], dtype=float)

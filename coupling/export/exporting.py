@@ -15,6 +15,7 @@ from coupling.export.commands import RobotCommand, commands_of_run
 from coupling.export.curves import SampledCurve
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.job import ExportJob
+from coupling.export.sampled import SampledCommand
 from coupling.export.spline_points import spline_points
 from coupling.inverse.inversion import DesiredMotion
 from coupling.inverse.joint_limits import JointLimits
@@ -28,6 +29,8 @@ _TRIES = 14
 _BEFORE, _GROWTH = 0.3, 1.5
 # What the inverse aims at, as parts of the tolerance, one after the other.
 _AIMS = (0.5, 0.1)
+# Largest distance of targets that is tried where another one loses too much, in cycles; rounding of it.
+_MOST_CYCLES, _ROUNDING = 3, 1e-6
 # Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
 _FEWEST = 8
 
@@ -93,6 +96,58 @@ def _name(own: RobotCommand, options: ExportOptions, several: bool) -> str:
 
 
 def few_points(job: ExportJob) -> ExportedProgram:
+    """Return the program of few points, with what it loses on joint lines and what would lose less.
+
+    Where no least time between targets is asked for it is that of the language, or less if that is what
+    the tolerance takes.
+    """
+    options, sampled = job.options, job.sampled(job.command.joints)
+    if options.targets == "cartesian":
+        job.require_regular_poses(sampled)
+    usual = _cycles(options.spacing, job.cycle)
+    tried = list[ExportedProgram]()
+    for cycles in range(usual, 0, -1) if options.shortest is None else (usual,):
+        tried.append(_fewest_points(job, sampled, cycles))
+        if tried[-1].loss <= options.tolerance:
+            break
+    exported = min(tried, key=lambda program: program.loss)
+    if options.language.between == "straight":
+        exported = job.on_joint_lines(exported, sampled)
+    if exported.loss <= options.tolerance:
+        return exported
+    return replace(exported, advice=_advice(job, sampled, exported))
+
+
+def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) -> str:
+    """Return the option that keeps the tolerance, found by trying other distances of targets."""
+    asked = job.options.shortest
+    for cycles in () if asked is None else range(_MOST_CYCLES, 0, -1):
+        if cycles == _cycles(job.options.spacing, job.cycle):
+            continue
+        tried = _fewest_points(job, sampled, cycles)
+        if tried.loss <= job.options.tolerance:
+            option = f"--shortest-ms {1e3 * cycles * job.cycle:g}"
+            return f"{option} keeps it, with {1e6 * tried.loss:.2f} um"
+    return f"--tolerance {np.ceil(1e6 * exported.loss):g} accepts it"
+
+
+def _cycles(spacing: float, cycle: float) -> int:
+    """Return the fewest whole cycles that are no shorter than a time [s]."""
+    return max(int(np.ceil(spacing / cycle - _ROUNDING)), 1)
+
+
+def _spaced(points: np.ndarray, cycles: int) -> np.ndarray:
+    """Return every so many-th point, the first and the last among them, none closer than that.
+
+    Example:
+        >>> _spaced(np.arange(8), 3)
+        array([0, 3, 7])
+    """
+    chosen = points[: max(len(points) - cycles, 1) : cycles]
+    return np.append(chosen, points[-1:])
+
+
+def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> ExportedProgram:
     """Return the first program that loses no more than is allowed, or the one that loses least.
 
     The points keep to the command within the tolerance.  Where the files, read back and simulated, then
@@ -100,18 +155,16 @@ def few_points(job: ExportJob) -> ExportedProgram:
     halved there, until they do not.
     """
     options, found = job.options, list[ExportedProgram]()
-    sampled = job.sampled(job.command.joints)
-    if options.targets == "cartesian":
-        job.require_regular_poses(sampled)
+    candidates = _spaced(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)
     for number in range(_TRIES):
         job.watch(Progress("choosing points, reading them back", number, _TRIES))
-        rows = choose(curve, sampled.time, sampled.points, tolerance)
+        rows = choose(curve, sampled.time, candidates, tolerance)
         judged = job.judged(sampled, rows, float(tolerance.min()))
         found.append(judged.exported)
-        if found[-1].loss <= options.tolerance or len(rows) == len(sampled.points):
+        if found[-1].loss <= options.tolerance or len(rows) == len(candidates):
             break
         tolerance = _halved(tolerance, sampled.time, judged.lost, _BEFORE * _GROWTH**number)
     return min(found, key=lambda one: one.loss)
@@ -210,7 +263,12 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
             why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
         best = min(best, _judged(job, rows), key=lambda one: one.loss)
-    return best
+    if best.loss <= tolerance:
+        return best
+    accepted = (
+        f"--tolerance {np.ceil(1e6 * best.loss):g} accepts it, a shorter --cycle-ms loses less"
+    )
+    return replace(best, advice=accepted)
 
 
 def _judged(job: ExportJob, command: JointPath) -> ExportedProgram:

@@ -85,6 +85,41 @@ def drive_motion(
     return planner.plan(in_base) if found is None else found
 
 
+def joint_lines(motion: JointPath) -> JointPath:
+    """Return a motion whose drives go straight from set point to set point.
+
+    This is a controller that does not smooth.  Around each set point a short quintic joins the rates on
+    both sides.
+
+    Args:
+        motion: Set points of one robot: its rows.
+
+    Example:
+        >>> rows = JointPath(np.array([0.0, 0.1, 0.2]), (np.array([[0.0], [1.0], [1.0]]),))
+        >>> joint_lines(rows).trajectory.at(np.array([0.05, 0.15]))[0].ravel().round(12)
+        array([0.5, 1. ])
+    """
+    time, (q,) = motion.time, motion.q
+    steps = np.diff(time)
+    rates = np.diff(q, axis=0) / steps[:, None]
+    joins = _JOIN * np.minimum(steps, steps.min())
+    after, before = time[:-1] + joins, time[1:] - joins
+    rows = np.column_stack([after, before]).ravel()
+    values = np.stack([q[:-1] + joins[:, None] * rates, q[1:] - joins[:, None] * rates], axis=1)
+    speeds = np.repeat(rates, 2, axis=0)
+    still = np.zeros((1, q.shape[1]))
+    return JointPath(
+        np.concatenate([time[:1], rows, time[-1:]]),
+        (np.concatenate([q[:1], values.reshape(-1, q.shape[1]), q[-1:]]),),
+        (np.concatenate([still, speeds, still]),),
+        (np.zeros((len(rows) + 2, q.shape[1])),),
+    )
+
+
+# Part of a cycle within which straight ways are joined.
+_JOIN = 0.05
+
+
 def _found_near(
     planner: InverseKinematics,
     robot: Robot,

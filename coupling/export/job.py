@@ -13,13 +13,14 @@ from coupling.events import Watch
 from coupling.export.checks import require_limits
 from coupling.export.commands import RobotCommand
 from coupling.export.exported import ExportedProgram, ExportOptions
-from coupling.export.interpolated import drive_motion
+from coupling.export.interpolated import drive_motion, joint_lines
 from coupling.export.postures import nearest_singular
 from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.programs.program import ProgramFile
 from coupling.results.export_result import NearestSingularity
 from coupling.robot.cell import Member
 
@@ -101,16 +102,7 @@ class ExportJob:
             options.name, rows, options.targets, language.between == "spline", language.posture
         )
         files = language.write(program)
-        motion = self._covering(
-            drive_motion(
-                language.read(files),
-                own.placed.description,
-                own.axes,
-                self.cycle,
-                own.joints.time[0],
-                sampled.q[sampled.points],
-            )
-        )
+        motion = self._read_back(files, sampled)
         # Corners between straight ways are rounded by the controller, which keeps its own limits.
         free = replace(self.limits, acceleration=np.full_like(self.limits.acceleration, np.inf))
         require_limits(motion, free, own.who)
@@ -131,6 +123,30 @@ class ExportJob:
             remark=own.remark,
         )
         return CheckedProgram(exported, path.time[loss > options.tolerance])
+
+    def on_joint_lines(self, exported: ExportedProgram, sampled: SampledCommand) -> ExportedProgram:
+        """Return a program with what it loses if the drives go straight from set point to set point.
+
+        Args:
+            exported: The program.
+            sampled: Motion of the drives that it was made of.
+        """
+        path = self.simulated(joint_lines(self._read_back(exported.files, sampled)))
+        return replace(exported, loss_on_joint_lines=float(path.distance_to(self.reference).max()))
+
+    def _read_back(self, files: tuple[ProgramFile, ...], sampled: SampledCommand) -> JointPath:
+        """Return the motion of the drives under the text of a program."""
+        own = self.command
+        return self._covering(
+            drive_motion(
+                self.options.language.read(files),
+                own.placed.description,
+                own.axes,
+                self.cycle,
+                own.joints.time[0],
+                sampled.q[sampled.points],
+            )
+        )
 
     def require_regular_poses(self, sampled: SampledCommand) -> None:
         """Refuse a motion whose poses do not tell its joint angles.

@@ -82,8 +82,8 @@ _FORMATS = (
     ),
     _format(
         "an APT/CLDATA file",
-        None,
-        "post-process it to G-code",
+        "apt",
+        'give it as kind = "apt"',
         r"^[ \t]*(?:\d+\s+)?(?:\$\$|PARTNO\b|END-OF-PATH|(?:TOOL PATH|TLDATA|GOTO|FROM|LOADTL|LOAD"
         r"|FEDRAT|SPINDL|MULTAX|CUTTER|PPRINT|MSYS)\s*/)",
     ),

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from coupling.files.provenance import urdf_efforts
 from coupling.files.robot_file import validated
 from coupling.files.robot_schema import GearTorque, UrdfRobotFile
+from coupling.files.urdf_tree import plain_name
 from elastic_robot.description import Robot
 
 
@@ -18,10 +20,12 @@ class Ratings:
     Attributes:
         payload: Rated load at the flange as a force [N]; None where the file does not know.
         gears: Rated torques of the gears, by the number of the joint, from 1; those that are known.
+        efforts: Highest torques of the joints after their URDF [N m], likewise; those of other gears.
     """
 
     payload: float | None = None
     gears: Mapping[int, GearTorque] = field(default_factory=dict)
+    efforts: Mapping[int, float] = field(default_factory=dict)
 
 
 def load_ratings(path: Path, robot: Robot) -> Ratings:
@@ -35,10 +39,16 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
     _, file = validated(path)
+    efforts: dict[int, float] = {}
     if isinstance(file, UrdfRobotFile):  # its tables name joints in any order
         in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
-        rated = [(in_order[joint.name], joint.gear_torque_Nm) for joint in file.joint]
+        rated = [(in_order[plain_name(own.name)], own.gear_torque_Nm) for own in file.joint]
+        efforts = urdf_efforts(path, file)
     else:
         rated = [(k, joint.gear_torque_Nm) for k, joint in enumerate(file.joint, start=1)]
     gears = {number: torque for number, torque in rated if torque is not None}
-    return Ratings(file.payload_N, gears)
+    return Ratings(
+        file.payload_N,
+        gears,
+        {number: effort for number, effort in efforts.items() if number not in gears},
+    )

@@ -73,6 +73,9 @@ class RobotEdit:
         if key in ("stiffness", "backlash") and not tilt:
             self._write_elements(joint)
         table[key] = value
+        if key == "stiffness" and not tilt:
+            table.pop("stiffness_range", None)  # it is the robot's from now on, not that of a class
+            self._drop_lost_sources()
         if source:
             self._set_source(f"{place}.{key}", source)
 
@@ -217,6 +220,10 @@ class RobotEdit:
         if own.gear.lost_motion_arcmin is not None:
             table["backlash"] = backlash
             self._set_source(f"joint[{at}].backlash", source)
+        self._drop_lost_sources()
+
+    def _drop_lost_sources(self) -> None:
+        """Remove what [sources] says of numbers that are not there any more."""
         for key in lost_places(self._content.unwrap()):
             del self._content[SOURCES][key]
 

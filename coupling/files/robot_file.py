@@ -6,6 +6,7 @@ way: stiffness, damping, backlash and tilts.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -28,6 +29,8 @@ from coupling.files.robot_schema import (
 from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
+from coupling.files.urdf_bodies import body_of
+from coupling.files.urdf_tree import plain_name
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Table, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
@@ -137,7 +140,7 @@ def load_robot(path: str | Path) -> Robot:
     try:
         robot = _with_urdf(path, data) if "urdf" in data else _complete(path, data)
         require_places(data)
-        build_chain(robot)  # finds elastic coordinates that move no inertia
+        _require_inertia(robot, "urdf" in data)
     except RobotFileError:
         raise
     except (ValueError, ElasticRobotError) as cause:
@@ -145,12 +148,31 @@ def load_robot(path: str | Path) -> Robot:
     return robot
 
 
+def _require_inertia(robot: Robot, has_urdf: bool) -> None:
+    """Refuse elastic coordinates that move no inertia.
+
+    Raises:
+        ElasticRobotError: With what a URDF lacks.
+    """
+    try:
+        build_chain(robot)
+    except ElasticRobotError as cause:
+        bare = [repr(joint.name) for joint in robot.joints if joint.body.mass == 0.0]
+        if not (has_urdf and bare):
+            raise
+        raise ElasticRobotError(
+            f"{cause}; there is no mass behind {', '.join(bare)} in the URDF: write mass, com and"
+            " inertia, in the joint's frame, into [[joint]] of the robot file (elastic-robot init"
+            " --robot FILE.urdf writes estimates)"
+        ) from cause
+
+
 def axes_of_file(path: Path) -> list[np.ndarray]:
     """Return the rotation base_from_file of the tilts' axes of each joint, (3, 3) each."""
     _, file = validated(path)
     if isinstance(file, RobotFile):
         return [np.eye(3)] * len(file.joint)
-    chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
+    _, chain = urdf_of(path, file)
     return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
 
 
@@ -178,19 +200,17 @@ def _complete(path: Path, data: dict[str, Any]) -> Robot:
 def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot of a URDF with the elasticities of a file."""
     file = validate(data, UrdfRobotFile, RobotFileError, str(path))
-    try:
-        chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
-    except RobotFileError as cause:
-        raise RobotFileError(f"{path}: {cause}") from cause
+    _, chain = urdf_of(path, file)
     keys = _by_name(file.joint, chain, path)
     joints, before = [], np.eye(3)
-    for rigid, base_from_joint in zip(chain.joints, chain.base_from_joint, strict=True):
-        heavy = replace(rigid, body=rigid.body.scaled(file.urdf.mass_scale))
-        where = f"{path}: joint {rigid.name!r}"
-        rotation = base_from_joint.rotation
+    for (rigid, _), base_from_joint in zip(
+        rigid_joints(path, file, chain), chain.base_from_joint, strict=True
+    ):
+        rotation, joint = base_from_joint.rotation, rigid
         if rigid.name in keys:
-            heavy = _elastic(heavy, keys[rigid.name], rotation, before, where)
-        joints.append(heavy)
+            where = f"{path}: joint {rigid.name!r}"
+            joint = _elastic(rigid, keys[rigid.name], rotation, before, where)
+        joints.append(joint)
         before = rotation
     # The last body's frame has its origin on the last axis and is parallel to the base.
     last_from_base = pin.SE3(np.eye(3), -chain.base_from_joint[-1].translation)
@@ -207,18 +227,57 @@ def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
     )
 
 
+def urdf_of(path: Path, file: UrdfRobotFile) -> tuple[Path, UrdfChain]:
+    """Return the URDF of a robot file, and its chain of joints.
+
+    Raises:
+        RobotFileError: If it cannot be read.
+    """
+    try:
+        urdf = find_urdf(file.urdf.file, path.parent)
+        return urdf, read_urdf(urdf, file.urdf.base, file.tcp.link)
+    except RobotFileError as cause:
+        raise RobotFileError(f"{path}: {cause}") from cause
+
+
+def rigid_joints(path: Path, file: UrdfRobotFile, chain: UrdfChain) -> Iterator[tuple[Joint, str]]:
+    """Yield the rigid joints of a robot file's URDF with their bodies, and a remark on each, or "".
+
+    Raises:
+        RobotFileError: If no body has the numbers of one.
+    """
+    keys = _by_name(file.joint, chain, path)
+    parts = zip(chain.joints, chain.carried, chain.base_from_joint, strict=True)
+    for number, (joint, carried, base_from_joint) in enumerate(parts):
+        table = keys.get(joint.name)
+        # The first body turns about its joint's axis only, unless this tilts.
+        alone = number == 0 and not (table and table.tilt)
+        try:
+            body, remark = body_of(
+                carried,
+                file.urdf.mass_scale,
+                table,
+                base_from_joint.rotation,
+                np.array(joint.axis) if alone else None,
+            )
+        except ValueError as cause:
+            raise RobotFileError(f"{path}: joint {joint.name!r}: {cause}") from cause
+        yield replace(joint, body=body), remark
+
+
 def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, UrdfJoint]:
     """Return the tables of the joints by their names in the URDF."""
     known = [joint.name for joint in chain.joints]
     keys: dict[str, UrdfJoint] = {}
     for joint in joints:
-        if joint.name not in known:
+        name = plain_name(joint.name)
+        if name not in known:
             raise RobotFileError(
                 f"{path}: joint: {one_of(known, joint.name, ' (the joints between base and TCP)')}"
             )
-        if joint.name in keys:
+        if name in keys:
             raise RobotFileError(f"{path}: joint {joint.name!r}: expected one table, got two")
-        keys[joint.name] = joint
+        keys[name] = joint
     return keys
 
 

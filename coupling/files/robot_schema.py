@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -16,12 +17,15 @@ from elastic_robot.gear_parts import Drive, KinematicError, StopElement
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
+Moments = Annotated[list[float], Field(min_length=3, max_length=6)]
+
+
 class BodyTable(Schema):
     """Mass properties of a body."""
 
     mass: float
     com: Vector3
-    inertia: Annotated[list[float], Field(min_length=3, max_length=6)]
+    inertia: Moments
 
     def body(self) -> Body:
         """Return the body."""
@@ -57,6 +61,7 @@ class JointElasticity(Schema):
     """Elasticity of a joint, and the limits of its drive and its gear."""
 
     stiffness: float | None = None
+    stiffness_range: Pair | None = None
     damping: float = 0.0
     backlash: float = 0.0
     tilt: list[TiltTable] = []
@@ -68,6 +73,17 @@ class JointElasticity(Schema):
     gear: GearTable = GearTable()
     drive: DriveTable | None = None
     balancer: BalancerTable | None = None
+
+    @model_validator(mode="after")
+    def _range_holds_stiffness(self) -> JointElasticity:
+        if self.stiffness_range is not None:
+            low, high = self.stiffness_range
+            if self.stiffness is None or not 0.0 < low <= self.stiffness <= high < inf:
+                raise ValueError(
+                    "stiffness_range: expected [low, high], 0 < low <= stiffness <= high [N m/rad], got"
+                    f" {self.stiffness_range} beside stiffness = {self.stiffness}"
+                )
+        return self
 
     @model_validator(mode="after")
     def _gear_is_elastic(self) -> JointElasticity:
@@ -188,9 +204,17 @@ class Urdf(Schema):
 
 
 class UrdfJoint(JointElasticity):
-    """[[joint]] beside a URDF, by its name there."""
+    """[[joint]] beside a URDF, by its name there; mass, com and inertia replace the URDF's."""
 
     name: str
+    mass: float | None = None
+    com: Vector3 | None = None
+    inertia: Moments | None = None
+
+    @property
+    def has_part_of_body(self) -> bool:
+        """Whether it replaces anything of the URDF's body."""
+        return not (self.mass is None and self.com is None and self.inertia is None)
 
 
 class UrdfTcp(Schema):

@@ -10,16 +10,14 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
-from coupling.errors import one_of
+from coupling.files.urdf_tree import ROTATIONS, TreeJoint, UrdfTree, read_tree
 from elastic_robot.description import Body, Joint
 from elastic_robot.errors import RobotFileError
 
@@ -78,28 +76,40 @@ def _package_folders(name: str) -> Iterator[Path]:
         yield Path(entry, "cmeel.prefix", "share", name)
 
 
+_NO_BODY = Body(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
 @dataclass(frozen=True)
 class UrdfChain:
     """The joints between two links of a URDF, rigid, in body frames parallel to the base.
 
     Attributes:
-        joints: Base to tip, with the URDF's names, limits and maximum rates.
+        joints: Base to tip, with the URDF's names, limits and maximum rates, without bodies.
+        carried: Mass, centre and inertia about it of what each carries up to the next one, in its body
+            frame, as the URDF has them.
         base_from_joint: Placement of each joint's URDF frame at zero angles; it turns a direction
             given in that frame into base axes.
         base_from_tip: Placement of the tip link at zero angles.
+        efforts: Highest torque of each joint as it is written; 0 where there is none [N m].
+        masses: Masses of the links that move, by name [kg].
+        unlimited: Names of the revolute joints without a range.
     """
 
     joints: tuple[Joint, ...]
+    carried: tuple[pin.Inertia, ...]
     base_from_joint: tuple[pin.SE3, ...]
     base_from_tip: pin.SE3
+    efforts: tuple[float, ...]
+    masses: dict[str, float]
+    unlimited: tuple[str, ...]
 
 
 def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
     """Read the chain of revolute joints from one link of a URDF to another.
 
-    Pinocchio merges what fixed joints hold together.  Joints that branch off the chain (a gripper's
-    fingers) are locked at zero and their bodies added to the link that carries them; what lies
-    before the base is left out, because it does not move.
+    Fixed joints are merged.  Joints that branch off the chain (a gripper's fingers) are locked at zero
+    and their bodies added to the link that carries them; what lies before the base, or is fixed to it,
+    is left out, because it does not move.
 
     Args:
         file: The URDF.
@@ -107,139 +117,101 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
         tip: Link behind the last joint.
 
     Raises:
-        RobotFileError: If the file is no URDF, a link is not in it, or a joint between the two is
-            neither revolute nor continuous, mimics another one or carries a body that cannot exist.
+        RobotFileError: If the file is no URDF, a link is not in it, a joint between the two is neither
+            revolute nor continuous or mimics another one, or a number of a body that moves is missing.
     """
     if file.suffix == ".xacro":
-        raise RobotFileError(f"{file}: expected the URDF that xacro makes of it, got a xacro file")
-    types = _joint_types(file)
-    model = _parse(file)
-    data = model.createData()
-    # Columns: velocity of a joint's frame for a unit rate, root axes.
-    jacobian = pin.computeJointJacobians(model, data, pin.neutral(model)).reshape(6, -1)
-    pin.updateFramePlacements(model, data)
-    tip_frame = _link(file, model, tip)
-    base_frame = _link(file, model, base) if base is not None else _root_link(model)
-    chain = _chain(file, model, types, base_frame, tip_frame)
-    base_from_root = data.oMf[base_frame].inverse()
-    base_from_joint = tuple(base_from_root * data.oMi[index] for index in chain)
+        raise RobotFileError(
+            f"{file}: expected the URDF that xacro makes of it, got a xacro file: elastic-robot init"
+            f" --robot {file.name} converts it"
+        )
+    tree = read_tree(file)
+    try:
+        tip = tree.link(tip)
+        base = tree.root if base is None else tree.link(base)
+        way = tree.way(base, tip)
+        driven = _driven(way, base, tip)
+        return _chain(tree, way, driven)
+    except ValueError as cause:
+        raise RobotFileError(f"{file}: {cause}") from cause
+
+
+def _driven(way: Sequence[TreeJoint], base: str, tip: str) -> list[TreeJoint]:
+    """Return the joints of a way that turn; the others of it are fixed."""
+    moving = [joint for joint in way if joint.kind != "fixed"]
+    turning = [joint for joint in moving if joint.is_rotation]
+    if not moving:
+        raise ValueError(f"expected at least one joint between {base!r} and {tip!r}, got none")
+    for number, joint in enumerate(moving):
+        if joint.is_rotation:
+            continue
+        got = f"a mimic joint of {joint.mimics!r}" if joint.mimics else joint.kind
+        remedy = f"set [urdf] base = {joint.child!r}, where it carries the robot"
+        if any(before.is_rotation for before in moving[:number]):
+            remedy = (
+                f"set [tcp] link = {joint.parent!r}, the link before it, and give the tool's place from"
+                " there as its position; what is behind is carried at zero"
+            )
+        raise ValueError(
+            f"joint {joint.name!r}, between {base!r} and {tip!r}: expected"
+            f" {' or '.join(ROTATIONS)}, got {got}: {remedy}"
+        )
+    return turning
+
+
+def _chain(tree: UrdfTree, way: Sequence[TreeJoint], driven: Sequence[TreeJoint]) -> UrdfChain:
+    """Return the chain of a way's joints."""
+    base_from_link, placements = pin.SE3.Identity(), dict[str, pin.SE3]()
+    for joint in way:
+        base_from_link = base_from_link * joint.parent_from_joint
+        placements[joint.name] = base_from_link
     joints: list[Joint] = []
-    center = np.zeros(3)
-    for index, placement, carried in zip(
-        chain, base_from_joint, _carried(model, data, chain), strict=True
-    ):
-        joint, name = model.joints[index], model.names[index]
-        body_from_root = pin.SE3(np.eye(3), -placement.translation) * base_from_root
-        inertia = body_from_root.act(carried)
+    carried, masses = [], dict[str, float]()
+    centre = np.zeros(3)
+    on_way = {joint.name for joint in driven}
+    for joint in driven:
+        placement = placements[joint.name]
+        inertia = pin.Inertia.Zero()
+        for link, joint_from_link in _links_on(tree, joint, on_way):
+            body = tree.inertia(link)
+            if body.mass > 0.0:
+                masses[link] = body.mass
+            inertia += joint_from_link.act(body)
+        turned = pin.SE3(placement.rotation, np.zeros(3)).act(inertia)
         try:
-            described = Joint(
-                origin=tuple((placement.translation - center).tolist()),
-                axis=tuple((base_from_root.rotation @ jacobian[3:, joint.idx_v]).tolist()),
-                body=Body.from_matrix(inertia.mass, inertia.lever, inertia.inertia),
-                limits=_limits(model, joint),
-                max_rate=_max_rate(model, joint),
-                name=name,
+            joints.append(
+                Joint(
+                    origin=tuple((placement.translation - centre).tolist()),
+                    axis=tuple((placement.rotation @ joint.axis).tolist()),
+                    body=_NO_BODY,
+                    limits=joint.limits,
+                    max_rate=joint.max_rate,
+                    name=joint.name,
+                )
             )
         except ValueError as cause:
-            raise RobotFileError(f"{file}: joint {name!r}: {cause}") from cause
-        joints.append(described)
-        center = placement.translation
-    return UrdfChain(tuple(joints), base_from_joint, base_from_root * data.oMf[tip_frame])
-
-
-def _chain(
-    file: Path, model: pin.Model, types: dict[str, str], base_frame: int, tip_frame: int
-) -> list[int]:
-    """Return the numbers of the joints between two links, all of them driven rotations."""
-    base, tip = model.frames[base_frame], model.frames[tip_frame]
-    way = list(model.supports[tip.parentJoint])
-    if base.parentJoint not in way:
-        raise RobotFileError(
-            f"{file}: expected a base between the root and {tip.name!r}, got {base.name!r}: name a"
-            " link from which the tip moves"
-        )
-    chain = way[way.index(base.parentJoint) + 1 :]
-    if not chain:
-        raise RobotFileError(
-            f"{file}: expected at least one joint between {base.name!r} and {tip.name!r}, got none"
-        )
-    for name in (model.names[index] for index in chain):
-        if types[name] not in ("revolute", "continuous"):
-            raise RobotFileError(
-                f"{file}: joint {name!r}, between {base.name!r} and {tip.name!r}: expected revolute"
-                f" or continuous, got {types[name]}"
-            )
-    return chain
-
-
-def _carried(model: pin.Model, data: pin.Data, chain: list[int]) -> list[pin.Inertia]:
-    """Return the inertia on each joint of the chain up to the next one, at zero angles, root axes."""
-    bodies = {index: pin.Inertia.Zero() for index in chain}
-    for index in range(1, model.njoints):
-        carriers = [joint for joint in model.supports[index] if joint in bodies]
-        if carriers:
-            bodies[carriers[-1]] += data.oMi[index].act(model.inertias[index])
-    return list(bodies.values())
-
-
-def _limits(model: pin.Model, joint: pin.JointModel) -> tuple[float, float] | None:
-    """Return the drive's range; None for a continuous joint, and for a range that is not stated."""
-    if joint.nq != 1:  # Pinocchio keeps the cosine and sine of a continuous joint
-        return None
-    low, high = (
-        float(limit[joint.idx_q]) for limit in (model.lowerPositionLimit, model.upperPositionLimit)
+            raise ValueError(f"joint {joint.name!r}: {cause}") from cause
+        carried.append(turned)
+        centre = placement.translation
+    return UrdfChain(
+        tuple(joints),
+        tuple(carried),
+        tuple(placements[joint.name] for joint in driven),
+        base_from_link,
+        tuple(joint.effort for joint in driven),
+        masses,
+        tuple(own.name for own in driven if own.kind == "revolute" and own.limits is None),
     )
-    return None if low == high == 0.0 else (low, high)
 
 
-def _max_rate(model: pin.Model, joint: pin.JointModel) -> float | None:
-    rate = float(model.velocityLimit[joint.idx_v])
-    return rate if 0.0 < rate < np.inf else None
-
-
-def _link(file: Path, model: pin.Model, name: str) -> int:
-    """Return the number of a link's frame."""
-    if not model.existFrame(name, pin.FrameType.BODY):
-        links = [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY]
-        raise RobotFileError(f"{file}: {one_of(links, name, kind='link ')}")
-    return int(model.getFrameId(name, pin.FrameType.BODY))
-
-
-def _root_link(model: pin.Model) -> int:
-    return next(i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY)
-
-
-def _joint_types(file: Path) -> dict[str, str]:
-    """Return the type of each joint by its name; "a mimic joint" for one that follows another."""
-    try:
-        root = ElementTree.parse(file).getroot()
-    except (OSError, ElementTree.ParseError) as cause:
-        raise RobotFileError(f"{file}: is not a URDF: {cause}") from cause
-    return {
-        joint.get("name", ""): (
-            joint.get("type", "") if joint.find("mimic") is None else "a mimic joint"
-        )
-        for joint in root.findall("joint")
-    }
-
-
-def _parse(file: Path) -> pin.Model:
-    """Return Pinocchio's model of a URDF."""
-    with tempfile.TemporaryFile("w+", errors="replace") as said:
-        # The parser is native code: it gives its reasons on the process's standard error only.
-        sys.stderr.flush()
-        standard_error = os.dup(2)
-        os.dup2(said.fileno(), 2)
-        try:
-            model = pin.buildModelFromUrdf(str(file))
-        except ValueError:
-            model = None
-        finally:
-            os.dup2(standard_error, 2)
-            os.close(standard_error)
-        said.seek(0)
-        reasons = [line.partition(":")[2].strip() for line in said if line.startswith("Error:")]
-    # An inertia that cannot be read is left out of the model, without an exception.
-    if model is None or any("inertial" in reason.lower() for reason in reasons):
-        raise RobotFileError(f"{file}: is not a URDF: {'; '.join(reasons)}")
-    return model
+def _links_on(tree: UrdfTree, joint: TreeJoint, on_way: set[str]) -> Iterator[tuple[str, pin.SE3]]:
+    """Yield each link that a joint carries up to the way's next, and its frame in the joint's."""
+    waiting = [(joint.child, pin.SE3.Identity())]
+    while waiting:
+        link, placement = waiting.pop()
+        yield link, placement
+        waiting += [
+            (behind.child, placement * behind.parent_from_joint)
+            for behind in tree.child_joints[link]
+            if behind.name not in on_way
+        ]

@@ -23,6 +23,20 @@ MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
 
 
+def require_native(robot: Robot) -> None:
+    """Refuse a robot with more joints than a native FMU holds.
+
+    Raises:
+        RobotFileError: If it has.
+    """
+    if len(robot.joints) > MOST_JOINTS:
+        raise RobotFileError(
+            f"{robot.name}: expected at most {MOST_JOINTS} joints for a native FMU, got"
+            f" {len(robot.joints)}: leave out joints that stand still, or build the FMU in Python"
+            ' (fmu = "python" in [robot], build --kind python)'
+        )
+
+
 def robot_text(robot: Robot, guid: str) -> str:
     r"""Return the robot as lines of a key and numbers with all their digits.
 
@@ -48,10 +62,7 @@ def robot_text(robot: Robot, guid: str) -> str:
         body 10.0 0.5 0.0 0.0 0.1 1.0 1.0 0.0 0.0 0.0
         end
     """
-    if len(robot.joints) > MOST_JOINTS:
-        raise RobotFileError(
-            f"expected at most {MOST_JOINTS} joints for a native FMU, got {len(robot.joints)}"
-        )
+    require_native(robot)
     rotation = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
     lines = [
         f"elastic-robot {VERSION}",

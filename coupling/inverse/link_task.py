@@ -31,6 +31,8 @@ class Weights:
         position: Weight of a position error [1/m].
         rotation: Weight of a rotation error [1/rad]: 0.1 mrad counts as a micrometre.
         acceleration: Weight of the links' angular acceleration less the rigid robot's [s^2/rad].
+        tether: Weight of the links' angles less the rigid robot's, where a robot of more than six joints
+            may move with its tool in place [1/rad]: they come back to them within a fifth of a second.
         balance: Weight of a torque missing in a tilt, over that of its displacement of the tool against
             the tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
     """
@@ -38,10 +40,11 @@ class Weights:
     position: float
     rotation: float
     acceleration: float
+    tether: float
     balance: float
 
 
-WEIGHTS = Weights(position=1e6, rotation=1e4, acceleration=0.2, balance=30.0)
+WEIGHTS = Weights(position=1e6, rotation=1e4, acceleration=0.2, tether=50.0, balance=30.0)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,8 @@ from coupling.inverse.link_task import (
 from coupling.inverse.spline import UniformSpline, stencil
 
 _ORDERS = 3
+# Joints that a pose of the tool holds.
+_HELD = 6
 # Points whose derivatives are held in memory at once.
 _CHUNK = 2000
 # Intervals at each end whose middles are collocated as well: a quintic spline has solutions of its own
@@ -75,6 +77,7 @@ class _Points:
     position: np.ndarray
     rotation: np.ndarray
     wrench: np.ndarray
+    rigid: np.ndarray
     rigid_acceleration: np.ndarray
 
 
@@ -90,6 +93,8 @@ class LinkProblem:
         self._model, self._task = model, task
         stiffness = model.tilt_stiffness + model.tilt_inertia(task.guess[0]) / task.spacing**2
         self._balance = WEIGHTS.balance * WEIGHTS.position * model.reach / stiffness
+        # The pose holds up to six joints; what more of them do by themselves is held here.
+        self._tether = WEIGHTS.tether if model.chain.joint_count > _HELD else 0.0
         self._rigid = interpolating(task, model.chain.theta(task.guess))
         self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
             0, model.tilts
@@ -107,14 +112,15 @@ class LinkProblem:
     def _points(self, intervals: range, place: float) -> _Points:
         task = self._task
         times = task.start + task.spacing * (np.arange(intervals.start, intervals.stop) + place)
-        rigid = _derivatives(self._rigid, intervals, place)[2]
+        rigid = _derivatives(self._rigid, intervals, place)[:, :, self._model.chain.drive]
         return _Points(
             intervals,
             place,
             task.position(times),
             task.rotation(times).as_matrix(),
             task.wrench(times),
-            rigid[:, self._model.chain.drive],
+            rigid[0],
+            rigid[2],
         )
 
     def guess(self) -> UniformSpline:
@@ -176,8 +182,8 @@ class LinkProblem:
         for points in self._groups:
             theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
             state = self._model.state(theta, rate, acceleration, points.wrench)
-            pose, balance, curvature = self._errors(points, state, theta, rate, acceleration)
-            parts += [pose.ravel(), balance.ravel(), curvature.ravel()]
+            errors = self._errors(points, state, theta, rate, acceleration)
+            parts += [error.ravel() for error in errors]
         return np.concatenate([*parts, *(end.residual(motion) for end in self._ends())])
 
     def gradient(self, motion: UniformSpline) -> np.ndarray:
@@ -200,10 +206,9 @@ class LinkProblem:
         for points in self._groups:
             theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
             state, by = model.linearised(theta, rate, acceleration, points.wrench)
-            pose, balance, curvature = self._errors(points, state, theta, rate, acceleration)
-            equations.add(
-                points.intervals.start, points.place, *self._squares(by, pose, balance, curvature)
-            )
+            pose, balance, *others = self._errors(points, state, theta, rate, acceleration)
+            squares = self._squares(by, pose, balance, *others)
+            equations.add(points.intervals.start, points.place, *squares)
             missing = np.abs(balance / self._balance) if len(model.tilts) else np.zeros(1)
             here = (
                 np.linalg.norm(pose[:, :3], axis=1).max() / WEIGHTS.position,
@@ -222,8 +227,8 @@ class LinkProblem:
         theta: np.ndarray,
         rate: np.ndarray,
         acceleration: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the weighted errors of pose (k, 6), balance (k, t) and acceleration (k, joints)."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return weighted errors: pose (k, 6), balance (k, t), acceleration and angle (k, joints)."""
         model = self._model
         turn = Rotation.from_matrix(state.rotation @ points.rotation.swapaxes(1, 2)).as_rotvec()
         pose = np.hstack(
@@ -233,10 +238,16 @@ class LinkProblem:
         spring = model.tilt_stiffness * theta[:, tilts] + model.tilt_damping * rate[:, tilts]
         balance = self._balance * (state.load[:, tilts] + spring)
         relative = acceleration[:, model.chain.drive] - points.rigid_acceleration
-        return pose, balance, WEIGHTS.acceleration * relative
+        apart = self._tether * (theta[:, model.chain.drive] - points.rigid)
+        return pose, balance, WEIGHTS.acceleration * relative, apart
 
     def _squares(
-        self, by: LinkDerivatives, pose: np.ndarray, balance: np.ndarray, curvature: np.ndarray
+        self,
+        by: LinkDerivatives,
+        pose: np.ndarray,
+        balance: np.ndarray,
+        curvature: np.ndarray,
+        apart: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return D^T D and D^T r by theta, theta', theta'' at every point."""
         model = self._model
@@ -257,6 +268,8 @@ class LinkProblem:
         drive = model.chain.drive
         squares[:, 2, drive, 2, drive] += WEIGHTS.acceleration**2
         gradient[:, 2, drive] += WEIGHTS.acceleration * curvature
+        squares[:, 0, drive, 0, drive] += self._tether**2
+        gradient[:, 0, drive] += self._tether * apart
         return squares, gradient
 
     def _ends(self) -> list[_Condition]:

@@ -20,9 +20,11 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
                [1. , 4. ]])
     """
     rows = np.moveaxis(values, axis, 0)
-    columns = [np.interp(at, time, column) for column in rows.reshape(len(time), -1).T]
-    found = np.stack(columns, axis=1).reshape(len(at), *rows.shape[1:])
-    return np.moveaxis(found, 0, axis)
+    columns = rows.reshape(len(time), -1).T
+    found = np.empty((len(at), len(columns)))
+    for k, column in enumerate(columns):
+        found[:, k] = np.interp(at, time, column)
+    return np.moveaxis(found.reshape(len(at), *rows.shape[1:]), 0, axis)
 
 
 def arc_length(points: np.ndarray) -> np.ndarray:

@@ -56,7 +56,7 @@ class CoarseScreen:
         """Return the figures of settings at the few places.
 
         Args:
-            settings: By `NAMES` [m], [rad], (n, 8).
+            settings: By `NAMES` [m], [rad], (n, 9).
             report: Called with the number of settings done.
         """
         return self._screen.figures(settings, report)
@@ -65,7 +65,7 @@ class CoarseScreen:
         """Return the figures of settings along the path; places of new extremes join the few.
 
         Args:
-            settings: By `NAMES` [m], [rad], (n, 8), a few.
+            settings: By `NAMES` [m], [rad], (n, 9), a few.
         """
         batch = self._whole.batch(settings)
         figures = self._whole.worst(batch)

@@ -18,10 +18,13 @@ from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
-from coupling.run.gear_loads import diagnose_robots
+from coupling.run.gear_loads import diagnose_robots, wanted_of
 
 # What of a setting turns the tool on the part, so that the process may answer otherwise.
 _TOOL = slice(4, 7)
+
+# Postures that differ by more are not the same one [rad].
+_ANOTHER = 0.05
 
 ProcessOf = Callable[[Case], Process]
 
@@ -31,7 +34,7 @@ class EvaluatedSetting:
     """A setting, looked at along the whole path.
 
     Attributes:
-        setting: By `NAMES` [m], [rad], (8,).
+        setting: By `NAMES` [m], [rad], (9,).
         content: Text of its case file.
         figures: Its figures at the strongest places of the path; margins those of `gears`, too.
         cost: Cost of the objective [m].
@@ -52,7 +55,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
 
     Args:
         placing: The case that is placed.
-        setting: By `NAMES` [m], [rad], (8,).
+        setting: By `NAMES` [m], [rad], (9,).
         process_of: Function that gives the process of a case.
 
     Raises:
@@ -64,6 +67,8 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
         raise PlanningError("out of reach")
     is_present = np.array_equal(setting, placing.present)
     home = placing.case.robots[0].home if is_present else q
+    if placing.arm.is_redundant:  # its home says which of its postures it takes
+        home = placing.arm.homes(setting[None])[:, 0]
     content = tomlkit.dumps(placing.content(setting, home))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"{placing.case.name}.toml")
@@ -79,7 +84,10 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
     wrench = wrench.refined(case.desired.time)
     stations = stations_along(case.untilted, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
-    gears = diagnose_robots(case.robots, case.desired, wrench)[0]
+    (wanted,) = wanted_of(case.robots, case.desired, wrench)
+    if placing.arm.is_redundant and np.abs(wanted.rigid.q[0][0] - q).max() > _ANOTHER:
+        raise PlanningError("another posture than the one looked at is nearer to home")
+    gears = diagnose_robots(case.robots, case.desired, wrench, wanted.rigid)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.
     exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held
     figures = replace(figures, margin=np.minimum(figures.margin, exact))

@@ -54,7 +54,7 @@ def part_maps(
         ranges: Ranges of the settings.
         goal: Objective and constraints.
         name: Name of the setting.
-        setting: The setting by `NAMES` [m], [rad], (8,).
+        setting: The setting by `NAMES` [m], [rad], (9,).
         points: About the number of points of a map.
     """
     longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))

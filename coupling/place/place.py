@@ -108,7 +108,7 @@ def best_of(
 
     Args:
         placing: The case that is placed.
-        settings: Settings by `NAMES` [m], [rad], the best first, (n, 8).
+        settings: Settings by `NAMES` [m], [rad], the best first, (n, 9).
         process_of: Function that gives the process of a case.
         watch: Function called with the progress of the work.
 

@@ -20,16 +20,18 @@ from coupling.path.histories import WrenchHistory
 from coupling.place.gear_loops import GearLoops
 from coupling.place.objective import PlaceDemands, PlaceObjective
 from coupling.place.screen import Screen
-from coupling.place.settings import LENGTHS, NAMES, CellLayout, Ranges
+from coupling.place.settings import LENGTHS, NAMES, ArmHome, CellLayout, Ranges
 from coupling.place.stations import Stations, stations_along
 from coupling.process.base import Process
+from coupling.robot.batch.redundancy import POSE
 from elastic_robot.description import Robot
 
 # How far the part may be moved to each side where the case does not say [m], and the tool tilted [deg].
 _ASIDE, _TILTED = 0.5, 30.0
+# How far the elbow of a redundant robot is moved to both sides where the case does not say [deg].
+_ELBOW = 90.0
 # How far a tool may be tilted at most [deg].
 _MOST = 89.0
-_JOINTS = 6
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Placing:
         robot: Its robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
         cell: Layout that all settings share.
-        present: Its own setting, by `NAMES` [m], [rad], (8,).
+        present: Its own setting, by `NAMES` [m], [rad], (9,).
         ranges: Ranges of the settings.
         wrench: Response of its process to its desired path, part axes.
         stations: All places of that path.
@@ -60,14 +62,19 @@ class Placing:
 
     def screen(self, stations: Stations) -> Screen:
         """Return the screen of settings at some places of the path."""
-        return Screen(self.robot, self.gears, self.case.robots[0].home, self.cell, stations)
+        return Screen(self.robot, self.gears, self.arm, self.cell, stations)
+
+    @property
+    def arm(self) -> ArmHome:
+        """Home posture of the robot."""
+        return ArmHome.of(self.robot, self.case.robots[0].home)
 
     def content(self, setting: np.ndarray, home: np.ndarray) -> dict[str, Any]:
         """Return the case in another setting, as the content of a case file.
 
         Args:
-            setting: By `NAMES` [m], [rad], (8,).
-            home: Joint angles near which its path begins [rad], (6,).
+            setting: By `NAMES` [m], [rad], (9,).
+            home: Joint angles near which its path begins [rad], (joints,).
         """
         content = copy.deepcopy(self.case.resolved)
         robot, part, tool_path = (content[name] for name in ("robot", "part", "tool_path"))
@@ -82,10 +89,10 @@ class Placing:
 
 
 def setting_keys(setting: np.ndarray) -> dict[str, float]:
-    """Return a setting by `NAMES` [m], [rad], (8,), by the keys of [place], [m] and [deg].
+    """Return a setting by `NAMES` [m], [rad], (9,), by the keys of [place], [m] and [deg].
 
     Example:
-        >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0]))["lead_deg"]
+        >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0, 0]))["lead_deg"]
         15.0
     """
     found = {}
@@ -99,18 +106,24 @@ def require_one_robot(case: Case) -> None:
     """Refuse a case that cannot be placed before its process is evaluated.
 
     Raises:
-        CaseError: If it has two robots, or its robot not six joints, or no gear that gives way.
+        CaseError: If it has two robots, or its robot less than six joints, or none that gives way.
     """
     if len(case.robots) > 1:
         raise CaseError(f"{case.name}: expected a case of one robot, got one with [support]")
     robot = case.robots[0].description
-    if len(robot.joints) != _JOINTS:
+    if len(robot.joints) < POSE:
         raise CaseError(
-            f"{case.name}: expected a robot of {_JOINTS} joints, got {len(robot.joints)}"
+            f"{case.name}: expected a robot of at least {POSE} joints, got {len(robot.joints)}"
         )
-    if all(joint.stiffness is None for joint in robot.joints):
+    if case.place.elbow_deg is not None and len(robot.joints) == POSE:
         raise CaseError(
-            f"{case.name}: expected a robot with elastic gears, got {robot.name} with rigid joints"
+            f"{case.name}: place: elbow_deg: expected it for a robot of more than {POSE} joints, got"
+            f" {robot.name} of {POSE}: leave it out"
+        )
+    if robot.is_rigid:
+        raise CaseError(
+            f"{case.name}: expected a robot that gives way, got {robot.name} without an elastic joint:"
+            " it is as stiff at every place; add stiffness and damping under [[joint]]"
         )
 
 
@@ -168,12 +181,13 @@ def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:
 
 
 def _present(resolved: Mapping[str, Any]) -> np.ndarray:
-    """Return the setting that a case is in, (8,)."""
+    """Return the setting that a case is in, (9,)."""
     tool_path = resolved["tool_path"]
     angles = [
         resolved["part"]["rpy_deg"][2],
         *(tool_path[f"{name}_deg"] for name in ("lead", "lean", "rotation")),
         resolved["robot"]["base_rpy_deg"][0],
+        0.0,
     ]
     return np.concatenate([resolved["part"]["position_m"], np.deg2rad(angles)])
 
@@ -182,17 +196,19 @@ def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
     """Return the ranges of settings, as the case says or by default."""
     low, high = present.copy(), present.copy()
     untilted = case.tool_path.untilted_lean_deg
-    tilts = {
+    tilts = {  # where the process knows the tool's sphere
         "lead": [-_TILTED, _TILTED],
         "lean": [untilted - _TILTED, min(untilted + _TILTED, _MOST)],
     }
+    redundant = len(case.robots[0].home) > POSE
+    defaults = (tilts if has_sphere else {}) | ({"elbow": [-_ELBOW, _ELBOW]} if redundant else {})
     for k, name in enumerate(NAMES):
         length = name in LENGTHS
         given = getattr(case.place, f"{name}_m" if length else f"{name}_deg")
         if given is None and length:
             given = [present[k] - _ASIDE, present[k] + _ASIDE]
-        elif given is None and has_sphere:
-            given = tilts.get(name)
+        elif given is None:
+            given = defaults.get(name)
         if given is not None:
             low[k], high[k] = given if length else np.deg2rad(given)
     least = np.deg2rad(untilted - _MOST)

@@ -7,12 +7,20 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.reversals import backlash_error, margin
 from coupling.place.gear_loops import GearLoops
 from coupling.place.moved_path import MovedPath, split, waves_of
-from coupling.place.settings import CellLayout
+from coupling.place.settings import ArmHome, CellLayout
 from coupling.place.stations import Stations
-from coupling.robot.batch.following import FollowingRobot, angles_from_home, following, reached
+from coupling.robot.batch.following import (
+    FollowingRobot,
+    angles_from_home,
+    following,
+    nearest_angles,
+    reached,
+)
+from coupling.robot.batch.redundancy import NearHome
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
@@ -110,9 +118,8 @@ class Batch:
             if kept.ndim == 2:
                 kept[at] = value.reshape(len(places), -1)
             else:
-                kept[at[0], :, at[1]] = value.reshape(len(value), len(places), -1).transpose(
-                    1, 2, 0
-                )
+                rows = value.reshape(len(value), len(places), len(settings))
+                kept[at[0], :, at[1]] = rows.transpose(1, 2, 0)
 
     def forget(self, settings: np.ndarray) -> None:
         """Set all values of the settings of these numbers, (s,), to NaN."""
@@ -126,7 +133,7 @@ class Screen:
     Args:
         robot: The robot as its file describes it.
         gears: Backlash and hysteresis of its gears.
-        home: Joint angles from which the tool is led to the part [rad], (joints,).
+        arm: Home posture from which the tool is led to the part.
         cell: Layout that all settings share.
         stations: Places of the path to look at.
 
@@ -139,16 +146,17 @@ class Screen:
         self,
         robot: Robot,
         gears: GearLoops,
-        home: np.ndarray,
+        arm: ArmHome,
         cell: CellLayout,
         stations: Stations,
     ) -> None:
-        self.stations, self._cell, self._home, self._gears = stations, cell, home, gears
+        self.stations, self._cell, self._arm, self._gears = stations, cell, arm, gears
         self._robot, self._serial = robot, SerialRobot(robot)
         chain, parameters = build_chain(robot), Parameters.of(robot)
         self._softness = 1.0 / parameters.stiffness
         self.gear_joint = chain.elastic_joint[chain.torsions]
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
+        self._drives = JointLimits.of(robot)
         self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
         self._errors = chain.kinematic_errors
         self._motors = [
@@ -167,7 +175,7 @@ class Screen:
         """Return the figures of settings.
 
         Args:
-            settings: By `NAMES` [m], [rad], (n, 8).
+            settings: By `NAMES` [m], [rad], (n, 9).
             report: Called with the number of settings done.
         """
         parts = []
@@ -178,24 +186,31 @@ class Screen:
         return joined(parts)
 
     def batch(self, settings: np.ndarray) -> Batch:
-        """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 8)."""
+        """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 9)."""
         placed, count = self._cell.placed(settings), len(settings)
-        found = Batch.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
+        found = Batch.unknown(
+            self.stations.count, len(self._robot.joints), len(self.gear_joint), count
+        )
         moved = MovedPath(placed, self._cell.sphere_radius, self.stations)
-        alive = np.arange(count)
+        alive, homes = np.arange(count), self._arm.homes(settings)
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
-            if before is None:
-                q, came = angles_from_home(self._serial, targets, self._home)
+            own = homes[:, np.tile(alive, len(places))]
+            near = NearHome(own.T, self._drives) if self._arm.is_redundant else None
+            if before is None and near is not None:
+                q, came = nearest_angles(self._serial, targets, near)
+            elif before is None:
+                q, came = angles_from_home(self._serial, targets, self._arm.angles)
             else:
-                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
-                q, came = reached(self._serial, targets, guess, _ITERATIONS)
+                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(own), -1)
+                q, came = reached(self._serial, targets, guess, _ITERATIONS, near=near)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:
                 break
             shift, motion = targets.tcp_shift[:, chosen], moved.motion(places, alive)
-            moving = following(self._serial, q[:, chosen], shift, motion)
+            nearest = near and near.chosen(chosen)
+            moving = following(self._serial, q[:, chosen], shift, motion, nearest)
             loads = moved.wrench(places, alive), moved.gravity(places, alive)
             found.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
         found.forget(np.setdiff1d(np.arange(count), alive))
@@ -208,14 +223,14 @@ class Screen:
         load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
         axes, arms = self._elastic_axes(moving)
         push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
-        gears = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
+        gears = np.flatnonzero([tilt == 0 for _, tilt in self._elastic])
         deviation, compliance = self._given_way(arms, push)
-        torque = np.stack([push[k] for k in gears]) - load[self.gear_joint]
+        torque = np.stack(push)[gears] - load[self.gear_joint]
         return Batch(
             q=q,
             rate=moving.rate,
             torque=torque,
-            lever=np.stack([np.sqrt(dot(arms[k], arms[k])) for k in gears]),
+            lever=np.stack([np.sqrt(dot(arm, arm)) for arm in arms])[gears],
             deviation=deviation,
             compliance=compliance,
             conditioning=moving.conditioning,

@@ -30,7 +30,7 @@ class FoundSettings:
     """Settings, the best first.
 
     Attributes:
-        settings: By `NAMES` [m], [rad], (n, 8).
+        settings: By `NAMES` [m], [rad], (n, 9).
         figures: Their figures along the whole path.
         cost: Cost of each [m], (n,).
         looked_at: Number of settings that were looked at.

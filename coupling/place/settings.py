@@ -1,4 +1,4 @@
-"""Settings: where the part stands, how the tool is held, how the base is rolled; and their ranges."""
+"""Settings: where the part stands, how tool, base and a redundant arm are held; and their ranges."""
 
 from __future__ import annotations
 
@@ -8,11 +8,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
-# What may be free: place of the part's origin [m], its yaw, tilt of the tool, roll of the base [rad].
-NAMES = ("x", "y", "z", "yaw", "lead", "lean", "rotation", "base_roll")
+from coupling.robot.batch.following import self_motion
+from coupling.robot.batch.redundancy import POSE
+from coupling.robot.batch.serial_robot import SerialRobot
+from elastic_robot.description import Robot
+
+# What may be free: place of the part's origin [m], its yaw, tilt of the tool, roll of the base, way of
+# the home posture of a redundant robot along its self-motion [rad].
+NAMES = ("x", "y", "z", "yaw", "lead", "lean", "rotation", "base_roll", "elbow")
 LENGTHS = NAMES[:3]
 # Where settings are rounded to [m], [rad]: what can be set, and reads well.
-_ROUND = np.array([1e-4] * 3 + [np.deg2rad(0.01)] * 5)
+_ROUND = np.array([1e-4] * 3 + [np.deg2rad(0.01)] * 6)
 
 
 @dataclass(frozen=True)
@@ -20,7 +26,7 @@ class Ranges:
     """Box of settings.
 
     Attributes:
-        low, high: Ends by `NAMES` [m], [rad], (8,); equal where a setting is not free.
+        low, high: Ends by `NAMES` [m], [rad], (9,); equal where a setting is not free.
 
     Raises:
         ValueError: If one is upside down.
@@ -41,12 +47,12 @@ class Ranges:
 
     @property
     def width(self) -> np.ndarray:
-        """Width by `NAMES` [m], [rad], (8,); 1 where a setting is not free."""
+        """Width by `NAMES` [m], [rad], (9,); 1 where a setting is not free."""
         width = self.high - self.low
         return np.where(width > 0.0, width, 1.0)
 
     def sampled(self, count: int, seed: int) -> np.ndarray:
-        """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 8)."""
+        """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 9)."""
         found = np.tile(self.low, (count, 1))
         free = self.free
         if len(free):
@@ -58,7 +64,7 @@ class Ranges:
     def around(
         self, center: np.ndarray, share: float, count: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return rounded settings, normally distributed about one (8,) [m], [rad], (count, 8)."""
+        """Return rounded settings, normally distributed about one (9,) [m], [rad], (count, 9)."""
         found = np.tile(center, (count, 1))
         free = self.free
         step = rng.normal(size=(count, len(free)))
@@ -68,7 +74,7 @@ class Ranges:
         return self.rounded(found)
 
     def apart(self, one: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return the largest difference of settings (n, 8) from one (8,), over the width [1], (n,)."""
+        """Return the largest difference of settings (n, 9) from one (9,), over the width [1], (n,)."""
         free = self.free
         if len(free) == 0:
             return np.zeros(len(others))
@@ -76,11 +82,40 @@ class Ranges:
         return distance
 
     def rounded(self, settings: np.ndarray) -> np.ndarray:
-        """Return settings rounded to what can be set [m], [rad], (..., 8); those not free are kept."""
+        """Return settings rounded to what can be set [m], [rad], (..., 9); those not free are kept."""
         found = settings.copy()
         free = self.free
         found[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
         return np.clip(found, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class ArmHome:
+    """Home posture of a robot, which a setting may move along the self-motion of a redundant one.
+
+    Attributes:
+        angles: Joint angles of the case [rad], (joints,).
+        elbow: Angles by which they change with the setting "elbow" [1], (joints,); zero with six joints.
+    """
+
+    angles: np.ndarray
+    elbow: np.ndarray
+
+    @classmethod
+    def of(cls, robot: Robot, angles: np.ndarray) -> ArmHome:
+        """Return that of a robot in a case."""
+        redundant = len(angles) > POSE
+        elbow = self_motion(SerialRobot(robot), angles) if redundant else np.zeros(len(angles))
+        return cls(angles, elbow)
+
+    @property
+    def is_redundant(self) -> bool:
+        """Whether its robot has more joints than a pose has coordinates."""
+        return len(self.angles) > POSE
+
+    def homes(self, settings: np.ndarray) -> np.ndarray:
+        """Return the postures of settings by `NAMES` [rad], (joints, n)."""
+        return self.angles[:, None] + self.elbow[:, None] * settings[:, NAMES.index("elbow")]
 
 
 @dataclass(frozen=True)
@@ -102,8 +137,8 @@ class CellLayout:
     gravity: np.ndarray
 
     def placed(self, settings: np.ndarray) -> PlacedSettings:
-        """Return part, tool and base of settings by `NAMES` [m], [rad], (n, 8)."""
-        x, y, z, yaw, lead, lean, rotation, roll = settings.T
+        """Return part, tool and base of settings by `NAMES` [m], [rad], (n, 9)."""
+        x, y, z, yaw, lead, lean, rotation, roll, _ = settings.T
         part = np.tile(self.part_rpy, (len(settings), 1))
         part[:, 2] = yaw
         base = np.tile(self.base_rpy, (len(settings), 1))

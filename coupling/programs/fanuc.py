@@ -90,6 +90,9 @@ def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
 
 def _frames(program: RobotProgram) -> Iterator[str]:
     """Yield the lines that set and choose both frames, through a position register."""
+    yield f"!Overwrites PR[{FRAME}], UFRAME[{FRAME}]"
+    yield f"!and UTOOL[{FRAME}]: are they free?"
+    yield "!PAYLOAD is the one in use"
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
         values = [

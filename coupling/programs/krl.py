@@ -61,6 +61,7 @@ def _source(program: RobotProgram) -> Iterator[str]:
     block, segment = ("SPLINE", "SPL") if poses else ("PTP_SPLINE", "SPTP")
     yield f"DEF {program.name}()"
     yield "; mm, deg; A, B, C turn about Z, Y', X''"
+    yield "; $LOAD, the load on the flange, is the controller's: set it before use"
     yield "BAS(#INITMOV,0)"
     yield "BAS(#VEL_PTP,10)"
     for variable, frame in (("$BASE", program.base), ("$TOOL", program.tool)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -10,10 +10,15 @@ from typing import Literal
 from coupling.errors import ProgramError, one_of, reason_of
 from coupling.files.formats import other_format
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
+from coupling.programs.kuka.assignments import CONFIGURATION
+from coupling.programs.kuka.modules import called_names
 from coupling.programs.program import ProgramFile, RobotProgram
 
 Targets = Literal["cartesian", "joints"]
 Posture = Literal["never", "known", "always"]
+# Programs of ABB, and what else holds modules.
+_RAPID_ENDINGS = (".mod", ".modx", ".prg")
+_RAPID_MODULES = (*_RAPID_ENDINGS, ".sys", ".sysx")
 
 
 @dataclass(frozen=True)
@@ -25,10 +30,12 @@ class Language:
         write: Function that gives the files of a program.
         read: Function that reads them again.
         ending: Ending of the file that a user names to have a program read.
+        endings: Others that such a file may have.
         between: Motion of its controller between timed targets: "straight", or "spline" through them.
         longest_name: Characters that a program's name may have.
         targets: Kinds of targets in its programs, the usual first.
         step: Times are whole multiples of this [s]; 0 for any.
+        shortest: Least time between targets unless another one is asked for [s]; 0 for any.
         dense: Whether it has a point on every cycle.
         posture: Whether its poses state the robot's posture: "never", "known" where the robot file says
             how the controller counts, or "always", for the language has no pose without.
@@ -43,20 +50,17 @@ class Language:
     longest_name: int
     targets: tuple[Targets, ...] = ("cartesian", "joints")
     step: float = 0.0
+    shortest: float = 0.0
     dense: bool = False
     posture: Posture = "never"
     joints: int | None = 6
-
-
-def _read_krl(files: Sequence[ProgramFile]) -> RobotProgram:
-    source = _one(files, ".src")
-    data = [file.text for file in files if file.name.lower().endswith(".dat")]
-    return krl_reader.read(source.text, "\n".join(data), source.name)
+    endings: tuple[str, ...] = ()
 
 
 def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
-    file = _one(files, ".mod")
-    return rapid_reader.read(file.text, file.name)
+    """Return the program of the first file; the others are modules of its folder."""
+    file, *others = files
+    return rapid_reader.read(file.text, file.name, {other.name: other.text for other in others})
 
 
 def _read_csv(files: Sequence[ProgramFile]) -> RobotProgram:
@@ -77,10 +81,12 @@ LANGUAGES = {
         Language(
             "krl",
             krl.write,
-            _read_krl,
+            krl_reader.read,
             ".src",
             "spline",
             krl.LONGEST_NAME,
+            # The interpolation cycle of KRC controllers.
+            shortest=0.012,
             posture="known",
         ),
         Language(
@@ -90,7 +96,10 @@ LANGUAGES = {
             ".mod",
             "straight",
             rapid.LONGEST_NAME - 2,
+            # No figure is published; a line of the program is planned in some milliseconds.
+            shortest=0.012,
             posture="always",
+            endings=_RAPID_ENDINGS[1:],
         ),
         Language(
             "fanuc",
@@ -100,6 +109,8 @@ LANGUAGES = {
             "straight",
             fanuc.LONGEST_NAME - 3,
             step=1e-3,
+            # The interpolation period (ITP) of R-30i controllers, whose multiples times become.
+            shortest=0.008,
             posture="always",
         ),
         Language(
@@ -130,6 +141,7 @@ def read_program(path: Path) -> RobotProgram:
         raise ProgramError(f"{path}: expected a robot program, {other}")
     ending = path.suffix.lower()
     known = {language.ending: language for language in LANGUAGES.values()}
+    known |= {name: language for language in known.values() for name in language.endings}
     if ending not in known:
         raise ProgramError(f"{path}: ending: {one_of(known, ending)}")
     first = _file(path)
@@ -137,16 +149,47 @@ def read_program(path: Path) -> RobotProgram:
 
 
 def _beside(path: Path, text: str) -> list[ProgramFile]:
-    """Return the files that belong to one: of its name with .dat, or called by it."""
-    wanted = {(path.stem.upper(), ".dat")}
-    if path.suffix.lower() == ".ls":
-        wanted = {(name, ".ls") for name in fanuc_reader.called(text)}
-    files = sorted(path.parent.iterdir()) if wanted else []
-    return [
-        _file(file)
-        for file in files
-        if (file.stem.upper(), file.suffix.lower()) in wanted and file != path
-    ]
+    """Return the files that belong to one: its .dat, other modules, or programs that it calls."""
+    folder = [file for file in sorted(path.parent.iterdir()) if file.is_file() and file != path]
+    ending = path.suffix.lower()
+    if ending in _RAPID_ENDINGS:
+        return [_file(file) for file in folder if file.suffix.lower() in _RAPID_MODULES]
+    if ending == ".ls":
+        return _called(path, text, folder, fanuc_reader.called)
+    if ending == ".src":
+        programs = _called(path, text, folder, called_names)
+        names = {Path(program.name).stem.upper() for program in programs}
+        with_data = {path.stem.upper(), *names, CONFIGURATION}
+        data = [
+            _file(file)
+            for file in folder
+            if file.suffix.lower() == ".dat" and file.stem.upper() in with_data
+        ]
+        return [*programs, *data]
+    return []
+
+
+def _called(
+    path: Path, text: str, folder: Sequence[Path], called: Callable[[str], Iterable[str]]
+) -> list[ProgramFile]:
+    """Return the files of a folder with the programs that a text calls, and those that these call.
+
+    Args:
+        path: The text's file.
+        folder: Other files.
+        called: Function from a text to the names that it calls, in capitals.
+    """
+    there = {
+        file.stem.upper(): file for file in folder if file.suffix.lower() == path.suffix.lower()
+    }
+    files: dict[str, ProgramFile] = {}
+    names = sorted(called(text))
+    while names:
+        name = names.pop()
+        if name in there and name not in files:
+            files[name] = _file(there[name])
+            names += sorted(called(files[name].text))
+    return [files[name] for name in sorted(files)]
 
 
 def _file(path: Path) -> ProgramFile:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import degrees
 from typing import Literal
 
@@ -84,6 +84,7 @@ class ProgramMove:
         duration: Time from the last target [s]; None where a speed is programmed instead.
         speed: Programmed speed of the TCP [m/s]; None where there is none.
         configuration: Posture at a pose, where it is written.
+        where: File and line, for messages; empty where it is not read from one.
 
     Raises:
         ValueError: If there is not one target.
@@ -95,6 +96,7 @@ class ProgramMove:
     duration: float | None = None
     speed: float | None = None
     configuration: Configuration | None = None
+    where: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if (self.pose is None) == (self.joints is None):

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.errors import ProgramError
 
 # Controllers keep real numbers in single precision; a larger one is a mistake.
-_LARGEST = 1e8
+LARGEST = 1e8
 
 NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBER = re.compile(NUMBER)
@@ -46,8 +46,8 @@ def real(text: str, where: str) -> float:
     if not _NUMBER.fullmatch(text.strip()):
         raise ProgramError(f"{where}: expected a number, got {shortened(text.strip())!r}")
     value = float(text)
-    if not abs(value) <= _LARGEST:
-        raise ProgramError(f"{where}: expected a number of at most {_LARGEST:g}, got {value:g}")
+    if not abs(value) <= LARGEST:
+        raise ProgramError(f"{where}: expected a number of at most {LARGEST:g}, got {value:g}")
     return float(np.float32(value))
 
 

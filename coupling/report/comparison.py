@@ -98,6 +98,8 @@ def _inputs(run: StoredRun) -> Iterator[tuple[str, str]]:
     yield "command", run.figures.kind
     yield from _flat(case_content(run))
     for robot in run.figures.robots:
+        for file, checksum in robot.files.items():
+            yield f"{robot.name} robot, file {file}", checksum
         for source, places in robot.sources.items():
             for place in places:
                 yield f"{robot.name} robot, source of {place}", source

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
 from coupling.report.run_tables import mode_names
 from coupling.report.section import Section
 from coupling.report.style import UM
+from coupling.results.outlook import ENDS_OF_RANGES
 from coupling.results.run_result import ReplayResult, RunResult
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
@@ -30,6 +31,7 @@ def verdict(figures: RunResult, process: str) -> Section:
     gains = outlook is None or outlook.gains
     if outlook is not None:
         sentences.insert(2 if gains else 0, outlook.sentence)
+    sentences += _of_class(figures)
     return Section("", sentences, good=figures.converged and gains)
 
 
@@ -56,6 +58,27 @@ def sentence(figures: RunResult, process: str) -> str:
     return (
         f"{what}. Valid for the {own} {robots} with the parameters of {count}, and for the process"
         f" {process} on the tool's actual path; {_of_gears(figures)}."
+    )
+
+
+def _of_class(figures: RunResult) -> Iterator[str]:
+    """Yield what the stiffness of gears that is that of a class leaves open."""
+    ranges = [own.stiffness_range_Nm_rad for own in figures.robots if own.stiffness_range_Nm_rad]
+    if not ranges:
+        return
+    low, high = min(ranges)[0], max(high for _, high in ranges)
+    text = (
+        f"The stiffness of the gears is typical of their class ({low:.2g} to {high:.2g} N m/rad), not of"
+        " this robot"
+    )
+    rows = [row for row in figures.robustness if row.name in ENDS_OF_RANGES]
+    if not rows:
+        yield f"{text}: so are these figures."
+        return
+    ends = ", ".join(f"{_um(row.deviation_m.maximum)} with {row.name}" for row in rows)
+    yield (
+        f"{text}: expected between {_um(figures.deviation_after_m.maximum)}, with that of the file, and"
+        f" {_um(max(row.deviation_m.maximum for row in rows))} ({ends})."
     )
 
 
@@ -89,7 +112,7 @@ def _of_backlash(figures: RunResult) -> str:
     if rows:
         return _worst(rows)
     with_backlash = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
-    if figures.gears and not with_backlash:
+    if not with_backlash:
         return "no gear has backlash in this model"
     gears = [gear for gear in with_backlash if gear.backlash_reversals or gear.in_backlash_s]
     if gears:

@@ -42,7 +42,9 @@ class ExportedProgramResult(ResultPart):
     points_on_every_cycle: Annotated[int, From("candidates")]
     points_tolerance_m: float
     shortest_time_s: Annotated[float, From("shortest")]
+    median_time_s: Annotated[float, From("median")]
     loss_m: float
+    loss_on_joint_lines_m: Annotated[float | None, From("loss_on_joint_lines")]
     deviation_of_command_m: Annotated[Deviation | None, From("command")]
     deviation_of_file_m: Annotated[Deviation | None, From("read_back")]
     base: Annotated[tuple[float, ...] | None, From("program.base")]

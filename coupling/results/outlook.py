@@ -11,6 +11,9 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
+# Replays of gears whose stiffness is that of a class of robots: its lowest and its highest.
+ENDS_OF_RANGES = ("the softest gears of their class", "the stiffest gears of their class")
+
 
 @dataclass(frozen=True)
 class Replay:
@@ -93,8 +96,18 @@ class WorstReplay(ResultPart):
             return f"Expected deviation on a real robot: {figures}."
         return (
             "This command may be WORSE THAN NONE: with small errors of the robot's parameters or of the"
-            f" force the deviation is {figures}. Measure the force and the gears' backlash more exactly,"
-            " or place the part where no gear reverses (elastic-robot place)."
+            f" force the deviation is {figures}. {self._advice}"
+        )
+
+    @property
+    def _advice(self) -> str:
+        if self.worst in ENDS_OF_RANGES:
+            return (
+                "Measure the gears' stiffness, which is that of a class (elastic-robot identify)."
+            )
+        return (
+            "Measure the force and the gears' backlash more exactly, or place the part where no gear"
+            " reverses (elastic-robot place)."
         )
 
 

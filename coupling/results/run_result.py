@@ -278,7 +278,7 @@ class TouchOffResult(ResultPart):
 
 
 class RobotResult(ResultPart):
-    """A robot of a run: its file, how its drives move, sources of its numbers, links."""
+    """A robot of a run: its files, how its drives move, sources of its numbers, links."""
 
     name: str
     title: str
@@ -286,6 +286,8 @@ class RobotResult(ResultPart):
     torque_curve: str
     drive: Literal["ideal", "servo"] = "ideal"
     sources: dict[str, list[str]]
+    files: dict[str, str] = {}
+    stiffness_range_Nm_rad: tuple[float, float] | None = None
     touch_off: TouchOffResult | None = None
     links_m: Annotated[tuple[Three, ...], Field(min_length=2)]
 

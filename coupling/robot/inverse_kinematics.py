@@ -8,9 +8,11 @@ from scipy.interpolate import CubicSpline
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
-from coupling.robot.batch.following import Targets, reached
+from coupling.robot.batch.following import Targets, nearest_angles, reached
+from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
@@ -24,6 +26,8 @@ _MAX_ITERATIONS = 100
 _AWAY = 1e-5
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
 _DAMPING = 1e-3
+# What keeps the inverse of a singular matrix finite.
+_LEAST = 1e-12
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Smallest singular value of the Jacobian, lengths in units of the reach: below it a joint moves
@@ -37,12 +41,15 @@ _REPORT_EVERY = 500
 # Where one sample in so many is planned from pose to pose the others lie close to a spline through them;
 # of so many of these at least, by so many at once.
 _APART, _FEWEST, _AT_ONCE = 16, 8, 10_000
-# Coordinates of a pose: a robot with more joints has more than one plan.
-_POSE = 6
+# What may be left along the self-motion of a robot of more joints than six [rad].
+_NEAREST = 1e-9
 
 
 class InverseKinematics:
     """Inverse kinematics of one robot.
+
+    With more than six joints every pose is held in the posture nearest to home, joints being kept clear
+    of their limits (`NearHome`).
 
     Args:
         robot: Its description.
@@ -50,7 +57,7 @@ class InverseKinematics:
         watch: Function called with the progress of the planning.
 
     Raises:
-        PlanningError: If `home` has the wrong length or breaks a limit.
+        PlanningError: If `home` has the wrong length.
     """
 
     def __init__(self, robot: Robot, home: np.ndarray, watch: Watch = unwatched) -> None:
@@ -62,6 +69,8 @@ class InverseKinematics:
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
+        redundant = self._chain.joint_count > POSE
+        self._near = NearHome(home, JointLimits.of(robot)) if redundant else None
         self._watch = watch
         self._reach = float(
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
@@ -100,7 +109,7 @@ class InverseKinematics:
         a reason why there is none.
         """
         count, size = len(path.time), self._chain.joint_count
-        if count < _APART * _FEWEST or size > _POSE:
+        if count < _APART * _FEWEST:
             return None
         some = np.append(np.arange(0, count - 1, _APART), count - 1)
         try:
@@ -110,11 +119,10 @@ class InverseKinematics:
         near = CubicSpline(path.time[some], known)
         robot, angles = SerialRobot(self._robot), np.empty((count, size))
         for rows in np.array_split(np.arange(count), -(-count // _AT_ONCE)):
-            rotations = path.rotations[0][rows].as_matrix()
-            tool = [np.ascontiguousarray(rotations[:, :, k].T) for k in range(3)]
-            targets = Targets(path.position[0][rows].T, tool, np.zeros((3, len(rows))))
+            targets = _targets(path.position[0][rows], path.rotations[0][rows].as_matrix())
             start = near(path.time[rows]).T
-            q, found = reached(robot, targets, start, tolerance=_REACHED / self._reach)
+            tolerance = _REACHED / self._reach
+            q, found = reached(robot, targets, start, tolerance=tolerance, near=self._near)
             if not found.all() or self._least_singular_value(robot, q) < _SINGULAR:
                 return None
             angles[rows] = q.T
@@ -131,7 +139,7 @@ class InverseKinematics:
         """Return joint angles (n, joints), each sample from those before it."""
         angles = np.empty((len(path.time), self._chain.joint_count))
         rotations = path.rotations[0].as_matrix()
-        guess = self._home
+        guess = self._begin(path.position[0][0], rotations[0])
         for k, position in enumerate(path.position[0]):
             where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
             target = pin.SE3(rotations[k], position)
@@ -143,6 +151,14 @@ class InverseKinematics:
             if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
                 self._watch(Progress(_WORK, k + 1, len(angles)))
         return angles
+
+    def _begin(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+        """Return the angles to begin with at a path's first pose [rad], (joints,)."""
+        if self._near is None:
+            return self._home
+        first = _targets(position[None], rotation[None])
+        nearest, came = nearest_angles(SerialRobot(self._robot), first, self._near)
+        return nearest[:, 0] if came[0] else self._home
 
     def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
         """Return the path of the undeflected tool under a motion of the drives.
@@ -179,13 +195,11 @@ class InverseKinematics:
             error = self._pose_error(target, q)
             size = float(np.linalg.norm(error))
             jacobian = self._jacobian(q)
-            if size < _REACHED:
+            step, nearest = self._step(jacobian, error, q)
+            if size < _REACHED and nearest:
                 self._require_regular(jacobian, where)
                 return q
             best = min(best, float(np.linalg.norm(error[:3])))
-            damping = _DAMPING * size * size
-            normal = jacobian.T @ jacobian + damping * np.eye(len(q))
-            step = np.linalg.solve(normal, jacobian.T @ error)
             largest = float(np.abs(step).max())
             q += step * min(1.0, _LARGEST_STEP / largest)
         # At the border of what it reaches an arm is stretched, and so singular as well.
@@ -195,7 +209,22 @@ class InverseKinematics:
         raise PlanningError(
             f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
             f" the tool stays {1e3 * best:.3g} mm away (joint {farthest} moved farthest)"
+            f"{few_joints(len(q))}"
         )
+
+    def _step(
+        self, jacobian: np.ndarray, error: np.ndarray, q: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Return the step to a pose [rad], (joints,), and whether the posture is nearest to home."""
+        damping = _DAMPING * float(error @ error)
+        if self._near is None:
+            normal = jacobian.T @ jacobian + (damping + _LEAST) * np.eye(len(q))
+            return np.linalg.solve(normal, jacobian.T @ error), True
+        scale = np.repeat([1.0 / self._reach, 1.0], 3)
+        own, regular = (scale[:, None] * jacobian)[None], np.array([damping + _LEAST])
+        step = task_step(own, (scale * error)[None], regular)
+        along = SelfMotion.of(own, q[None], self._near).step(step)
+        return (step + along)[0], bool(np.abs(along).max() < _NEAREST)
 
     def _pose_error(self, target: pin.SE3, q: np.ndarray) -> np.ndarray:
         """Position [m] and rotation vector [rad] from the robot's pose to the target, base axes."""
@@ -222,9 +251,14 @@ class InverseKinematics:
         jump = np.abs(q - last)
         joint = int(np.argmax(jump))
         if jump[joint] > _LARGEST_JUMP:
+            cause = "the path passes a singular posture or its samples are too far apart"
+            if self._near is not None:
+                cause += (
+                    ", or another posture is nearer to home from here on: give a home posture nearer to"
+                    " this path"
+                )
             raise PlanningError(
-                f"{where}: joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg;"
-                " the path passes a singular posture or its samples are too far apart"
+                f"{where}: joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg; {cause}"
             )
 
     def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
@@ -240,3 +274,9 @@ class InverseKinematics:
                     f" {np.rad2deg(angles[k, i]):.2f} deg; its limits are {np.rad2deg(low):.2f} to"
                     f" {np.rad2deg(high):.2f} deg"
                 )
+
+
+def _targets(position: np.ndarray, rotation: np.ndarray) -> Targets:
+    """Return poses of positions [m], (k, 3), and rotation matrices, (k, 3, 3)."""
+    tool = [np.ascontiguousarray(rotation[:, :, k].T) for k in range(3)]
+    return Targets(position.T, tool, np.zeros((3, len(position))))

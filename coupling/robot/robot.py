@@ -22,6 +22,8 @@ _PASSED = {
     " {limit:.5g} N",
     "gear-torque-peak": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its peak"
     " torque is {limit:.5g} N m",
+    "effort": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; the effort of its"
+    " URDF, the highest torque, is {limit:.5g} N m: correct it by gear_torque_Nm if it is none",
     "sampling": "linear interpolation of the force between the process's samples causes an estimated"
     " {value_um:.4g} um at t = {time:.3f} s; tolerance_m is {limit_um:.4g} um: lower sample_s, or give a"
     " path from a file more rows",
@@ -42,7 +44,7 @@ class LimitWarning:
 
     Attributes:
         name: Name of the limit: "rate", "payload", "gear-torque-peak", "gear-torque-emergency",
-            "motor-torque", "motor-torque-warm", "motor-torque-cold" or "sampling".
+            "effort", "motor-torque", "motor-torque-warm", "motor-torque-cold" or "sampling".
         value: Largest demand [rad/s], [N] or [N m]; of samples what they cost [m].
         limit: Limit of the robot, or the tolerance, in the same unit.
         time: Instant at which it is worst [s].

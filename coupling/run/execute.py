@@ -192,8 +192,9 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             # Robots with other motors have FMUs of their own, which end with their replays.
+            ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
-                replays = replayed(cell, models, found, others.of)
+                replays = replayed(cell, models, ranges, found, others.of)
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)

@@ -49,6 +49,10 @@ def exceeded(
         time = float(wrench.time[worst])
         yield LimitWarning("payload", float(force[worst]), ratings.payload, time, robot=robot)
     for gear in gears:
+        at = gear.torque_time, gear.joint, robot
+        effort = ratings.efforts.get(gear.joint)
+        if effort is not None and gear.torque > effort:
+            yield LimitWarning("effort", gear.torque, effort, *at)
         rated = ratings.gears.get(gear.joint)
         if rated is None:
             continue
@@ -56,6 +60,5 @@ def exceeded(
         limits = {"gear-torque-emergency": rated.emergency, "gear-torque-peak": rated.peak}
         for name, limit in limits.items():
             if limit is not None and gear.torque > limit:
-                at = gear.torque_time, gear.joint, robot
                 yield LimitWarning(name, gear.torque, limit, *at)
                 break

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case.case import Case
+from coupling.case.case import Case, PlacedRobot
 from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable
+from elastic_robot.description import Robot, triangle_excess
 from elastic_robot.fmi.interface import IDEAL
 
 
@@ -74,8 +75,17 @@ EXPECTED = {
     "tool_path.rapid_m_s": UsualRange(1e-3, 4.0, "m/s", "what robots reach between cuts"),
     "tool_path.step_down_m": UsualRange(2e-5, 5e-3, "m", _STEP),
     "tool_path.depth_m": UsualRange(1e-4, 0.5, "m", "depth of formed parts"),
+    "robot.reach": UsualRange(
+        0.05, 20.0, "m", "the length of all links, from a small arm to the longest ones"
+    ),
+    "joint.limits": UsualRange(
+        0.0, 20.0, "rad", "wrists that turn three times to either side at most"
+    ),
     "joint.stiffness": UsualRange(
         1e3, 2e8, "N m/rad", "from gears of small arms to those of the heaviest robots"
+    ),
+    "joint.inertia": UsualRange(
+        0.0, 1e-4, "%", "the largest principal moment of a body is at most the sum of the others"
     ),
     "joint.tilt.stiffness": UsualRange(
         1e3, 1e9, "N m/rad", "bearings and links, from small arms to the heaviest robots"
@@ -149,7 +159,37 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
             "process: expected a force along the path, got 0 N everywhere: check that the path is in"
             " contact with the part, and its frame and units"
         )
-    return (*found, *_of_ideal_drives(case))
+    for placed in case.robots:
+        found += [f"robot {placed.description.name}: {text}" for text in placed.provenance.remarks]
+        found += unsure_stiffness(placed)
+    return tuple(dict.fromkeys((*found, *_of_rigid_robots(case), *_of_ideal_drives(case))))
+
+
+def _of_rigid_robots(case: Case) -> Iterator[str]:
+    """Yield a sentence for each robot that does not give way anywhere."""
+    for own in case.robots:
+        if own.description.is_rigid:
+            yield (
+                f"robot {own.description.name}: no joint is elastic, so that its deviation is zero under"
+                " any force: add stiffness and damping under [[joint]] of its file"
+            )
+
+
+def unsure_stiffness(placed: PlacedRobot) -> list[str]:
+    """Return a sentence where the stiffness of a robot's gears is that of a class, or none."""
+    whole = placed.provenance.stiffness_range
+    if whole is None:
+        return []
+    return [
+        f"robot {placed.description.name}: the stiffness of {len(placed.provenance.stiffness_ranges)}"
+        f" gears is typical of a class ({whole[0]:.2g} to {whole[1]:.2g} N m/rad), not of this robot:"
+        " measure it (elastic-robot identify)"
+    ]
+
+
+def remarks_on_robot(robot: Robot) -> list[str]:
+    """Return a sentence for each value of a robot that is out of what is usual."""
+    return [text for place, key, value in _of_robot(robot) if (text := remark(place, key, value))]
 
 
 def _of_ideal_drives(case: Case) -> Iterator[str]:
@@ -200,30 +240,44 @@ def _values(case: Case, wrench: WrenchHistory | None) -> Iterator[tuple[str, str
                 yield f"{table}: {name}", f"{table}.{name}", value
     # A robot that both tools share is looked at once.
     for robot in {placed.description.name: placed.description for placed in case.robots}.values():
-        for number, joint in enumerate(robot.joints, start=1):
-            place = f"robot {robot.name}: joint {number}"
-            if joint.stiffness is not None:
-                yield f"{place}: stiffness", "joint.stiffness", joint.stiffness
-                yield f"{place}: backlash", "joint.backlash", joint.backlash
-                slip = sum(element.slip_torque for element in joint.hysteresis)
-                yield f"{place}: hysteresis", "joint.gear.hysteresis", slip
-            for element in joint.hysteresis:
-                yield f"{place}: slip angle", "joint.gear.slip_angle", element.slip_angle
-            for error in joint.kinematic_error:
-                amplitude = error.amplitude
-                yield f"{place}: kinematic error", "joint.gear.kinematic_error", amplitude
-            if joint.drive is not None:
-                bandwidth = joint.drive.rate_gain / joint.drive.inertia / (2.0 * np.pi)
-                yield f"{place}: rotor's inertia", "joint.drive.inertia", joint.drive.inertia
-                yield f"{place}: friction at rest", "joint.drive.friction", joint.drive.friction
-                gain = joint.drive.position_gain
-                yield f"{place}: position gain", "joint.drive.position_gain", gain
-                yield f"{place}: rate loop", "joint.drive.rate_bandwidth", bandwidth
-            for tilt in joint.tilt:
-                yield f"{place}: stiffness of a tilt", "joint.tilt.stiffness", tilt.stiffness
+        yield from _of_robot(robot)
     yield from _of_milling(case)
     if wrench is not None:
         yield "process: largest force", "answer.peak_force", wrench.peak_force
+
+
+def _of_robot(robot: Robot) -> Iterator[tuple[str, str, float]]:
+    """Yield the same of a robot."""
+    lengths = [np.linalg.norm(joint.origin) for joint in robot.joints[1:]]
+    reach = float(sum(lengths) + np.linalg.norm(robot.tcp_position))
+    if reach > 0.0:
+        yield f"robot {robot.name}: length of its links", "robot.reach", reach
+    for number, joint in enumerate(robot.joints, start=1):
+        place = f"robot {robot.name}: joint {number}"
+        if joint.limits is not None:
+            largest = max(joint.limits, key=abs)
+            yield f"{place}: limits", "joint.limits", abs(largest)
+        if joint.stiffness is not None:
+            yield f"{place}: stiffness", "joint.stiffness", joint.stiffness
+            yield f"{place}: backlash", "joint.backlash", joint.backlash
+            slip = sum(element.slip_torque for element in joint.hysteresis)
+            yield f"{place}: hysteresis", "joint.gear.hysteresis", slip
+        for element in joint.hysteresis:
+            yield f"{place}: slip angle", "joint.gear.slip_angle", element.slip_angle
+        for error in joint.kinematic_error:
+            amplitude = error.amplitude
+            yield f"{place}: kinematic error", "joint.gear.kinematic_error", amplitude
+        if joint.drive is not None:
+            bandwidth = joint.drive.rate_gain / joint.drive.inertia / (2.0 * np.pi)
+            yield f"{place}: rotor's inertia", "joint.drive.inertia", joint.drive.inertia
+            yield f"{place}: friction at rest", "joint.drive.friction", joint.drive.friction
+            gain = joint.drive.position_gain
+            yield f"{place}: position gain", "joint.drive.position_gain", gain
+            yield f"{place}: rate loop", "joint.drive.rate_bandwidth", bandwidth
+        for tilt in joint.tilt:
+            yield f"{place}: stiffness of a tilt", "joint.tilt.stiffness", tilt.stiffness
+        excess = triangle_excess(joint.body)
+        yield f"{place}: inertia over the sum of the others", "joint.inertia", 100.0 * excess
 
 
 def _of_milling(case: Case) -> Iterator[tuple[str, str, float]]:

@@ -36,6 +36,8 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
                 title=placed.description.name,
                 description=Path(table["description"]).name,
                 sources=by_source(numbers),
+                files=dict(placed.provenance.files),
+                stiffness_range_Nm_rad=placed.provenance.stiffness_range,
                 touch_off=touch_off_of(case, placed),
                 links_m=np.round(placed.world_from_base.points(own), 6),
             )

@@ -52,7 +52,7 @@ class SamplingCheck:
 def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | None:
     """Return what the samples of a process cost a command.
 
-    None where nothing acts on the tools, or the path cannot be simulated.
+    None where nothing acts on the tools, where no robot gives way, or the path cannot be simulated.
 
     A formula is evaluated once more, at half the steps, on the path that the tools take.  Of records and
     of other processes the force is taken as parabolas between samples instead of lines: where a process
@@ -62,7 +62,8 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | No
     Args:
         found: The command, with the process's answer to the path under it.
     """
-    if not np.any(found.response.wrench.wrench):
+    rigid = all(placed.description.is_rigid for placed in case.robots)
+    if rigid or not np.any(found.response.wrench.wrench):
         return None
     samples = case.motion.samples.time
     try:

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
+from coupling.files.formats import other_format
 from coupling.path.frame import Frame
-from coupling.toolpaths.apt_statements import Statement, read_statements
+from coupling.toolpaths.apt_statements import Statement, read_content, statements_of
 from coupling.toolpaths.apt_words import (
     IDLE,
     IDLE_WHEN_OFF,
@@ -47,9 +48,9 @@ class AptProgram:
         position: Points in the first frame of the file [m], (n, 3).
         axis: Unit vectors from the tip towards the holder at them, (n, 3).
         feed: Speeds to each [m/s], (n,); NaN for a rapid and for the first one.
-        waits: How long the tool rests at each [s], (n,).
+        waits: Durations of a rest at each [s], (n,).
         left_out: Words that were left out, by how often.
-        assumptions: What was assumed, sentences.
+        assumptions: Assumptions made, sentences.
     """
 
     position: np.ndarray
@@ -66,18 +67,25 @@ def read_program(file: Path) -> AptProgram:
     Raises:
         CaseError: With the number of the line that is not read, or if nothing moves.
     """
+    content = read_content(file)
+    try:
+        return _program_of(content)
+    except ValueError as cause:
+        if other := other_format(content, ["apt"]):
+            raise CaseError(f"{file}: expected APT, {other}") from cause
+        raise CaseError(f"{file}: {cause}") from cause
+
+
+def _program_of(content: bytes) -> AptProgram:
     reader = _Reader()
-    for statement in read_statements(file):
+    for statement in statements_of(content):
         try:
             reader.take(statement)
         except ValueError as cause:
-            raise CaseError(f"{file}: line {statement.line}: {cause}") from cause
+            raise ValueError(f"line {statement.line}: {cause}") from cause
         if statement.word == "FINI":
             break
-    try:
-        return reader.program()
-    except ValueError as cause:
-        raise CaseError(f"{file}: {cause}") from cause
+    return reader.program()
 
 
 @dataclass(frozen=True)
@@ -295,6 +303,10 @@ class _Reader:
         self.waits[last] = self.waits.get(last, 0.0) + seconds
 
     def _circular(self, statement: Statement) -> None:
+        if "TIMES" in statement.arguments:
+            raise ValueError(
+                "expected no CIRCLE with TIMES, got whole turns: output arcs as points"
+            )
         values = numbers(statement.arguments)
         if len(values) < 7 or self.place is None:
             raise ValueError(

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from coupling.errors import CaseError, reason_of
+from coupling.files.formats import binary_name, other_format
 
 # What a file may hold at most [bytes].
 _LARGEST = 128_000_000
 # Words whose statement is text to its end, with or without a slash.
-_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES")
+_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "INSERT", "TITLES", "TPRINT")
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Statement:
     Attributes:
         line: Number of its first line in the file, from 1.
         word: Its major word, in capitals.
-        arguments: What stands behind the slash, by commas, in capitals.
+        arguments: Words and numbers behind the slash, in capitals.
     """
 
     line: int
@@ -30,11 +31,11 @@ class Statement:
     arguments: tuple[str, ...]
 
 
-def read_statements(file: Path) -> Iterator[Statement]:
-    """Yield the statements of an APT file; what follows `$$` is a comment, `$` goes on in the next line.
+def read_content(file: Path) -> bytes:
+    """Return what stands in an APT file.
 
     Raises:
-        CaseError: If it cannot be read, or ends within a statement.
+        CaseError: If it cannot be read, or is no text.
     """
     try:
         with file.open("rb") as stream:
@@ -43,6 +44,17 @@ def read_statements(file: Path) -> Iterator[Statement]:
         raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
     if len(content) > _LARGEST:
         raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: divide it")
+    if binary_name(content):
+        raise CaseError(f"{file}: expected APT, {other_format(content, ())}")
+    return content
+
+
+def statements_of(content: bytes) -> Iterator[Statement]:
+    """Yield the statements; what follows `$$` is a comment, `$` goes on in the next line.
+
+    Raises:
+        ValueError: If the file ends within a statement.
+    """
     # Comments are in any encoding; statements are ASCII, and anything else in them is refused.
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
     begun, first, is_remark = "", 0, False
@@ -64,8 +76,8 @@ def read_statements(file: Path) -> Iterator[Statement]:
         if not mark:
             begun = ""
     if begun.strip():
-        raise CaseError(
-            f"{file}: line {first}: expected the statement to go on behind $, got the end of the file"
+        raise ValueError(
+            f"line {first}: expected the statement to go on behind $, got the end of the file"
         )
 
 

@@ -11,7 +11,17 @@ NUMBER = re.compile(r"[+-]?(?:\d{1,15}(?:\.\d{0,25})?|\.\d{1,25})(?:E[+-]?\d{1,2
 # A vector may be so much longer or shorter than 1.
 _LENGTH = 0.01
 # Words that change nothing of the tip's path.
-_TEXTS = ("PARTNO", "PPRINT", "REMARK", "LETTER", "TITLES", "PAINT", "DISPLY", "END-OF-PATH")
+_TEXTS = (
+    "PARTNO",
+    "PPRINT",
+    "REMARK",
+    "LETTER",
+    "TITLES",
+    "TPRINT",
+    "PAINT",
+    "DISPLY",
+    "END-OF-PATH",
+)
 _TOOLS = ("TOOL PATH", "TLDATA", "LOADTL", "LOAD", "SELECT", "TOOLNO", "CUTTER")
 _MACHINE = ("MACHIN", "SPINDL", "COOLNT", "AUXFUN", "OPSTOP", "STOP", "SEQNO", "REWIND")
 _SETTINGS = ("INTOL", "OUTTOL", "TOLER", "CLPRNT", "NOPOST")
@@ -33,6 +43,7 @@ _REFUSED = {
     "ROTHED": "a turn of the machine's head: output points and axes in the part's frame",
     "RETRCT": "a retraction that the machine knows: output its moves as GOTO",
     "CLEARP": "a plane that the machine retracts to: output its moves as GOTO",
+    "NURBS": "a spline: output its points as GOTO",
     "THREAD": "a thread: output its moves as GOTO",
 }
 _GEOMETRY = (
@@ -59,7 +70,10 @@ def refusal(statement: Statement) -> str:
             f"expected cutter locations, got the geometry of a part program, {word[:20]!r}: output"
             " CLDATA, with GOTO"
         )
-    return f"expected a statement of cutter location data, got {word[:20]!r}: take it out"
+    return (
+        f"expected a statement of cutter location data, got {word[:20]!r}: take it out if it does not"
+        " move the tool"
+    )
 
 
 def numbers(arguments: tuple[str, ...]) -> tuple[float, ...]:

@@ -18,8 +18,9 @@ from coupling.toolpaths.gcode_moves import GcodeProgram
 from coupling.toolpaths.gcode_program import read_program
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
-from coupling.toolpaths.part import upright
+from coupling.toolpaths.oriented_points import TURN_JUMP
 from coupling.toolpaths.remarks import counted
+from coupling.toolpaths.roll import ROLLS
 from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
@@ -31,8 +32,8 @@ class GcodePath(ToolPathTable):
     """Moves of a G-code program, whose coordinates are those of the TCP in the part frame.
 
     Keys: file; rapid_m_s, speed of G0; corner_deg, the turn from which on the tool rests between two
-    moves; blend_s of starts and stops, sample_s; rotary, a table of the machine's rotary axes, and
-    max_turn_deg_s, largest rate at which the tool turns.
+    moves; blend_s of starts and stops, sample_s; rotary, a table of the machine's rotary axes;
+    max_turn_deg_s, largest rate at which the tool turns; roll, its rotation about its axis, as for APT.
     """
 
     kind: Literal["gcode"]
@@ -42,6 +43,7 @@ class GcodePath(ToolPathTable):
     max_turn_deg_s: Positive = 180.0
     blend_s: Positive = 0.2
     sample_s: Positive = 0.02
+    roll: Literal["upright", "parallel"] = "upright"
     rotary: RotaryTable | None = None
 
     @cached_property
@@ -73,6 +75,11 @@ class GcodePath(ToolPathTable):
                 f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"
                 f" up to {jump:.3g} m/s^2 at the feed"
             )
+        if (turn_jump := np.rad2deg(self._course.turn_jump(*self._passed))) > TURN_JUMP:
+            remarks.append(
+                f"{self.file.name}: where moves are passed without a rest, the tool's angular velocity"
+                f" jumps, by up to {turn_jump:.3g} deg/s"
+            )
         return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
 
     @cached_property
@@ -94,7 +101,7 @@ class GcodePath(ToolPathTable):
         if (plane := self._program.plane) is not None:
             points, axes = plane.points(points), plane.turned(axes)
         try:
-            tool = upright(axes)
+            tool = ROLLS[self.roll](axes)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         path = ToolPath(instants.time, poses(points, tool)).transformed(part)

@@ -129,6 +129,25 @@ class Course:
         jumps = np.minimum(feeds[1:], feeds[:-1]) ** 2 * change
         return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
 
+    def turn_jump(self, stops: np.ndarray, feeds: np.ndarray) -> float:
+        """Return the largest jump of the axis's rate where moves meet without a rest [rad/s].
+
+        Args:
+            stops: Whether the tool rests behind each move [1], (n,).
+            feeds: Speeds of the moves [m/s or rad/s], (n,).
+        """
+        if not self.turns:
+            return 0.0
+        which, ones = np.arange(len(self._moves)), np.ones(len(self._moves))
+        begins, ends = (
+            (self._axes(which, part + _STEP) - self._axes(which, part - _STEP))
+            / (2.0 * _STEP * self.lengths[:, None])
+            for part in (0.0 * ones, ones)
+        )
+        change = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
+        jumps = np.minimum(feeds[1:], feeds[:-1]) * change
+        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
+
     @cached_property
     def _stays(self) -> np.ndarray:
         return np.array([move.stays for move in self._moves])

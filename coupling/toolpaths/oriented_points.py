@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 from scipy.spatial.transform import Rotation, Slerp
 
+from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
 from coupling.path.linear import interpolated
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
 # Points this close are one [m], and rotations [rad].
 SAME = 1e-9
+# A jump of the angular velocity that is not worth a remark [deg/s].
+TURN_JUMP = 1.0
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ class OrientedPoints:
         rotation: Rotations part_from_tool at them, (n,).
         feed: Speeds to each [m/s], (n,); the first one is not used.
         rests: Whether the tool rests at each, beside corners [1], (n,); None: nowhere.
-        waits: How long it rests there [s], (n,); None: not at all.
+        waits: Durations of its rests there [s], (n,); None: zeros.
     """
 
     position: np.ndarray
@@ -81,6 +89,23 @@ class OrientedPoints:
 
     def travel(self, law: PathLaw) -> Travel:
         """Return the motion along the ways of points."""
+        speed, stops = self._speeds(law)
+        waits = None if self.waits is None else self.waits[1:]
+        return Travel.along(self._ways, speed, law.blend, stops, waits)
+
+    def turn_jump(self, law: PathLaw) -> float:
+        """Return by how much the angular velocity of the tool jumps at a point at most [rad/s].
+
+        Along the moves the tool turns by vectors phi in ways L; where two of them meet at a speed v
+        without a rest, it is v |phi_1/L_1 - phi_2/L_2|.
+        """
+        speed, stops = self._speeds(law)
+        turns = (self.rotation[1:] * self.rotation[:-1].inv()).as_rotvec() / self._ways[:, None]
+        jumps = np.minimum(speed[1:], speed[:-1]) * np.linalg.norm(np.diff(turns, axis=0), axis=1)
+        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
+
+    def _speeds(self, law: PathLaw) -> tuple[np.ndarray, np.ndarray]:
+        """Return largest speeds to the points [m/s or rad/s], and whether the tool rests there."""
         stays = self._lengths <= SAME
         rate = np.where(stays, law.fastest_turn, self.feed[1:])
         fastest = np.divide(
@@ -91,8 +116,7 @@ class OrientedPoints:
         stops = np.append((along < straight) | stays[1:] | stays[:-1], True)
         if self.rests is not None:
             stops |= self.rests[1:]
-        waits = None if self.waits is None else self.waits[1:]
-        return Travel.along(self._ways, np.minimum(rate, fastest), law.blend, stops, waits)
+        return np.minimum(rate, fastest), stops
 
     def at(self, way: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Return points [m], (k, 3), and rotations at ways from the first point on, (k,)."""
@@ -107,8 +131,8 @@ class OrientedPoints:
 
         Args:
             part: base_from_part.
-            law: How they are passed.
-            where: What an error is about.
+            law: Law by which they are passed.
+            where: Place for messages.
             corners: Times at which the process is to be evaluated as well [s].
 
         Raises:
@@ -119,3 +143,55 @@ class OrientedPoints:
         instants = PathTimes.of(travel.rests, law.sample, corners)
         path = ToolPath(instants.time, poses(*self.at(travel.at(instants.time))))
         return UntiltedPath(part, path.transformed(part), instants.sample_rows)
+
+
+class OrientedPath(ToolPathTable):
+    """A tool path through points of a file.
+
+    Keys: file; corner_deg, the change of direction from which on the tool rests; max_turn_deg_s, largest
+    rate at which it turns; blend_s of starts and stops, sample_s.
+    """
+
+    file: FilePath
+    corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
+    max_turn_deg_s: Positive = 180.0
+    blend_s: Positive = 0.2
+    sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
+
+    @abstractmethod
+    def _read_points(self) -> OrientedPoints:
+        """Return the points of the file."""
+
+    @abstractmethod
+    def _read_remarks(self) -> list[str]:
+        """Return what was left out of the file, and assumed."""
+
+    @cached_property
+    def _points(self) -> OrientedPoints:
+        return self._read_points()
+
+    @property
+    def _law(self) -> PathLaw:
+        corner, fastest = np.deg2rad([self.corner_deg, self.max_turn_deg_s]).tolist()
+        return PathLaw(corner, self.blend_s, fastest, self.sample_s)
+
+    def task(
+        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
+    ) -> Task:
+        """Return the task, with remarks on the file and on jumps of the angular velocity."""
+        remarks = self._read_remarks()
+        if (jump := np.rad2deg(self._points.turn_jump(self._law))) > TURN_JUMP:
+            remarks.append(
+                "where points are passed without a rest, the tool's angular velocity jumps, by up to"
+                f" {jump:.3g} deg/s"
+            )
+        named = tuple(f"{self.file.name}: {remark}" for remark in remarks)
+        return replace(super().task(part, corners, untilted), remarks=named)
+
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
+        """Return the tool path in the world before the tool is turned.
+
+        Raises:
+            CaseError: If the file is unreadable or not such a path, or takes too long.
+        """
+        return self._headed(self._points.untilted(part, self._law, self.file, corners))

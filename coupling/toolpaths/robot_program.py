@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, ProgramError
-from coupling.files.toml_file import FilePath, Positive
-from coupling.path.frame import Frame
+from coupling.files.toml_file import Positive
 from coupling.programs.languages import read_program
 from coupling.programs.program import Pose, ProgramMove, RobotProgram
-from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.oriented_points import SAME, OrientedPoints, PathLaw
+from coupling.toolpaths.oriented_points import SAME, OrientedPath, OrientedPoints
 from coupling.toolpaths.remarks import counted
-from coupling.toolpaths.table import ToolPathTable
-from coupling.toolpaths.task import Task
-from coupling.toolpaths.untilted import UntiltedPath
 
 
-class ProgramPath(ToolPathTable):
+class ProgramPath(OrientedPath):
     """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
     Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets no speed;
@@ -33,12 +26,7 @@ class ProgramPath(ToolPathTable):
     """
 
     kind: Literal["program"]
-    file: FilePath
     feed_m_s: Positive | None = None
-    corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
-    max_turn_deg_s: Positive = 180.0
-    blend_s: Positive = 0.2
-    sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
     @cached_property
     def _program(self) -> RobotProgram:
@@ -47,30 +35,14 @@ class ProgramPath(ToolPathTable):
         except ProgramError as cause:
             raise CaseError(str(cause)) from cause
 
-    def task(
-        self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
-    ) -> Task:
-        """Return the task, with remarks on statements left out and on what was assumed."""
-        name, program = self.file.name, self._program
-        remarks = [f"{name}: {sentence}" for sentence in program.assumptions]
-        if program.left_out:
-            remarks.append(f"{name}: read and left out: {counted(dict(program.left_out))}")
-        return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
+    def _read_remarks(self) -> list[str]:
+        remarks = list(self._program.assumptions)
+        if self._program.left_out:
+            remarks.append(f"read and left out: {counted(dict(self._program.left_out))}")
+        return remarks
 
-    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
-        """Return the tool path in the world before the tool is turned.
-
-        Raises:
-            CaseError: If the program cannot be read, or has motions that are not linear on its way.
-        """
-        law = PathLaw(
-            float(np.deg2rad(self.corner_deg)),
-            self.blend_s,
-            float(np.deg2rad(self.max_turn_deg_s)),
-            self.sample_s,
-        )
-        points = _points(self.file, self._program.moves, self.feed_m_s)
-        return self._headed(points.untilted(part, law, self.file, corners))
+    def _read_points(self) -> OrientedPoints:
+        return _points(self.file, self._program.moves, self.feed_m_s)
 
 
 def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> OrientedPoints:
@@ -79,7 +51,7 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     feeds: list[float] = []
     linear = [number for number, move in enumerate(moves, start=1) if move.motion == "linear"]
     for number, move in enumerate(moves, start=1):
-        where = f"{file}: motion {number}"
+        where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
             if targets and speed is None:

@@ -62,7 +62,7 @@ class Travel:
             blend: Duration of a ramp [s].
             stops: Whether the motion comes to rest behind each [1], (n,); None: only behind the last
                 one, at which it does in any case.
-            waits: How long it then rests [s], (n,); None: not at all.
+            waits: Durations of these rests [s], (n,); None: zero.
         """
         stops = np.zeros(len(length), dtype=bool) if stops is None else stops.copy()
         stops[-1] = True

@@ -24,11 +24,16 @@ from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.runs import CASES as CASES_FOLDER
 from docs.scripts.runs import compensated, example
 
 CASES = ("cone", "milling_20000", "iso9283")
 # The last of them ten times as fast.
 _FAST = "iso9283_fast"
+# Cases whose targets are set apart, and least times between them [s].
+SPACED, SPACINGS = ("milling_20000", "gcode_groove"), (0.004, 0.008, 0.012, 0.024)
+# What the tables above have as least time between targets [s].
+_CLOSEST = 0.004
 # Of sensor interfaces [s].
 CYCLES = (0.004, 0.012)
 # Points from which a derivative is taken.
@@ -43,7 +48,10 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 @cache
 def _run(name: str) -> tuple[Path, Case]:
     """Return the run folder of a case."""
-    changes = {"tool_path": {"feed_m_s": 1.0}} if name == _FAST else {}
+    keys: dict[str, float | str] = {"feed_m_s": 1.0} if name == _FAST else {}
+    if name == "gcode_groove":
+        keys = {"file": str(CASES_FOLDER.parent / "toolpaths" / "groove.ngc")}
+    changes = {"tool_path": keys} if keys else {}
     case, folder = example(name.removesuffix("_fast"), **changes), Path(_folder().name, name)
     folder.mkdir()
     write_run(folder, case, compensated(case))
@@ -53,7 +61,8 @@ def _run(name: str) -> tuple[Path, Case]:
 @cache
 def _exported(name: str, language: str) -> ExportedProgram:
     own = LANGUAGES[language]
-    (found,) = export_run(_run(name)[0], ExportOptions(own, own.targets[0]))
+    closest = None if own.dense else _CLOSEST
+    (found,) = export_run(_run(name)[0], ExportOptions(own, own.targets[0], shortest=closest))
     return found
 
 
@@ -78,6 +87,30 @@ def programs() -> str:
 
     head = ("case", "language", "points", "kB", "command [um]", "file [um]", "loss [um]")
     return table(head, rows())
+
+
+def spacings() -> str:
+    """Return what programs lose whose targets are set apart, under two motions of a controller."""
+
+    def rows() -> Iterator[tuple[str, ...]]:
+        for name in SPACED:
+            for own in (language for language in LANGUAGES.values() if not language.dense):
+                for shortest in SPACINGS:
+                    options = ExportOptions(own, own.targets[0], shortest=shortest)
+                    (one,) = export_run(_run(name)[0], options)
+                    lines = one.loss_on_joint_lines
+                    yield (
+                        f"`{name}`",
+                        own.name,
+                        f"{1e3 * shortest:.0f} ms",
+                        f"{one.points}",
+                        f"{1e3 * one.median:.0f} ms",
+                        _um(one.loss),
+                        "" if lines is None else _um(lines),
+                    )
+
+    head = ("case", "language", "`--shortest-ms`", "points", "median", "loss [um]")
+    return table((*head, "loss on joint lines [um]"), rows())
 
 
 def splines() -> str:
@@ -173,7 +206,7 @@ def _um(length: float) -> str:
     return f"{1e6 * length:.2f}"
 
 
-PARTS = {"programs": programs, "cycles": cycles, "splines": splines}
+PARTS = {"programs": programs, "spacings": spacings, "cycles": cycles, "splines": splines}
 
 if __name__ == "__main__":
     sys.exit(finish(lambda: replace_parts("export", PARTS, sys.argv[1:])))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
+from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
 from coupling.robot.inverter import Inverter
@@ -97,7 +99,16 @@ def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, lang
     """Read again without knowing the command, and simulated: the loss is at most 5 um."""
     place = tmp_path / "programs"
     done = command(
-        "export", runs[robot], "--to", language, "--targets", targets, "-o", place, "--name", "WAY"
+        "export",
+        runs[robot],
+        "--to",
+        language,
+        "--targets",
+        targets,
+        "-o",
+        place,
+        "--name",
+        "WAY",
     )
     assert done.returncode == 0, done.stdout + done.stderr
     (robot_says,) = json.loads((place / "export.json").read_text())["robots"]
@@ -164,10 +175,114 @@ def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
 
 def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
     krl = LANGUAGES["krl"]
-    (loose,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6))
-    (tight,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6))
+    (loose,) = export_run(
+        runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6, shortest=0.004)
+    )
+    (tight,) = export_run(
+        runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6, shortest=0.004)
+    )
     assert tight.loss <= 1e-6 < loose.loss <= 50e-6
     assert loose.points < tight.points
+
+
+@pytest.mark.parametrize(
+    ("asked", "closest"), [(0.021, 0.024), (0.001, 0.004), (0.012, 0.012), (5.0, 0.25)]
+)
+def test_no_two_targets_are_closer_than_asked(runs, asked, closest):
+    rapid = LANGUAGES["rapid"]
+    (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(rapid, "joints", shortest=asked))
+    times = [move.duration for move in rapid.read(found.files).timed[1:]]
+    assert min(times) == pytest.approx(found.shortest, rel=1e-5)
+    assert min(times) > closest - 1e-6
+    # All are whole multiples of it but the last, which takes what is left.
+    steps = np.array(times[:-1]) / closest
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
+    assert found.median == pytest.approx(np.median(times), rel=1e-5)
+    alike = [time for time in times if time < min(times) + 1e-6]
+    assert found.share_of_shortest == pytest.approx(len(alike) / len(times))
+
+
+@pytest.mark.parametrize(
+    ("language", "usual"), [("krl", 0.012), ("rapid", 0.012), ("fanuc", 0.008)]
+)
+def test_targets_are_as_far_apart_as_is_usual_or_as_the_tolerance_takes(runs, language, usual):
+    def exported(tolerance: float):
+        options = ExportOptions(LANGUAGES[language], "joints", tolerance=tolerance)
+        return export_run(runs["fanuc_r2000ic"], options)[0]
+
+    assert exported(1e-3).shortest > usual - 1e-6
+    tight = exported(5e-6)
+    assert tight.loss <= 5e-6
+    asked = ExportOptions(LANGUAGES[language], "joints", shortest=usual)
+    if export_run(runs["fanuc_r2000ic"], asked)[0].loss > 5e-6:
+        assert tight.shortest < usual - 1e-6
+
+
+def test_the_closest_targets_are_said_first(runs, command, tmp_path):
+    typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
+    close = command(*typed, "--shortest-ms", "4").stdout.strip().splitlines()
+    assert close[0].startswith("Warning: ")
+    assert "of the targets are 4 ms apart" in close[0]
+    assert close[0].endswith("--shortest-ms 12")
+    usual = command(*typed, "--shortest-ms", "12").stdout.strip().splitlines()
+    assert "of the targets are 12 ms apart" in usual[0]
+    assert "Warning" not in usual[0]
+
+
+def test_the_option_that_is_advised_keeps_the_tolerance(runs, command, tmp_path):
+    typed = ("export", runs["abb_irb7600"], "--to", "rapid", "-o", tmp_path / "p", "--overwrite")
+    done = command(*typed, "--shortest-ms", "24")
+    assert done.returncode == 1
+    option = re.search(r"expected a loss of at most 5 um: (--\S+) (\S+) keeps it", done.stdout)
+    again = command(*typed, *option.groups())
+    assert again.returncode == 0, again.stdout
+    (tight,) = export_run(
+        runs["abb_irb7600"], ExportOptions(LANGUAGES["rapid"], "joints", tolerance=1e-9)
+    )
+    accepted = re.match(r"--tolerance (\S+) accepts it", tight.advice)
+    assert 0.0 <= float(accepted[1]) - 1e6 * tight.loss < 1.0
+
+
+@pytest.mark.parametrize(("cycle", "language"), [(0.004, "fanuc"), (0.012, "rapid")])
+def test_the_loss_on_joint_lines_is_that_of_lines_drawn_finely(runs, cycle, language):
+    """Reference: angles between set points by np.interp, every 0.2 ms a row of their own."""
+    own, run = LANGUAGES[language], runs["fanuc_r2000ic"]
+    (found,) = export_run(run, ExportOptions(own, "joints", cycle=cycle, shortest=cycle))
+    case, stored = load_case(run / "case.toml"), read_run(run).first
+    axes = controller_axes(find_robot("fanuc_r2000ic"), 6)
+    motion = drive_motion(own.read(found.files), case.robots[0].description, axes, cycle, 0.0)
+    end = max(motion.time[-1], stored.wrench.time[-1])
+    time = np.append(motion.time[:-1], end)
+    fine = np.linspace(0.0, end, round(end / 2e-4) + 1)
+    lines = np.column_stack([np.interp(fine, time, row) for row in motion.q[0].T])
+    with Models(case.fmu) as models:
+        cell, _ = cell_of(case.robots, models)
+        command = cell.simulate(stored.joints, stored.wrench, "dynamic")
+        path = cell.simulate(JointPath(fine, (lines,)), stored.wrench, "dynamic")
+    assert abs(found.loss_on_joint_lines - found.loss) > 0.05e-6
+    assert found.loss_on_joint_lines == pytest.approx(path.distance_to(command).max(), rel=5e-3)
+
+
+def test_splines_have_no_loss_on_joint_lines(runs):
+    (found,) = export_run(
+        runs["icme2008"], ExportOptions(LANGUAGES["krl"], "joints", tolerance=1e-3)
+    )
+    assert found.loss_on_joint_lines is None
+
+
+def test_programs_say_what_of_the_controller_they_overwrite_and_do_not_set(runs):
+    texts = {
+        name: export_run(
+            runs["icme2008"], ExportOptions(LANGUAGES[name], "joints", tolerance=1e-3)
+        )[0]
+        .files[0]
+        .text
+        for name in ("krl", "rapid", "fanuc")
+    }
+    assert re.search(r"^; \$LOAD, the load on the flange, is the controller's", texts["krl"], re.M)
+    assert "set the load of the tool" in texts["rapid"]
+    for words in ("!Overwrites PR[9], UFRAME[9]", "!and UTOOL[9]", "!PAYLOAD"):
+        assert words in texts["fanuc"]
 
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
@@ -204,6 +319,7 @@ REFUSED = {
     "not a number": (["--to", "krl", "--tolerance", "nan"], "expected a number > 0 [um], got nan"),
     "cycle": (["--to", "fanuc", "--cycle-ms", "2.5"], "whole multiples of 1 ms, got 2.5 ms"),
     "letters": (["--to", "krl", "--name", "2nd cut"], "expected a letter, then letters, digits"),
+    "spacing": (["--to", "csv", "--shortest-ms", "8"], "--shortest-ms: csv: expected none"),
     "long": (["--to", "krl", "--name", "A" * 25], "at most 24 for KRL"),
     "word": (["--to", "krl", "--name", "Spline"], "expected none of KRL's own words, got 'Spline'"),
     "way out": (["--to", "rapid", "--name", "../../x"], "expected a letter, then letters, digits"),
@@ -279,7 +395,8 @@ def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, comman
     done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
     assert done.returncode == 0
     assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json"}
-    assert command("export", run, "--to", "krl", "-o", place, "--overwrite").returncode == 0
+    done = command("export", run, "--to", "krl", "-o", place, "--overwrite")
+    assert done.returncode == 0
     assert (place / "stroke.src").read_bytes() == first  # byte for byte
     other = tmp_path / "mine"
     other.mkdir()

@@ -10,6 +10,7 @@ from coupling.errors import CaseError, ProgramError
 from coupling.files.formats import other_format
 from coupling.path.frame import Frame
 from coupling.programs.languages import read_program
+from coupling.toolpaths.apt_program import read_program as read_apt
 from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.gcode_program import read_program as read_gcode
 
@@ -23,7 +24,7 @@ FILES = {
     "a Yaskawa job": (b"/JOB\n//NAME A\n", None),
     "a Kawasaki AS program": (b".PROGRAM a()\nLMOVE p\n.END\n", None),
     "a Heidenhain dialogue program": (b"0 BEGIN PGM A MM\n1 L X+10 Y+0 R0 FMAX\n", None),
-    "an APT/CLDATA file": (b"TOOL PATH/ROUGH,TOOL,MILL\nRAPID\nGOTO/0.0,0.0,20.0\n", None),
+    "an APT/CLDATA file": (b"TOOL PATH/ROUGH,TOOL,MILL\nRAPID\nGOTO/0.0,0.0,20.0\n", "apt"),
     "an HPGL plot": (b"IN;SP1;PU0,0;PD100,100;", None),
     "a STEP file": (b"ISO-10303-21;\nHEADER;\n", None),
     "an STL file": (b"solid a\n facet normal 0 0 1\n", None),
@@ -49,6 +50,7 @@ def test_a_file_of_another_kind_is_named_with_what_reads_it(tmp_path, name):
     readers = {
         "gcode": (read_gcode, CaseError),
         "program": (read_program, ProgramError),
+        "apt": (read_apt, CaseError),
         "csv": (lambda path: CsvPath(kind="csv", file=path).path(PART), CaseError),
     }
     for reader, (read, error) in readers.items():

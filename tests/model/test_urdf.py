@@ -331,11 +331,17 @@ MISTAKES = {
     ),
     "joint of a branch": ("toml", '"elbow"', '"gripper"', ["'gripper'", "between base and TCP"]),
     "joint without a name": ("toml", 'name = "elbow"', "", ["joint 2", "'name' is missing"]),
-    "mass in the robot file": (
+    "negative mass in the robot file": (
         "toml",
         'name = "elbow"',
-        'name = "elbow"\nmass = 1.0',
-        ["joint 2", "unknown key 'mass'"],
+        'name = "elbow"\nmass = -1.0',
+        ["joint 'elbow'", "mass", "-1.0"],
+    ),
+    "part of a body that the URDF has not": (
+        "urdf+toml",
+        link("forearm") + "\n" + link("finger"),
+        '<link name="forearm"/><link name="finger"/>',
+        ["joint 'elbow'", "expected mass, com and inertia", "got no com"],
     ),
     "no density": ("toml", "[tcp]", "mass_scale = 0.0\n[tcp]", ["urdf: mass_scale", "0.0"]),
     "no tip": ("toml", 'link = "tool"', "", ["tcp", "'link' is missing"]),
@@ -348,13 +354,21 @@ MISTAKES = {
         ["joint 1 ('shoulder')", "expected an inertia of its own to move"],
     ),
     "not XML": ("urdf", "</robot>", "", ["is not a URDF", "no element found"]),
-    "no name": ("urdf", ' name="arm"', "", ["is not a URDF", "No name given for the robot"]),
-    "two roots": ("urdf", "</robot>", '<link name="lost"/></robot>', ["is not a URDF", "[lost]"]),
+    "two roots": (
+        "urdf",
+        "</robot>",
+        '<link name="lost"/></robot>',
+        ["one link without a joint before it", "base_link, lost"],
+    ),
     "sliding joint": (
         "urdf",
         '"elbow" type="revolute"',
         '"elbow" type="prismatic"',
-        ["joint 'elbow'", "between 'base_link' and 'tool'", "got prismatic"],
+        [
+            "joint 'elbow'",
+            "between 'base_link' and 'tool'",
+            "got prismatic: set [tcp] link = 'upper_arm'",
+        ],
     ),
     "floating joint": (
         "urdf",
@@ -368,18 +382,23 @@ MISTAKES = {
         '<parent link="upper_arm"/><mimic joint="shoulder"/>',
         ["joint 'elbow'", "mimic"],
     ),
-    "mass that is no number": ("urdf", 'value="5"', 'value="heavy"', ["mass [heavy]"]),
+    "mass that is no number": (
+        "urdf",
+        link("upper_arm"),
+        link("upper_arm").replace('"5"', '"heavy"'),
+        ["link 'upper_arm'", "mass", "'heavy'"],
+    ),
     "no inertia": (
         "urdf",
         link("forearm") + "\n" + link("finger"),
         '<link name="forearm"/><link name="finger"/>',
-        ["joint 2 ('elbow')", "expected an inertia of its own to move"],
+        ["joint 2 ('elbow')", "an inertia of its own to move", "no mass behind 'elbow'"],
     ),
     "inertia of no body": (
         "urdf",
-        link("upper_arm"),
-        link("upper_arm").replace('ixx="1"', 'ixx="9"'),
-        ["joint 'shoulder'", "principal moments"],
+        link("forearm"),
+        link("forearm").replace('ixx="1"', 'ixx="9"'),
+        ["joint 'elbow'", "principal moments", "by more than 2 %"],
     ),
     "no axis": ("urdf", '"0 1 0"', '"0 0 0"', ["joint 'shoulder'", "axis"]),
     "inverted limits": ("urdf", 'lower="-2"', 'lower="3"', ["'shoulder'", "limits", "low < high"]),
@@ -399,6 +418,9 @@ def write_arm(folder: Path, toml: str = ARM_FILE, urdf: str = ARM_URDF) -> Path:
 def test_a_mistake_is_refused_with_place_value_and_need(tmp_path, capfd, mistake):
     which, old, new, words = MISTAKES[mistake]
     texts = {"toml": ARM_FILE, "urdf": ARM_URDF}
+    if which == "urdf+toml":
+        which = "urdf"
+        texts["toml"] = ARM_FILE.replace('name = "elbow"', 'name = "elbow"\nmass = 1.0')
     assert old in texts[which]
     texts[which] = texts[which].replace(old, new, 1)
     file = write_arm(tmp_path, texts["toml"], texts["urdf"])

@@ -207,7 +207,7 @@ def test_joint_limits_and_rates_are_those_of_the_planned_path():
     joints = [replace(joint, limits=(-2.0, 2.5), max_rate=0.5) for joint in base.joints]
     robot = replace(base, joints=tuple(joints))
     place = placing(case, case.process)
-    screen = Screen(robot, place.gears, case.robots[0].home, place.cell, place.stations)
+    screen = Screen(robot, place.gears, place.arm, place.cell, place.stations)
     figures = screen.figures(place.present[None])
     planned = InverseKinematics(robot, case.robots[0].home).plan(case.desired)
     q = planned.q[0]

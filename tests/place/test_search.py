@@ -126,7 +126,7 @@ def test_objectives_are_displacement_exposure_and_their_sum():
 
 
 def test_a_box_is_filled_to_its_ends_and_no_further():
-    low, high = np.zeros(8), np.array([1.0, 0, 2.0, 0, 0, 0, 0, 0.5])
+    low, high = np.zeros(9), np.array([1.0, 0, 2.0, 0, 0, 0, 0, 0.5, 0])
     box = Ranges(low, high)
     points = box.sampled(1024, seed=3)
     assert [NAMES[k] for k in box.free] == ["x", "z", "base_roll"]

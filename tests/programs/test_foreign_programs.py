@@ -143,7 +143,7 @@ def moved(language: str, line: str) -> tuple[str, str]:
 
 # What stands in a program, and what the message must say.
 REFUSED = {
-    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "got FOR"]),
+    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "expected ENDFOR", "got FOR"]),
     "krl arc": (*moved("krl", "CIRC {X 1},{X 2}"), ["line 15", "got CIRC"]),
     "krl unknown point": ("krl", KRL, ["expected a point that has a value", "'XP1'", ".dat"]),
     "krl home in between": (
@@ -154,7 +154,10 @@ REFUSED = {
     "krl word": (*moved("krl", "LIN {X ten}"), ["line 15", "expected a number", "'ten'"]),
     "krl huge": (*moved("krl", "LIN {X 1e300}"), ["line 15", "at most 1e+08"]),
     "krl infinite": (*moved("krl", "LIN {X inf}"), ["expected a number", "'inf'"]),
-    "krl another base": (*moved("krl", "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}"), ["one $BASE"]),
+    "krl another base": (
+        *moved("krl", "$BASE=BASE_DATA[2]\nLIN {X 1,Y 1,Z 1,A 0,B 0,C 0}"),
+        ["line 16", "one base", "BASE_DATA[2]"],
+    ),
     "krl half a point": ("krl", "DEF A()\nLIN {X 1}\nEND", ["X, Y, Z, A, B, C", "Y, Z"]),
     "krl no target": (*moved("krl", "LIN"), ["line 15", "expected a motion to a point"]),
     "krl no motion": ("krl", "DEF A()\nEND", ["expected motions, got none"]),
@@ -171,7 +174,7 @@ REFUSED = {
     "krl time zero": ("krl", "TIME_BLOCK START\nTIME_BLOCK PART=0", ["line 2", "time > 0"]),
     "krl end alone": ("krl", "TIME_BLOCK END=1", ["line 1", "expected START"]),
     "rapid loop": (*moved("rapid", "WHILE TRUE DO;"), ["line 10", "got WHILE"]),
-    "rapid arc": (*moved("rapid", "MoveC p10,p10,v100,z1,tool0;"), ["line 10", "got MOVEC"]),
+    "rapid arc": (*moved("rapid", "MoveC p10,p10,v100,z1,tool0;"), ["line 10", "got MoveC"]),
     "rapid brackets": (
         *moved("rapid", f"MoveL {'[' * 9000}{']' * 9000},v1,z1,tool0;"),
         ["line 10", "brackets"],
@@ -179,8 +182,8 @@ REFUSED = {
     "rapid unclosed": (*moved("rapid", "MoveL [[1,2,3,v1,z1,tool0;"), ["line 10", "4 numbers"][:1]),
     "rapid unknown": (*moved("rapid", "MoveL p99,v1,z1,tool0;"), ["line 10", "robtarget", "'p99'"]),
     "rapid offset": (
-        *moved("rapid", "MoveL Offs(p10,1,2,3),v1,z1,tool0;"),
-        ["line 10", "arguments"],
+        *moved("rapid", "MoveL Offs(p10,1,2),v1,z1,tool0;"),
+        ["line 10", "arguments of Offs"],
     ),
     "rapid quaternion": (
         "rapid",
@@ -191,22 +194,27 @@ REFUSED = {
         *moved("rapid", "MoveL p10,v1\\T:=-1,z1,tMill\\WObj:=wPart;"),
         ["line 10", "time \\T > 0"],
     ),
-    "rapid another base": (
-        *moved("rapid", "wPart.uframe := [[0,0,0],[1,0,0,0]];"),
-        ["line 10", "expected one wPart for all targets"],
+    "rapid two tools": (
+        *moved("rapid", "MoveL p10,v1,z1,tool0;"),
+        ["line 10", "one tool", "tool0 behind tMill"],
     ),
-    "rapid two tools": (*moved("rapid", "MoveL p10,v1,z1,tool0;"), ["one tool and work object"]),
     "rapid no semicolon": ("rapid", "MoveL p10,v1,z1,tool0", ["line 1", "semicolon"]),
     "rapid nothing": ("rapid", "", ["expected motions, got none"]),
-    "fanuc jump": (*moved("fanuc", "   5:  JMP LBL[1] ;"), ["line 9", "JMP LBL[1]"]),
-    "fanuc arc": (*moved("fanuc", "   5:C P[1] P[2] 10mm/sec FINE ;"), ["line 9", "J or L"]),
+    "fanuc jump": (*moved("fanuc", "   5:  JMP LBL[1] ;"), ["line 9", "LBL[1]", "got none"]),
+    "fanuc arc": (
+        *moved("fanuc", "   5:C P[1] P[2] 10mm/sec FINE ;"),
+        ["line 9", "J or L", "circle"],
+    ),
     "fanuc position": (*moved("fanuc", "   5:L P[77] 10mm/sec FINE ;"), ["line 9", "P[77]"]),
-    "fanuc register": (*moved("fanuc", "   5:L PR[1] 10mm/sec FINE ;"), ["line 9", "J or L"]),
+    "fanuc register": (
+        *moved("fanuc", "   5:L PR[1] 10mm/sec FINE ;"),
+        ["line 9", "PR[1]", "value"],
+    ),
     "fanuc speed": (*moved("fanuc", "   5:L P[2] fast FINE ;"), ["line 9", "J or L"]),
     "fanuc zero": (*moved("fanuc", "   5:L P[2] 0msec FINE ;"), ["line 9", "> 0"]),
     "fanuc name": ("fanuc", "/MN\n", ["/PROG and a name"]),
-    "fanuc empty position": ("fanuc", FANUC.replace("J1=", "K1="), ["got none of X, Y, Z"]),
-    "fanuc endless": (*moved("fanuc", "   5:  CALL CAM ;"), ["at most 4 calls"]),
+    "fanuc empty position": ("fanuc", FANUC.replace("J1=", "K1="), ["P[1]", "J1, J2, .. in order"]),
+    "fanuc endless": (*moved("fanuc", "   5:  CALL CAM ;"), ["at most 10 calls"]),
     "csv columns": ("csv", "t,a\n1,2\n", ["columns time, q1"]),
     "csv word": ("csv", "time,q1\n0,one\n1,2\n", ["not a table of numbers"]),
     "csv time": ("csv", "time,q1\n0,1\n0,2\n", ["row 2", "rising times"]),

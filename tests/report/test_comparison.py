@@ -13,6 +13,8 @@ from line_case import line_case
 from coupling.errors import ResultError
 from coupling.report.compare_report import comparison_page, comparison_summary
 from coupling.report.comparison import Comparison, command_difference
+from coupling.report.verdict import verdict
+from coupling.results.outlook import ENDS_OF_RANGES
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 
@@ -55,6 +57,28 @@ def test_what_differs_is_found_and_nothing_else(runs):
     )
     assert same.inputs() == []
     assert [part for own in comparison_summary(same) for part in own.parts].count("Identical.") == 1
+
+
+def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_verdict(runs):
+    """As if the URDF had changed between two runs, and the gears' stiffness were that of a class."""
+    changed = shutil.copytree(runs[0], runs[0].with_name("changed"))
+    result = json.loads((changed / "result.json").read_text())
+    (robot,) = result["robots"]
+    (name,) = robot["files"]
+    robot["files"] |= {"arm.urdf": "sha256 0"}
+    robot["stiffness_range_Nm_rad"] = [1e5, 3e6]
+    (row, *_) = result["robustness"]
+    result["robustness"] += [row | {"name": end} for end in ENDS_OF_RANGES]
+    (changed / "result.json").write_text(json.dumps(result))
+    found = Comparison.of(runs[0], changed)
+    assert name.endswith(".toml")
+    assert found.inputs() == [("forming robot, file arm.urdf", "-", "sha256 0")]
+    said = " ".join(map(str, verdict(found.runs[1].figures, "a wall").parts))
+    assert (
+        "typical of their class (1e+05 to 3e+06 N m/rad), not of this robot: expected between"
+        in said
+    )
+    assert "with the softest gears of their class" in said
 
 
 def test_lines_and_page_tell_both(runs):

@@ -15,7 +15,7 @@ from coupling.files.toml_file import validate
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.toolpaths.apt import AptPath
 from coupling.toolpaths.apt_program import read_program
-from coupling.toolpaths.part import upright
+from coupling.toolpaths.roll import upright
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("z", 0.3))
 NX = """TOOL PATH/FINISH,TOOL,BALL_6
@@ -133,14 +133,33 @@ def test_the_tool_turns_the_shortest_way_from_upright(vectors):
         np.testing.assert_allclose(tool[:, 0], -vector, atol=1e-11)
 
 
-def test_a_tool_that_comes_back_to_its_axis_has_not_turned_about_it(tmp_path):
-    """Ten turns about a cone of axes; from point to point it would have turned by 2 pi (1 - cos)."""
-    angle = np.linspace(0.0, 20.0 * np.pi, 401)
-    axes = np.column_stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.full(401, np.sqrt(0.75))])
-    lines = [f"GOTO/{k},0,0,{x:.9f},{y:.9f},{z:.9f}" for k, (x, y, z) in enumerate(axes.tolist())]
-    path = table(tmp_path, "\n".join(["FEDRAT/MMPM,600", *lines])).path(AT_THE_ORIGIN)
-    tools = path.rotations[0]
-    assert (tools[-1] * tools[0].inv()).magnitude() < 1e-7
+@pytest.mark.parametrize("roll", ["upright", "parallel"])
+def test_a_tool_that_comes_back_to_its_axis_has_turned_about_it_as_its_roll_says(tmp_path, roll):
+    """One round of a cone of axes: by nothing, or by the solid angle within, 2 pi (1 - cos)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 2001)
+    axes = np.column_stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.full(2001, np.sqrt(0.75))])
+    rows = axes.round(12).tolist()
+    lines = [f"GOTO/{k},0,0,{x:.12f},{y:.12f},{z:.12f}" for k, (x, y, z) in enumerate(rows)]
+    text = "\n".join(["FEDRAT/MMPM,60000", *lines])
+    tools = table(tmp_path, text, roll=roll).path(AT_THE_ORIGIN).rotations[0]
+    turned = (tools[0].inv() * tools[-1]).as_rotvec()
+    expected = 0.0 if roll == "upright" else 2.0 * np.pi * (1.0 - np.sqrt(0.75))
+    np.testing.assert_allclose(np.abs(turned), [expected, 0.0, 0.0], atol=2e-6)
+
+
+def test_an_axis_may_go_all_around_a_shaft(tmp_path):
+    """About the part's x axis, from below and on for two rounds, without a turn about itself."""
+    rows = [(k, np.sin(a), np.cos(a)) for k, a in enumerate(np.linspace(np.pi, 5.0 * np.pi, 200))]
+    lines = [f"GOTO/{k},{50 * y:.12f},{50 * z:.12f},0,{y:.12f},{z:.12f}" for k, y, z in rows]
+    text = "\n".join(["FEDRAT/MMPM,600", *lines])
+    found = table(tmp_path, text, roll="parallel", corner_deg=30.0).path(AT_THE_ORIGIN)
+    # Chords of the tip leave its circle by 0.1 mm; the tool's z axis stays along the shaft.
+    held = holder(found, AT_THE_ORIGIN, 0.05)[:, 1:]
+    np.testing.assert_allclose(np.linalg.norm(held, axis=1), 0.1, atol=2e-4)
+    along = found.rotations[0].apply([0.0, 0.0, 1.0])[:, 0]
+    np.testing.assert_allclose(along, 1.0, atol=1e-9)
+    with pytest.raises(CaseError, match="straight down, got one at point 1: set roll"):
+        table(tmp_path, text).path(AT_THE_ORIGIN)
 
 
 def test_a_rapid_is_for_one_point_and_ends_at_rest(tmp_path):
@@ -161,6 +180,16 @@ def test_the_tool_turns_at_most_as_fast_as_it_may(tmp_path):
     rate = (path.rotations[0][1:] * path.rotations[0][:-1].inv()).magnitude() / np.diff(path.time)
     assert rate.max() == pytest.approx(np.pi / 3, rel=1e-3)
     assert path.time[-1] == pytest.approx(5.0 + 0.2 + 1.0 + 0.2 + 1.0 + 0.2, abs=1e-6)
+
+
+def test_a_jump_of_the_angular_velocity_is_told(tmp_path):
+    """30 deg over 50 mm at 10 mm/s, 6 deg/s, begin where the tool did not turn."""
+    tilted = f"{np.sin(np.pi / 6)},0,{np.cos(np.pi / 6)}"
+    text = f"FEDRAT/MMPM,600\nGOTO/0,0,0\nGOTO/50,0,0\nGOTO/100,0,0,{tilted}\n"
+    remarks = table(tmp_path, text).task(AT_THE_ORIGIN).remarks
+    assert remarks[-1].endswith("the tool's angular velocity jumps, by up to 6 deg/s")
+    still = table(tmp_path, "FEDRAT/MMPM,600\nGOTO/0,0,0\nGOTO/50,0,0\nGOTO/90,1,0\n")
+    assert len(still.task(AT_THE_ORIGIN).remarks) == 1
 
 
 def test_points_of_several_frames_are_in_the_first(tmp_path):
@@ -208,6 +237,8 @@ HEAD = "UNITS/MM\nFEDRAT/600\nGOTO/0,0,0\n"
         (f"{HEAD}FEDRAT/0.1,MMPR\nGOTO/9,0,0", "line 4: expected FEDRAT/ and a number, per minute"),
         (f"{HEAD}CIRCLE/0,5,0,0,0,1,5\nGOTO/0,10,0", "line 4: CIRCLE: expected points along it"),
         (f"{HEAD}CIRCLE/0,5,0,0,0,1,5\nGOTO/0,10,0\nGOTO/9,9,9", "CIRCLE: expected points"),
+        (f"{HEAD}CIRCLE/0,5,0,0,0,1,5,TIMES,1\nGOTO/0,10,0", "expected no CIRCLE with TIMES"),
+        (f"{HEAD}NURBS/1,2\nGOTO/0,10,0", "expected no NURBS, got a spline"),
         (f"{HEAD}P1=POINT/1,2,3\nGOTO/P1", "line 4: expected cutter locations, got the geometry"),
         (f"{HEAD}GOFWD/L1,PAST,L2", "line 4: expected cutter locations"),
         (f"{HEAD}GOTO/P1", "line 4: expected numbers, got 'P1'"),

@@ -227,6 +227,28 @@ def test_a_tool_is_turned_the_shortest_way_from_untilted(tmp_path):
     assert steps.max() < np.deg2rad(180.0) * 0.004 * 1.001
 
 
+def test_a_parallel_tool_does_not_turn_about_its_axis(tmp_path):
+    """Round a cone of half angle 30 deg it has turned by the solid angle within, 2 pi (1 - cos 30)."""
+    lines = ["G43.4", "G0 X0 Y0 Z0 A30 C0", "G1 C360 F3600"]
+    rotary = {"axes": ["table C", "table A"]}
+    for roll, angle in (("upright", 0.0), ("parallel", 2.0 * np.pi * (1.0 - np.sqrt(0.75)))):
+        held = path(tmp_path, lines, rotary=rotary, roll=roll).path(PART).rotations[0]
+        turned = held[-1] * held[0].inv()
+        # Every 4 ms of the circle is a chord of the sphere.
+        assert turned.magnitude() == pytest.approx(angle, abs=2e-5)
+
+
+def test_a_jump_of_the_angular_velocity_is_told(tmp_path):
+    """20 deg/s about y, and then back, along one straight line at 10 mm/s."""
+    lines = ["TRAORI", "G0 X0 Y0 Z0", "G1 X10 B20 F600", "X20 B0"]
+    (remark,) = [
+        remark
+        for remark in path(tmp_path, lines, rotary={"axes": ["head B"]}).task(PART).remarks
+        if "jumps" in remark
+    ]
+    assert "the tool's angular velocity jumps, by up to 40 deg/s" in remark
+
+
 def test_a_tool_passes_the_pole_without_a_jump(tmp_path):
     """A from -10 to 10 deg goes through upright; C180 A10 then is the same tool as A-10."""
     lines = ["TRAORI", "G0 X0 Y0 Z0 A-10 C0", "G1 X20 A10 F600", "X40 A-10"]
@@ -383,7 +405,7 @@ MACHINE = AC | {"coordinates": "machine", "points_m": {"A": [0.0, 0.0, 0.1], "C"
         (AC, ["TRAORI", "G1 X5 F600 C3=1 A3=1", "X9 A5"], "turn from known angles, got a tool vector"),
         (None, ["G43.5", "G2 X5 I2 J1 F600"], "expected lines under G43.5, got an arc"),
         (AC, ["TRAORI", "G1 X5 A20 F600", "TRAFOOF", "X0 Y0 Z0", "X1"], "TRAFOOF, the end of TRAORI"),
-        (AC, ["G43.4", "G1 X5 A20 F600", "G49", "G0 X0 Y0 Z0", "X1"], "no moves behind G49, the end of G43.4"),
+        (AC, ["G43.4", "G1 X5 A20 F600", "G49", "G0 X0 Y0 Z0", "X1"], "behind G49, the end of G43.4"),
         (AC, ["G43.4 A1e9"], "numbers without exponents"),
         (AC, ["G43.4 A99999999"], "A: expected at most 1e[+]06 deg"),
         (AC, ["TRAORI A2=30"], "a direction of the tool in another form 'A2=30'"),

@@ -107,7 +107,7 @@ def test_points_with_a_speed_each_are_passed_without_a_rest(tmp_path):
     [
         (
             krl(extra="PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}\nLIN {X 0,Y 0,Z 9,A 0,B 90,C 0}"),
-            "motion 6",
+            "way.src: line 8: expected linear moves to poses, got a joint one",
         ),
         (krl(speed=""), "expected a speed, or feed_m_s"),
         (krl(speed="$VEL.CP=0.0000001"), "at most 2000000 samples"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, task_step
 from coupling.robot.batch.serial_robot import BatchPosture, SerialRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
@@ -16,6 +17,12 @@ _REACHED = 1e-8
 _DAMPING = 1e-3
 # What keeps the inverse of a singular matrix finite.
 _LEAST = 1e-12
+# A posture is the one nearest to home when so little is left along the self-motion [rad].
+_NEAREST = 1e-9
+# Postures around home that a search for the nearest one starts from, their spread [rad] and seed.
+_STARTS, _SPREAD, _SEED = 16, 1.0, 1
+# Angle by which accelerations of a redundant robot look ahead and back [rad].
+_AHEAD = 1e-4
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, iterations in each, and at its end.
@@ -48,6 +55,7 @@ def reached(
     start: np.ndarray,
     iterations: int = _ITERATIONS,
     tolerance: float = _REACHED,
+    near: NearHome | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint angles at poses by damped least squares, and whether each pose was reached.
 
@@ -56,6 +64,7 @@ def reached(
         start: Angles to begin with [rad], (joints, n).
         iterations: Iterations at most.
         tolerance: Error of a pose that is reached, lengths in units of the reach [1].
+        near: Cost that chooses a posture where there are more than six joints; None: the shortest way.
     """
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
@@ -64,13 +73,11 @@ def reached(
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
-        done = size < tolerance**2
+        step, nearest = _step(posture, robot.reach, error, size, near and near.chosen(live))
+        done = (size < tolerance**2) & nearest
         found[live[done]] = True
         if done.all():
             break
-        normal, transposed = _normal(posture, robot.reach, _DAMPING * size)
-        gradient = np.einsum("jkn,kn->nj", transposed, error)
-        step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
         largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
         step *= np.minimum(1.0, _LARGEST_STEP / largest)
         keep = ~done
@@ -105,6 +112,49 @@ def angles_from_home(
     return reached(robot, targets, q)
 
 
+def self_motion(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
+    """Return the self-motion of a posture, by the angle of its freest joint [1], (joints,).
+
+    Args:
+        q: Joint angles of a robot of more than six joints [rad], (joints,).
+    """
+    jacobian = _jacobian(robot.posture(q[:, None], np.zeros((3, 1))), robot.reach)[0]
+    free = np.eye(len(q)) - np.linalg.pinv(jacobian) @ jacobian
+    most = int(np.argmax(np.diag(free)))
+    direction: np.ndarray = free[most] / np.abs(free[most]).max()
+    return direction
+
+
+def nearest_angles(
+    robot: SerialRobot, targets: Targets, near: NearHome
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the postures nearest to home that hold the tool on poses, and whether any was reached.
+
+    Of those that a search from home and from some postures around it finds.
+
+    Args:
+        targets: The poses.
+        near: Cost that chooses among postures.
+
+    Returns:
+        Joint angles [rad], (joints, n), and a mask, (n,).
+    """
+    rng, (size, count) = (
+        np.random.default_rng(_SEED),
+        (near.home.shape[-1], len(targets.position.T)),
+    )
+    homes = np.broadcast_to(near.home, (count, size))
+    around = _SPREAD * rng.normal(size=(_STARTS, 1, size))
+    around[0] = 0.0
+    starts = np.clip(homes + around, near.limits.lower, near.limits.upper).reshape(-1, size)
+    each = NearHome(np.tile(homes, (_STARTS, 1)), near.limits)
+    every = targets.chosen(np.tile(np.arange(count), _STARTS))
+    q, came = reached(robot, every, starts.T, near=each)
+    cost = np.where(came, each.cost(q.T), np.inf).reshape(_STARTS, count)
+    best = np.argmin(cost, axis=0) * count + np.arange(count)
+    return q[:, best], came[best]
+
+
 @dataclass(frozen=True)
 class FollowingRobot:
     """Posture, rates and accelerations of a robot in motion.
@@ -112,8 +162,8 @@ class FollowingRobot:
     Attributes:
         posture: Its posture.
         rate, acceleration: q' [rad/s], q'' [rad/s^2], (joints, n).
-        conditioning: 1 / |J^-1| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
-            smallest singular value of J, and at least 0.4 of it for six joints.
+        conditioning: 1 / |J^+| [1], (n,), by Frobenius' norm, lengths over the reach: at most the
+            smallest singular value of J, and at least 0.4 of it for six joints or more.
     """
 
     posture: BatchPosture
@@ -123,7 +173,11 @@ class FollowingRobot:
 
 
 def following(
-    robot: SerialRobot, q: np.ndarray, tcp_shift: np.ndarray, motion: TipMotion
+    robot: SerialRobot,
+    q: np.ndarray,
+    tcp_shift: np.ndarray,
+    motion: TipMotion,
+    near: NearHome | None = None,
 ) -> FollowingRobot:
     """Return rates and accelerations of the joints with the tool in motion.
 
@@ -131,22 +185,86 @@ def following(
         q: Joint angles [rad], (joints, n).
         tcp_shift: Shift of the TCP on the tool, tool axes [m], (3, n).
         motion: Motion of the tool.
+        near: Cost that chooses among the postures of a robot of more than six joints, whose angles these
+            are; None: the smallest rates.
     """
     posture = robot.posture(q, tcp_shift)
-    normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
-    inverse = np.linalg.inv(normal)
+    if len(q) <= POSE:
+        normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
+        inverse = np.linalg.inv(normal)
+    else:
+        jacobian = _jacobian(posture, robot.reach)
+        inverse = np.linalg.inv(
+            jacobian @ jacobian.swapaxes(1, 2) + _LEAST * np.eye(jacobian.shape[1])
+        )
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
+        if len(q) > POSE:
+            return np.einsum("nji,njk,kn->in", jacobian, inverse, task, optimize=True)
         gradient = np.einsum("jkn,kn->jn", transposed, task)
         return np.einsum("nij,jn->in", inverse, gradient)
 
     rate = joints(motion.velocity, motion.spin)
-    acceleration, spin_rate = robot.bias(posture, rate)
-    missing = joints(motion.acceleration - acceleration, motion.spin_rate - spin_rate)
+    if len(q) > POSE and near is not None:
+        rate = rate + SelfMotion.of(jacobian, q.T, near).rate(rate.T).T
+        acceleration = _bending(robot, q, tcp_shift, motion, rate, near)
+    else:
+        by_rates, spin_by_rates = robot.bias(posture, rate)
+        acceleration = joints(motion.acceleration - by_rates, motion.spin_rate - spin_by_rates)
     return FollowingRobot(
-        posture, rate, missing, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2))
+        posture, rate, acceleration, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2))
     )
+
+
+def _bending(
+    robot: SerialRobot,
+    q: np.ndarray,
+    tcp_shift: np.ndarray,
+    motion: TipMotion,
+    rate: np.ndarray,
+    near: NearHome,
+) -> np.ndarray:
+    """Return q'' [rad/s^2], (joints, n): central differences of the rates along the motion."""
+    ahead = _AHEAD / np.maximum(np.abs(rate).max(axis=0), _AHEAD)
+    ends = []
+    for time in (ahead, -ahead):
+        there = q + time * rate
+        jacobian = _jacobian(robot.posture(there, tcp_shift), robot.reach)
+        velocity = motion.velocity + time * motion.acceleration
+        spin = motion.spin + time * motion.spin_rate
+        task = np.concatenate([velocity / robot.reach, spin]).T
+        of_task = task_step(jacobian, task, np.full(len(task), _LEAST))
+        ends.append(of_task + SelfMotion.of(jacobian, there.T, near).rate(of_task))
+    bending: np.ndarray = (ends[0] - ends[1]).T / (2.0 * ahead)
+    return bending
+
+
+def _step(
+    posture: BatchPosture,
+    reach: float,
+    error: np.ndarray,
+    size: np.ndarray,
+    near: NearHome | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the step to the targets [rad], (joints, n), and a mask of postures nearest to home."""
+    if len(posture.angle) <= POSE:
+        normal, transposed = _normal(posture, reach, _DAMPING * size)
+        gradient = np.einsum("jkn,kn->nj", transposed, error)
+        step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
+        return step, np.ones(len(size), dtype=bool)
+    jacobian = _jacobian(posture, reach)
+    step = task_step(jacobian, error.T, _DAMPING * size + _LEAST)
+    if near is None:
+        return step.T, np.ones(len(size), dtype=bool)
+    along = SelfMotion.of(jacobian, posture.angle.T, near).step(step)
+    return (step + along).T, np.abs(along).max(axis=1) < _NEAREST
+
+
+def _jacobian(posture: BatchPosture, reach: float) -> np.ndarray:
+    """Return J, (n, 6, joints), lengths over the reach."""
+    transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
+    return np.ascontiguousarray(transposed.transpose(2, 1, 0))
 
 
 def _error(posture: BatchPosture, targets: Targets, reach: float) -> np.ndarray:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.robot.batch.following import FollowingRobot, Targets, following, reached
+from coupling.robot.batch.redundancy import few_joints
 from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from elastic_robot.description import Robot
 
@@ -80,7 +81,7 @@ def part_placements(
     if not len(order) or least[order[0]] <= 0.0:
         raise PlanningError(
             f"{robot.name}: expected a place around which the untilted tool can be held on a part"
-            f" of {2.0 * half_size:.2f} m, got none in {_STARTS} attempts"
+            f" of {2.0 * half_size:.2f} m, got none in {_STARTS} attempts{few_joints(len(lower))}"
         )
     return [
         PartPlacement(position[:, best[k]].copy(), q[:, best[k]].copy())

@@ -1,0 +1,141 @@
+"""Base and tip of a robot in a URDF that nobody has named: the links that are usually meant."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from coupling.errors import one_of
+from coupling.files.urdf_tree import TreeJoint, UrdfTree
+from elastic_robot.errors import RobotFileError
+
+# Links that a tool is put on, the usual ones first.
+_TIPS = (
+    "tool0",
+    "flange",
+    "tcp",
+    "ee_link",
+    "link_ee",
+    "end_effector",
+    "end_effector_link",
+    "endeffector",
+    "ee",
+    "attachment_site",
+    "attachment",
+    "link8",
+    "hand",
+    "gripper",
+    "tool",
+    "tool_link",
+)
+# A chain to one of them counts from so many joints on: the wrist of a gripper is none.
+_ENOUGH = 3
+
+
+@dataclass(frozen=True)
+class ChainEnds:
+    """Base and tip of a chain of rotations.
+
+    Attributes:
+        base, tip: Names of the links.
+        joints: Names of the joints between them that turn.
+        about: Reason for these, in words.
+    """
+
+    base: str
+    tip: str
+    joints: tuple[str, ...]
+    about: str
+
+
+def chain_ends(tree: UrdfTree, base: str | None = None, tip: str | None = None) -> ChainEnds:
+    """Return base and tip; those that are not given are guessed.
+
+    What slides or floats before the first rotation carries the robot: the base is behind it.  What
+    slides behind the last one is carried, as the quill of a SCARA: the tip is before it.
+
+    Raises:
+        RobotFileError: If no joint turns, or it is not clear which chain is meant.
+    """
+    root = tree.root
+    if base is not None:
+        root = _link(tree, base, "--base")
+    if tip is not None:
+        tip = _link(tree, tip, "--tip")
+        return _ends(tree, root, tip, base is None, "as asked for")
+    chains: dict[str, tuple[str, ...]] = {}
+    for link in tree.links:
+        joints = _rotations(tree, root, link)
+        if joints:
+            chains[link] = joints
+    if not chains:
+        raise RobotFileError(f"expected joints that turn behind {root!r}, got none")
+    longest = max(map(len, chains.values()))
+    for name in _TIPS:
+        named = [
+            link
+            for link, joints in chains.items()
+            if len(joints) >= min(_ENOUGH, longest) and _is_called(link, name)
+        ]
+        if named:
+            return _ends(tree, root, _the_one(named, chains), base is None, "by its name")
+    full = [link for link, joints in chains.items() if len(joints) == longest]
+    last = [link for link in full if not any(j.child in full for j in tree.child_joints[link])]
+    chosen = _the_one(last, chains)
+    return _ends(
+        tree, root, chosen, base is None, f"the end of the longest chain, {longest} joints"
+    )
+
+
+def _ends(tree: UrdfTree, root: str, tip: str, may_move: bool, about: str) -> ChainEnds:
+    """Return the ends of the chain to a tip, its base behind what carries the robot."""
+    moving = _moving(tree, root, tip)
+    base = root
+    while may_move and moving and not moving[0].is_rotation:
+        base = moving[0].child
+        moving = moving[1:]
+    return ChainEnds(base, tip, tuple(j.name for j in moving if j.is_rotation), about)
+
+
+def _the_one(links: list[str], chains: dict[str, tuple[str, ...]]) -> str:
+    """Return the first of the links of one chain; chains of different joints are refused."""
+    most = max(len(chains[link]) for link in links)
+    links = [link for link in links if len(chains[link]) == most]
+    if len({chains[link] for link in links}) > 1:
+        raise RobotFileError(
+            f"expected one chain of joints, got several, to {', '.join(links[:6])}: choose its last link"
+            " by --tip"
+        )
+    return links[0]
+
+
+def _rotations(tree: UrdfTree, root: str, link: str) -> tuple[str, ...]:
+    """Return the joints that turn to a link, if nothing slides between them or behind; else none."""
+    try:
+        moving = _moving(tree, root, link)
+    except ValueError:
+        return ()
+    while moving and not moving[0].is_rotation:
+        moving = moving[1:]
+    return tuple(j.name for j in moving) if all(j.is_rotation for j in moving) else ()
+
+
+def _moving(tree: UrdfTree, root: str, link: str) -> list[TreeJoint]:
+    return [joint for joint in tree.way(root, link) if joint.kind != "fixed"]
+
+
+def _link(tree: UrdfTree, name: str, option: str) -> str:
+    try:
+        return tree.link(name)
+    except ValueError:
+        raise RobotFileError(f"{option}: {one_of(tree.links, name, kind='link ')}") from None
+
+
+def _is_called(link: str, name: str) -> bool:
+    """Return whether a link has a name, perhaps behind a prefix.
+
+    Example:
+        >>> _is_called("left_tool0", "tool0"), _is_called("wheel", "ee")
+        (True, False)
+    """
+    return re.search(rf"(^|[^a-z0-9]){name}$", link.lower()) is not None

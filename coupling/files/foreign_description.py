@@ -1,0 +1,113 @@
+"""Robots as others describe them: URDF, xacro, MJCF, and the names of robot_descriptions."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from coupling.files.extras import extra
+from coupling.files.mjcf import urdf_of_mjcf
+from coupling.files.urdf_tree import parse_xml
+from elastic_robot.errors import RobotFileError
+
+_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
+# Names such as panda_description and ur5e_mj_description.
+_NAME = re.compile(r"[a-z][a-z0-9_]*_description")
+
+
+@dataclass(frozen=True)
+class ForeignRobot:
+    """A robot as others describe it.
+
+    Attributes:
+        name: Its name, for files.
+        file: The URDF as it stands; None where it had to be made.
+        text: The URDF that was made.
+        source: Origin, in words.
+    """
+
+    name: str
+    file: Path | None
+    text: str
+    source: str
+
+
+def is_foreign(name_or_path: str) -> bool:
+    """Return whether a robot is described by other files than ours.
+
+    Example:
+        >>> is_foreign("kuka.urdf"), is_foreign("my.toml"), is_foreign("iiwa14_description")
+        (True, False, True)
+    """
+    return Path(name_or_path).suffix.lower() in _SUFFIXES or bool(_NAME.fullmatch(name_or_path))
+
+
+def foreign_robot(name_or_path: str) -> ForeignRobot:
+    """Return a robot of a URDF, xacro or MJCF file, or of a name of robot_descriptions.
+
+    Raises:
+        RobotFileError: If it cannot be found, read or converted, or a package is missing for that.
+    """
+    path = Path(name_or_path)
+    if path.suffix.lower() not in _SUFFIXES:
+        return _of_descriptions(name_or_path)
+    if not path.is_file():
+        raise RobotFileError(f"{path}: no such file")
+    if path.suffix.lower() == ".xacro":
+        return _of_xacro(path)
+    if path.suffix.lower() == ".urdf" or _root_tag(path) != "mujoco":
+        return ForeignRobot(path.stem, path, "", f"URDF {path.name}")
+    return ForeignRobot(path.stem, None, urdf_of_mjcf(path), f"MJCF {path.name}")
+
+
+def _root_tag(path: Path) -> str:
+    try:
+        return parse_xml(path.read_bytes()).tag
+    except (OSError, ValueError) as cause:
+        raise RobotFileError(f"{path}: expected a URDF or MJCF file: {cause}") from cause
+
+
+def _of_xacro(path: Path) -> ForeignRobot:
+    xacrodoc = extra("xacrodoc", "xacro", "a xacro file")
+    # A package's neighbours, which are of the same repository, are found without an installation.
+    packages = [folder for folder in path.resolve().parents if (folder / "package.xml").is_file()]
+    try:
+        if packages:
+            extra("xacrodoc.packages", "xacro", "a xacro file").look_in([packages[0].parent])
+        text = xacrodoc.XacroDoc.from_file(str(path)).to_urdf_string()
+    except Exception as cause:  # whatever xacro and the expressions in the file may raise
+        reason = " ".join(str(cause).split())
+        raise RobotFileError(
+            f"{path}: xacro cannot convert it: {type(cause).__name__}: {reason[:300]}"
+        ) from cause
+    name = path.name.removesuffix(".xacro").removesuffix(".urdf")
+    return ForeignRobot(name, None, text, f"xacro {path.name}")
+
+
+def _of_descriptions(name: str) -> ForeignRobot:
+    known = extra("robot_descriptions", "descriptions", f"{name}, a name of robot_descriptions,")
+    if name not in known.DESCRIPTIONS:
+        raise RobotFileError(
+            f"{name}: expected a name of robot_descriptions, got another: its list is"
+            " robot_descriptions list"
+        )
+    try:
+        module = extra(f"robot_descriptions.{name}", "descriptions", name)
+    except RobotFileError:
+        raise
+    except Exception as cause:  # it is downloaded by git
+        reason = " ".join(str(cause).split())
+        raise RobotFileError(
+            f"{name}: robot_descriptions cannot download it: {type(cause).__name__}: {reason[:300]}"
+        ) from cause
+    for attribute in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH"):
+        if hasattr(module, attribute):
+            described = foreign_robot(str(getattr(module, attribute)))
+            return ForeignRobot(
+                name.removesuffix("_description"),
+                described.file,
+                described.text,
+                f"{described.source} of robot_descriptions, {name}",
+            )
+    raise RobotFileError(f"{name}: expected a URDF or MJCF, got neither")

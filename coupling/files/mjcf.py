@@ -1,0 +1,133 @@
+"""MJCF -> URDF: bodies, hinges, slides and inertias as MuJoCo compiles them, and no more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.files.extras import extra
+from elastic_robot.errors import RobotFileError
+
+
+def urdf_of_mjcf(file: Path) -> str:
+    """Return the URDF text of an MJCF file's bodies, joints and sites.
+
+    Angles count from the pose as it is written, where all joints are at their `ref`.  A free joint is
+    written as floating.
+
+    Raises:
+        RobotFileError: If MuJoCo is not installed or cannot read the file, or has joints that a URDF
+            has no word for.
+    """
+    mujoco = extra("mujoco", "mjcf", "an MJCF file")
+    try:
+        model = mujoco.MjModel.from_xml_path(str(file))
+    except (ValueError, OSError) as cause:
+        said = str(cause).strip().splitlines()
+        raise RobotFileError(
+            f"{file}: cannot be read as MJCF: {said[0] if said else cause}"
+        ) from cause
+    root = Element("robot", name=file.stem)
+    written = {0: (SubElement(root, "link", name="world").get("name", ""), pin.SE3.Identity())}
+    for body in range(1, model.nbody):
+        written[body] = _write_body(root, model, body, written, file)
+    for site in range(model.nsite):
+        name = model.site(site).name
+        if name:
+            link, link_from_body = written[int(model.site_bodyid[site])]
+            placement = link_from_body * _placement(model.site_pos[site], model.site_quat[site])
+            _write_joint(root, f"{name}_site", "fixed", link, f"site_{name}", placement)
+    indent(root)
+    return tostring(root, encoding="unicode")
+
+
+def _write_body(
+    root: Element, model: Any, body: int, written: dict[int, tuple[str, pin.SE3]], file: Path
+) -> tuple[str, pin.SE3]:
+    """Write a body behind its joints; return its link, and the body's frame in the link's."""
+    parent, parent_from_body = written[int(model.body_parentid[body])]
+    name = model.body(body).name or f"body{body}"
+    placement = parent_from_body * _placement(model.body_pos[body], model.body_quat[body])
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    link_from_body = pin.SE3.Identity()
+    if count == 0:
+        _write_joint(root, f"{name}_fixed", "fixed", parent, name, placement)
+    for number in range(first, first + count):
+        # A link's frame lies on its joint, a body's need not.
+        at = pin.SE3(np.eye(3), np.array(model.jnt_pos[number]))
+        link = name if number == first + count - 1 else f"{name}_{number - first + 1}"
+        joint = model.joint(number)
+        kind = {0: "floating", 2: "prismatic", 3: "revolute"}.get(int(model.jnt_type[number]))
+        if kind is None:
+            raise RobotFileError(
+                f"{file}: joint {joint.name!r}: expected a hinge, a slide or a free joint, got a ball"
+            )
+        element = _write_joint(
+            root, joint.name or f"joint{number}", kind, parent, link, placement * at
+        )
+        if kind != "floating":
+            _write_range(element, model, number, kind)
+        placement, parent, link_from_body = at.inverse(), link, at.inverse()
+    _write_inertia(root, model, body, name, link_from_body)
+    return name, link_from_body
+
+
+def _write_joint(
+    root: Element, name: str, kind: str, parent: str, child: str, placement: pin.SE3
+) -> Element:
+    joint = SubElement(root, "joint", name=name, type=kind)
+    SubElement(joint, "parent", link=parent)
+    SubElement(joint, "child", link=child)
+    _write_origin(joint, placement)
+    SubElement(root, "link", name=child)
+    return joint
+
+
+def _write_range(element: Element, model: Any, number: int, kind: str) -> None:
+    """Write a joint's axis, and its range from where it is written on."""
+    SubElement(element, "axis", xyz=_text(model.jnt_axis[number]))
+    torque = model.jnt_actfrcrange[number] if model.jnt_actfrclimited[number] else (0.0, 0.0)
+    effort = f"{float(min(abs(torque[0]), abs(torque[1]))):.12g}"
+    if model.jnt_limited[number]:
+        low, high = model.jnt_range[number] - model.qpos0[model.jnt_qposadr[number]]
+        limits = {"lower": f"{low:.12g}", "upper": f"{high:.12g}"}
+        SubElement(element, "limit", {**limits, "effort": effort, "velocity": "0"})
+    else:
+        SubElement(element, "limit", effort=effort, velocity="0")
+        if kind == "revolute":
+            element.set("type", "continuous")
+
+
+def _write_inertia(
+    root: Element, model: Any, body: int, name: str, link_from_body: pin.SE3
+) -> None:
+    if model.body_mass[body] == 0.0:
+        return
+    link = next(own for own in root.findall("link") if own.get("name") == name)
+    inertial = SubElement(link, "inertial")
+    _write_origin(
+        inertial, link_from_body * _placement(model.body_ipos[body], model.body_iquat[body])
+    )
+    SubElement(inertial, "mass", value=f"{float(model.body_mass[body]):.17g}")
+    principal = zip(("ixx", "iyy", "izz"), model.body_inertia[body], strict=True)
+    moments = {key: f"{float(value):.17g}" for key, value in principal}
+    SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
+
+
+def _write_origin(element: Element, placement: pin.SE3) -> None:
+    rpy = pin.rpy.matrixToRpy(placement.rotation)
+    SubElement(element, "origin", xyz=_text(placement.translation), rpy=_text(rpy))
+
+
+def _placement(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
+    """Return a placement; MuJoCo writes the real part of a quaternion first."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    return pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(position))
+
+
+def _text(values: np.ndarray) -> str:
+    return " ".join(f"{float(value):.17g}" for value in values)

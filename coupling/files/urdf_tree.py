@@ -1,0 +1,388 @@
+"""URDF text -> its tree of links and joints, each refused by its name where there can be none.
+
+Read as the parsers of ROS and Pinocchio do: prefixes such as `gazebo:` need no declaration, a blank line
+may precede `<?xml`, axes need no unit length, the first of several elements of a kind counts, and what a
+tree of bodies does not need (geometry, transmissions, extensions) is not looked at.  A loop of joints,
+which a parser in native code follows without end, is refused here.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.errors import one_of
+from elastic_robot.errors import RobotFileError
+
+# A description of links and joints has no such size and no such depth; meshes are files of their own.
+_LARGEST, _DEEPEST = 64 * 2**20, 200
+# Types of joints that turn about an axis, and all others of the format.
+ROTATIONS = ("revolute", "continuous")
+_TYPES = (*ROTATIONS, "prismatic", "fixed", "floating", "planar")
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+def plain_name(name: str) -> str:
+    r"""Return a name as it is compared: an XML attribute cannot tell a tab from a blank.
+
+    Example:
+        >>> plain_name("joint\t1")
+        'joint 1'
+    """
+    return " ".join(name.split())
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """A joint of a URDF.
+
+    Attributes:
+        name: Its name.
+        kind: Its type, as revolute.
+        parent, child: Names of the links that it joins.
+        parent_from_joint: Placement of its frame, which is its child link's, at zero.
+        axis: Unit vector in that frame, (3,); of a joint that turns or slides.
+        limits: Lowest and highest angle [rad]; None where there are none.
+        max_rate: Highest rate [rad/s]; None where there is none.
+        effort: Highest torque as it is written, 0.0 where it is not [N m].
+        mimics: Name of the joint that it follows, or empty.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    parent_from_joint: pin.SE3
+    axis: np.ndarray
+    limits: tuple[float, float] | None
+    max_rate: float | None
+    effort: float
+    mimics: str
+
+    @property
+    def is_rotation(self) -> bool:
+        """Whether it is a driven rotation."""
+        return self.kind in ROTATIONS and not self.mimics
+
+
+@dataclass(frozen=True)
+class UrdfTree:
+    """The links of a URDF, joined to a tree.
+
+    Attributes:
+        links: Elements of the links by their names.
+        joints: Joints by their names.
+    """
+
+    links: dict[str, Element]
+    joints: dict[str, TreeJoint]
+
+    @cached_property
+    def parent_joint(self) -> dict[str, TreeJoint]:
+        """Joint before each link but the root, by the link's name."""
+        return {joint.child: joint for joint in self.joints.values()}
+
+    @cached_property
+    def child_joints(self) -> dict[str, list[TreeJoint]]:
+        """Joints behind each link, by its name."""
+        behind: dict[str, list[TreeJoint]] = {name: [] for name in self.links}
+        for joint in self.joints.values():
+            behind[joint.parent].append(joint)
+        return behind
+
+    @cached_property
+    def root(self) -> str:
+        """Link that no joint moves."""
+        return next(name for name in self.links if name not in self.parent_joint)
+
+    def link(self, name: str) -> str:
+        """Return a link's name as the URDF has it.
+
+        Raises:
+            ValueError: If there is none.
+        """
+        if plain_name(name) not in self.links:
+            raise ValueError(one_of(self.links, name, kind="link "))
+        return plain_name(name)
+
+    def way(self, base: str, tip: str) -> list[TreeJoint]:
+        """Return the joints from one link to another, in their order.
+
+        Raises:
+            ValueError: If the tip is not behind the base.
+        """
+        joints: list[TreeJoint] = []
+        link = tip
+        while link != base:
+            if link == self.root:
+                raise ValueError(
+                    f"expected a base between the root and {tip!r}, got {base!r}: name a link from"
+                    " which the tip moves"
+                )
+            joints.append(self.parent_joint[link])
+            link = joints[-1].parent
+        return joints[::-1]
+
+    def inertia(self, link: str) -> pin.Inertia:
+        """Return mass, centre of mass and inertia about it of a link, in its frame; zero for none.
+
+        Raises:
+            ValueError: With the link's name, if a number of them is missing or none.
+        """
+        inertial = self.links[link].find("inertial")
+        if inertial is None:
+            return pin.Inertia.Zero()
+        try:
+            mass = _number(_child(inertial, "mass"), "value")
+            if mass < 0.0:
+                raise ValueError(f"mass: expected >= 0 [kg], got {mass:g}")
+            moments = _child(inertial, "inertia")
+            xx, yy, zz, xy, xz, yz = (_number(moments, key) for key in _MOMENTS)
+            placement = _placement(inertial)
+        except ValueError as cause:
+            raise ValueError(f"link {link!r}: inertial: {cause}") from cause
+        matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return placement.act(pin.Inertia(mass, np.zeros(3), matrix))
+
+
+def read_tree(file: Path) -> UrdfTree:
+    """Read the links and joints of a URDF.
+
+    Raises:
+        RobotFileError: If the file is no URDF, or its joints make no tree of its links.
+    """
+    try:
+        with file.open("rb") as opened:
+            text = opened.read(_LARGEST + 1)
+    except OSError as cause:
+        raise RobotFileError(f"{file}: is not a URDF: {cause}") from cause
+    if len(text) > _LARGEST:
+        raise RobotFileError(f"{file}: is not a URDF: it has more than {_LARGEST // 2**20} MiB")
+    try:
+        root = parse_xml(text)
+        if root.tag != "robot":
+            raise ValueError(f"expected <robot>, got <{root.tag[:40]}>")
+    except ValueError as cause:
+        raise RobotFileError(f"{file}: is not a URDF: {cause}") from cause
+    try:
+        links = _links(root)
+        tree = UrdfTree(links, _joints(root, links))
+        _require_tree(tree)
+    except ValueError as cause:
+        raise RobotFileError(f"{file}: {cause}") from cause
+    return tree
+
+
+def parse_xml(text: bytes) -> Element:
+    r"""Return the root of an XML text whose prefixes need not be declared.
+
+    Raises:
+        ValueError: If it is no XML, declares entities or is nested without end.
+
+    Example:
+        >>> parse_xml(b"\n<?xml version='1.0'?><robot><gazebo:plugin/></robot>")[0].tag
+        'gazebo:plugin'
+    """
+    builder, depth = TreeBuilder(), 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEEPEST:
+            raise ValueError(f"expected at most {_DEEPEST} elements inside each other, got more")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def entity(name: str, *_: object) -> None:
+        raise ValueError(f"expected no entities, got a declaration of {name[:40]!r}")
+
+    parser = expat.ParserCreate()  # without namespaces: a prefix is a part of the name
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.EntityDeclHandler = entity
+    try:
+        parser.Parse(text.removeprefix(b"\xef\xbb\xbf").lstrip(), True)
+    except (expat.ExpatError, LookupError, UnicodeError) as cause:  # such an encoding is unknown
+        raise ValueError(str(cause)) from cause
+    return builder.close()
+
+
+def _links(root: Element) -> dict[str, Element]:
+    """Return the links by their names."""
+    named = [(_name(link, "link"), link) for link in root.findall("link")]
+    if not named:
+        raise ValueError("expected links, got none: a xacro file must be converted to a URDF first")
+    _require_once("link", (name for name, _ in named))
+    return dict(named)
+
+
+def _joints(root: Element, links: dict[str, Element]) -> dict[str, TreeJoint]:
+    """Return the joints by their names, whose links exist."""
+    # Those of a <transmission> or a <gazebo> are not among the robot's own children.
+    joints = [_joint(element) for element in root.findall("joint")]
+    _require_once("joint", (joint.name for joint in joints))
+    for joint in joints:
+        for role in ("parent", "child"):
+            link = getattr(joint, role)
+            if link not in links:
+                raise ValueError(
+                    f"joint {joint.name!r}: {role}: {one_of(links, link, kind='link ')}"
+                )
+    return {joint.name: joint for joint in joints}
+
+
+def _joint(element: Element) -> TreeJoint:
+    name = _name(element, "joint")
+    try:
+        kind = element.get("type", "")
+        if kind not in _TYPES:
+            raise ValueError(f"type: {one_of(_TYPES, kind)}")
+        mimic = element.find("mimic")
+        limits, max_rate, effort = _limits(element, kind)
+        return TreeJoint(
+            name=name,
+            kind=kind,
+            parent=_link_of(element, "parent"),
+            child=_link_of(element, "child"),
+            parent_from_joint=_placement(element),
+            axis=_axis(element, kind),
+            limits=limits,
+            max_rate=max_rate,
+            effort=effort,
+            mimics="" if mimic is None else plain_name(mimic.get("joint", "")) or "?",
+        )
+    except ValueError as cause:
+        raise ValueError(f"joint {name!r}: {cause}") from cause
+
+
+def _limits(element: Element, kind: str) -> tuple[tuple[float, float] | None, float | None, float]:
+    """Return range, highest rate and effort of a joint; a range of 0 to 0 is one that is not stated."""
+    limit = element.find("limit")
+    if limit is None or kind in ("fixed", "floating", "planar"):
+        return None, None, 0.0
+    low, high, rate, effort = (
+        _number(limit, key, default=0.0) for key in ("lower", "upper", "velocity", "effort")
+    )
+    stated = kind != "continuous" and not low == high == 0.0
+    return (low, high) if stated else None, rate if rate > 0.0 else None, effort
+
+
+def _axis(element: Element, kind: str) -> np.ndarray:
+    """Return a joint's unit vector; x where none is given, as the format has it."""
+    axis = element.find("axis")
+    vector = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis, "xyz", (1.0, 0.0, 0.0))
+    length = float(np.linalg.norm(vector))
+    if length == 0.0 and kind in (*ROTATIONS, "prismatic"):
+        raise ValueError(f"axis: expected a direction, got {vector.tolist()}")
+    return vector / length if length > 0.0 else vector
+
+
+def _require_tree(tree: UrdfTree) -> None:
+    """Refuse joints that close a loop, and links that hang on nothing."""
+    for link, count in Counter(joint.child for joint in tree.joints.values()).items():
+        if count > 1:
+            parents = [repr(joint.name) for joint in tree.joints.values() if joint.child == link]
+            raise ValueError(
+                f"link {link!r}: expected one joint before it, got {' and '.join(parents)}: a URDF is a"
+                " tree, so cut the loop (a closed parallelogram, for instance) by removing all but one"
+                " of these joints"
+            )
+    roots = [name for name in tree.links if name not in tree.parent_joint]
+    reached = set(roots)
+    waiting = list(roots)
+    while waiting:
+        behind = [joint.child for joint in tree.child_joints[waiting.pop()]]
+        reached.update(behind)
+        waiting += behind
+    lost = [name for name in tree.links if name not in reached]
+    if lost:
+        raise ValueError(
+            f"link {lost[0]!r}: expected a way from a root, got joints in a circle"
+            f" ({_some(lost)}): remove the joint that closes it"
+        )
+    if len(roots) > 1:
+        raise ValueError(
+            f"expected one link without a joint before it, got {len(roots)} ({_some(roots)}): join them"
+            " by fixed joints, or remove what is not the robot's"
+        )
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
+
+
+def _require_once(kind: str, names: Iterable[str]) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise ValueError(f"{kind} {name!r}: expected it once, got it {count} times")
+
+
+def _name(element: Element, kind: str) -> str:
+    name = plain_name(element.get("name", ""))
+    if not name:
+        raise ValueError(f"{kind}: expected a name, got none")
+    return name
+
+
+def _link_of(element: Element, role: str) -> str:
+    link = plain_name(_child(element, role).get("link", ""))
+    if not link:
+        raise ValueError(f"{role}: expected a link, got none")
+    return link
+
+
+def _child(element: Element, tag: str) -> Element:
+    child = element.find(tag)
+    if child is None:
+        raise ValueError(f"expected <{tag}>, got none")
+    return child
+
+
+def _placement(element: Element) -> pin.SE3:
+    """Return the placement that an element's <origin> gives; none is the identity."""
+    origin = element.find("origin")
+    if origin is None:
+        return pin.SE3.Identity()
+    rotation = pin.rpy.rpyToMatrix(_vector(origin, "rpy", (0.0, 0.0, 0.0)))
+    return pin.SE3(rotation, _vector(origin, "xyz", (0.0, 0.0, 0.0)))
+
+
+def _vector(element: Element, key: str, default: tuple[float, float, float]) -> np.ndarray:
+    text = element.get(key)
+    if text is None:
+        return np.array(default)
+    parts = text.split()
+    if len(parts) != 3:
+        raise ValueError(f"{element.tag}: {key}: expected 3 numbers, got {text[:60]!r}")
+    return np.array([_float(part, f"{element.tag}: {key}") for part in parts])
+
+
+def _number(element: Element, key: str, default: float | None = None) -> float:
+    text = element.get(key)
+    if text is None and default is not None:
+        return default
+    if text is None:
+        raise ValueError(f"{element.tag}: expected {key}, got none")
+    return _float(text, element.tag if key == "value" else f"{element.tag}: {key}")
+
+
+def _float(text: str, place: str) -> float:
+    try:
+        value = float(text) if "_" not in text else np.nan
+    except ValueError:
+        value = np.nan
+    # Squares and sums of what is beyond this are no numbers any more.
+    if not abs(value) < 1e100:
+        raise ValueError(f"{place}: expected a finite number, got {text[:40]!r}")
+    return value

@@ -1,0 +1,248 @@
+"""Texts of KRL: lines, routines, and their blocks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.program import ProgramFile
+from coupling.programs.text import shortened
+
+_WORD = re.compile(r"[$A-Za-z_][\w$]*")
+_HEADING = re.compile(
+    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[A-Za-z]\w*(?:\s*\[[^\]]*\])?\s+)?([$A-Za-z_][\w$]*)\s*(?:\(([^)]*)\))?",
+    re.IGNORECASE,
+)
+_CALLED = re.compile(r"([A-Za-z_]\w*)\s*\(")
+_FOR = re.compile(
+    r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.+?)\s+TO\s+(.+?)(?:\s+STEP\s+(.+))?", re.IGNORECASE
+)
+# Blocks in each other, at most.
+_DEEPEST = 60
+# What ends a block, by what begins it.
+_ENDS = {
+    "IF": ("ENDIF",),
+    "FOR": ("ENDFOR",),
+    "WHILE": ("ENDWHILE",),
+    "REPEAT": ("UNTIL",),
+    "LOOP": ("ENDLOOP",),
+    "SWITCH": ("ENDSWITCH",),
+}
+_PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
+_ALONE = frozenset(
+    (
+        "ELSE",
+        "ENDIF",
+        "ENDFOR",
+        "ENDWHILE",
+        "REPEAT",
+        "LOOP",
+        "ENDLOOP",
+        "ENDSWITCH",
+        "DEFAULT",
+        "EXIT",
+    )
+)
+_INNER = frozenset(word for words in (*_ENDS.values(), *_PARTS.values()) for word in words)
+
+
+@dataclass(frozen=True)
+class KrlLine:
+    """A statement on its line.
+
+    Attributes:
+        where: File and number of the line.
+        text: Statement, without comments.
+        word: First name in it, upper case.
+    """
+
+    where: str
+    text: str
+    word: str
+
+    @property
+    def rest(self) -> str:
+        """What stands behind the word."""
+        return self.text[len(self.word) :].strip()
+
+
+@dataclass
+class KrlBlock:
+    """A statement that holds others.
+
+    Attributes:
+        line: KrlLine that begins it.
+        parts: Lines of its parts with what stands in them: IF and ELSE, the cases of SWITCH.
+        end: KrlLine that ends it.
+    """
+
+    line: KrlLine
+    parts: list[tuple[KrlLine, list[Statement]]]
+    end: KrlLine
+
+    @property
+    def loop(self) -> re.Match[str]:
+        """Variable, begin, end and step of a FOR."""
+        given = _FOR.fullmatch(self.line.text)
+        if given is None:
+            raise ProgramError(
+                f"{self.line.where}: expected FOR variable = begin TO end, got"
+                f" {shortened(self.line.text)!r}"
+            )
+        return given
+
+
+Statement = KrlLine | KrlBlock
+
+
+@dataclass
+class Routine:
+    """A program or function of a module.
+
+    Attributes:
+        name: Name as it is written.
+        module: Name of its module, upper case.
+        parameters: Names in upper case, each with whether its value alone is handed over (IN).
+        lines: Statements.
+        is_global: Whether other modules may call it: GLOBAL, or the first of its module.
+    """
+
+    name: str
+    module: str
+    parameters: tuple[tuple[str, bool], ...]
+    lines: list[KrlLine]
+    is_global: bool
+    _statements: list[Statement] | None = field(default=None, repr=False)
+
+    @property
+    def statements(self) -> list[Statement]:
+        """Statements in their blocks.
+
+        Raises:
+            ProgramError: If a block has no begin or no end.
+        """
+        if self._statements is None:
+            lines = iter(self.lines)
+            self._statements, _ = _statements(lines, None, 0)
+        return self._statements
+
+
+def lines_of(file: ProgramFile) -> Iterator[KrlLine]:
+    """Yield the statements of a file, without comments and headers."""
+    for number, text in enumerate(file.text.splitlines(), start=1):
+        bare = _without_comment(text).strip()
+        if bare and not bare.startswith("&"):
+            word = _WORD.match(bare)
+            yield KrlLine(f"{file.name}: line {number}", bare, word[0].upper() if word else "")
+
+
+def _without_comment(text: str) -> str:
+    if '"' not in text:
+        return text.partition(";")[0]
+    quoted = False
+    for k, letter in enumerate(text):
+        if letter == '"':
+            quoted = not quoted
+        elif letter == ";" and not quoted:
+            return text[:k]
+    return text
+
+
+def routines_of(file: ProgramFile) -> list[Routine]:
+    """Return the routines of a .src; statements outside of any are one without a name.
+
+    Raises:
+        ProgramError: If a heading is none.
+    """
+    module = file.name.rsplit(".", 1)[0].upper()
+    routines: list[Routine] = []
+    current: Routine | None = None
+    for line in lines_of(file):
+        heading = _heading(line)
+        if heading is not None:
+            name, parameters, is_global = heading
+            current = Routine(name, module, parameters, [], is_global or not routines)
+            routines.append(current)
+        elif line.word in ("END", "ENDFCT"):
+            current = None
+        else:
+            if current is None and line.word not in ("DECL", "EXT", "EXTFCT", "IMPORT"):
+                if routines:
+                    raise ProgramError(
+                        f"{line.where}: expected DEF behind END, got {shortened(line.text)!r}"
+                    )
+                current = Routine("", module, (), [], True)
+                routines.append(current)
+            if current is not None:
+                current.lines.append(line)
+    return routines
+
+
+def called_names(text: str) -> set[str]:
+    """Return the names, upper case, that stand before brackets in a text: of programs, among others."""
+    return {name.upper() for name in _CALLED.findall(text)}
+
+
+def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:
+    if line.word not in ("DEF", "DEFFCT", "GLOBAL"):
+        return None
+    given = _HEADING.fullmatch(line.text)
+    if given is None:
+        if line.word == "GLOBAL":
+            return None
+        raise ProgramError(
+            f"{line.where}: expected a name behind {line.word}, got {shortened(line.rest)!r}"
+        )
+    parameters = []
+    for part in (given[3] or "").split(","):
+        name, _, way = part.partition(":")
+        if name.strip():
+            key = re.sub(r"\[[^\]]*\]?", "", name).strip().upper()
+            parameters.append((key, way.strip().upper() == "IN"))
+    return given[2], tuple(parameters), line.word == "GLOBAL"
+
+
+def _statements(
+    lines: Iterator[KrlLine], begin: KrlLine | None, depth: int
+) -> tuple[list[Statement], KrlLine | None]:
+    """Return the statements of a block up to the line that ends this part of it, and that line."""
+    if depth > _DEEPEST and begin is not None:
+        raise ProgramError(
+            f"{begin.where}: expected at most {_DEEPEST} blocks in each other, got more"
+        )
+    word = begin.word if begin is not None else ""
+    ends = (*_ENDS.get(word, ()), *_PARTS.get(word, ()))
+    found: list[Statement] = []
+    for line in lines:
+        if line.word in _ALONE and line.rest.strip(" :") and not _is_variable(line):
+            raise ProgramError(
+                f"{line.where}: expected {line.word} alone in its line, got {shortened(line.text)!r}"
+            )
+        if line.word in ends:
+            return found, line
+        if line.word in _INNER and not _is_variable(line):
+            opened = f"in {begin.word} of {begin.where}" if begin is not None else "without a begin"
+            raise ProgramError(f"{line.where}: expected no {line.word} {opened}, got one")
+        found.append(_block(lines, line, depth) if line.word in _ENDS else line)
+    if begin is not None:
+        raise ProgramError(f"{begin.where}: expected {ends[0]} behind it, got {begin.word} alone")
+    return found, None
+
+
+def _is_variable(line: KrlLine) -> bool:
+    """Return whether a word that ends a part of a block is a name here."""
+    return line.rest.startswith(("=", ".", "["))
+
+
+def _block(lines: Iterator[KrlLine], begin: KrlLine, depth: int) -> KrlBlock:
+    parts: list[tuple[KrlLine, list[Statement]]] = []
+    line = begin
+    while True:
+        inner, end = _statements(lines, begin, depth + 1)
+        parts.append((line, inner))
+        assert end is not None
+        if end.word in _ENDS[begin.word]:
+            return KrlBlock(begin, parts, end)
+        line = end

@@ -1,0 +1,421 @@
+"""FANUC TP of others: every instruction is executed, left out by its name, or refused."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from counted_calls import counted_calls
+from damage import damaged
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import ProgramError
+from coupling.programs import fanuc_reader
+from coupling.programs.languages import read_program
+from coupling.programs.program import ProgramFile
+
+MM = 1e-3
+
+
+def cartesian(number, x=0.0, y=0.0, z=0.0, w=0.0, p=0.0, r=0.0, more="", uf="1", ut="1"):
+    """Return the data of a position as a controller writes them."""
+    return (
+        f"P[{number}]{{\n   GP1:\n\tUF : {uf}, UT : {ut},\t\tCONFIG : 'N U T, 0, 0, 0',\n"
+        f"\tX = {x:10.3f}  mm,\tY = {y:10.3f}  mm,\tZ = {z:10.3f}  mm,\n"
+        f"\tW = {w:10.3f} deg,\tP = {p:10.3f} deg,\tR = {r:10.3f} deg{more}\n}};\n"
+    )
+
+
+JOINTS = (
+    "P[9]{\n   GP1:\n\tUF : 1, UT : 1,\n\tJ1= 1.0 deg,\tJ2= 2.0 deg,\tJ3= 3.0 deg,\n"
+    "\tJ4= 4.0 deg,\tJ5= 5.0 deg,\tJ6= 6.0 deg\n};\n"
+)
+# Three positions on a line, and one of joint angles.
+POINTS = "".join(cartesian(k, x=100.0 * (k - 1), w=180.0) for k in (1, 2, 3)) + JOINTS
+CHOSEN = "UFRAME_NUM=1\nUTOOL_NUM=1\n"
+
+
+def text_of(instructions: str, points: str = POINTS, name: str = "MAIN") -> str:
+    lines = (f"{k:4d}:  {line} ;" for k, line in enumerate(instructions.splitlines(), start=1))
+    return f"/PROG  {name}\n/ATTR\n/MN\n" + "\n".join(lines) + f"\n/POS\n{points}/END\n"
+
+
+def read(instructions: str, points: str = POINTS, **called: str):
+    files = [ProgramFile("main.ls", text_of(CHOSEN + instructions, points))]
+    files += [ProgramFile(f"{n}.ls", text_of(t, points, n)) for n, t in called.items()]
+    return fanuc_reader.read(files)
+
+
+def places(program) -> list[list[float]]:
+    """Return the positions of a program [mm], rounded."""
+    return [[round(1e3 * x, 4) + 0.0 for x in move.pose[:3]] for move in program.moves]
+
+
+FIRST, SECOND = "L P[1] 50mm/sec FINE", "L P[2] 50mm/sec CNT100"
+ZEROES = "".join(f"PR[5,{k}]=0\n" for k in range(1, 7))
+
+# Instructions, and the positions that the robot gets to [mm].
+EXECUTED = {
+    "increment": (f"{FIRST}\n{SECOND} INC\n{SECOND} INC", [[0, 0, 0], [100, 0, 0], [200, 0, 0]]),
+    "offset": (f"{ZEROES}PR[5,2]=7\n{SECOND} Offset,PR[5]", [[100, 7, 0]]),
+    "offset of a condition": (
+        f"{ZEROES}PR[5,2]=7\nOFFSET CONDITION PR[5]\n{FIRST}\n{SECOND} Offset",
+        [[0, 0, 0], [100, 7, 0]],
+    ),
+    "offset of the tool": (f"{ZEROES}PR[5,3]=7\n{SECOND} Tool_Offset,PR[5]", [[100, 0, -7]]),
+    "offset of the tool by a condition": (
+        f"{ZEROES}PR[5,3]=7\nTOOL_OFFSET CONDITION PR[5],UTOOL[1]\n{SECOND} Tool_Offset",
+        [[100, 0, -7]],
+    ),
+    "both offsets": (
+        f"{ZEROES}PR[5,3]=7\n{SECOND} Tool_Offset,PR[5] Offset,PR[5] ACC50",
+        [[100, 0, 0]],
+    ),
+    "position by a register": ("R[4]=3\nL P[R[4]] 50mm/sec FINE", [[200, 0, 0]]),
+    "position register": ("PR[6:there]=P[3:end]\nL PR[6:there] 50mm/sec FINE", [[200, 0, 0]]),
+    "element of one": (
+        "PR[6]=P[3]\nPR[6,3]=PR[6,1]/2-10\nL PR[6] 50mm/sec FINE",
+        [[200, 0, 90]],
+    ),
+    "sum": ("PR[6]=P[3]\nPR[7]=PR[6]-P[2]\nPR[7,4]=0\nL PR[7] 5mm/sec FINE", [[100, 0, 0]]),
+    "last position": (
+        f"{SECOND}\nPR[6]=LPOS\nPR[6,2]=(PR[6,2]+3)\nL PR[6] 5mm/sec FINE",
+        [[100, 0, 0], [100, 3, 0]],
+    ),
+    "loop": (
+        "PR[6]=P[1]\nFOR R[1:i]=1 TO 3\nPR[6,1]=R[1]*10\nL PR[6] 50mm/sec FINE\nENDFOR",
+        [[10, 0, 0], [20, 0, 0], [30, 0, 0]],
+    ),
+    "loop down": (
+        "PR[6]=P[1]\nFOR R[1]=2 DOWNTO 1\nPR[6,1]=R[1]\nL PR[6] 50mm/sec FINE\nENDFOR",
+        [[2, 0, 0], [1, 0, 0]],
+    ),
+    "loop of none": (f"FOR R[1]=2 TO 1\n{FIRST}\nENDFOR\n{SECOND}", [[100, 0, 0]]),
+    "jumps": (
+        f"R[1]=0\nLBL[7:again]\n{FIRST}\nR[1]=R[1]+1\nIF R[1]<2,JMP LBL[7]\n{SECOND}",
+        [[0, 0, 0], [0, 0, 0], [100, 0, 0]],
+    ),
+    "branch": (
+        f"R[1]=2\nIF (R[1]=1 OR !(R[1]<3)) THEN\n{FIRST}\nELSE\n{SECOND}\nENDIF",
+        [[100, 0, 0]],
+    ),
+    "branch in another": (
+        f"R[1]=1\nIF R[1]=1 THEN\nIF R[1]=2 THEN\n{FIRST}\nELSE\n{SECOND}\nENDIF\nELSE\n{FIRST}\nENDIF",
+        [[100, 0, 0]],
+    ),
+    "selection": (
+        f"R[1]=2\nSELECT R[1]=1,JMP LBL[1]\n=2,JMP LBL[2]\nELSE,JMP LBL[3]\nLBL[1]\n{FIRST}\n"
+        f"LBL[2]\n{SECOND}\nLBL[3]",
+        [[100, 0, 0]],
+    ),
+    "known despite an input": (
+        f"R[1]=2\nIF (R[1]=1 AND DI[3]=ON),JMP LBL[1]\n{SECOND}\nLBL[1]",
+        [[100, 0, 0]],
+    ),
+    "branch without an effect": (
+        f"{FIRST}\nIF (DI[3]) THEN\nDO[1]=ON\nELSE\nUALM[1]\nENDIF\nIF DI[2]=ON,PAUSE\n{SECOND}",
+        [[0, 0, 0], [100, 0, 0]],
+    ),
+    "end": (f"{FIRST}\nEND\n{SECOND}", [[0, 0, 0]]),
+    "remarks": (f"!L P[3] 5mm/sec FINE\n//{SECOND}\n--eg:{SECOND}\n{FIRST}", [[0, 0, 0]]),
+    "point logic": (
+        f"J P[1] 100% CNT100 TB .10sec,P-SPS\nDO[2]=ON\n------\n{SECOND}",
+        [[0, 0, 0], [100, 0, 0]],
+    ),
+    "harmless options": (
+        f"{FIRST} PTH ACC R[1] BREAK Arc Start[1,2] EV50% TA 0.10sec,DO[3]=ON"
+        " DB  5.0mm,RO[1]=PULSE,.5sec",
+        [[0, 0, 0]],
+    ),
+    "lower case": ("l p[1] 50MM/SEC fine\nuframe_num=1\nl p[2] 50mm/sec cnt100 inc", None),
+}
+
+
+@pytest.mark.parametrize("name", EXECUTED)
+def test_instructions_are_executed_as_a_controller_does(name):
+    instructions, expected = EXECUTED[name]
+    program = read(instructions)
+    assert places(program) == (expected or [[0, 0, 0], [100, 0, 0]])
+
+
+MOVING = "R[3]=1\nL P[1] 5mm/sec FINE"
+# What stands in a program, and what the message must name.
+REFUSED = {
+    "unset register": (f"{FIRST} Offset,PR[3]", ["PR[3]", "PR[3,1]=.."]),
+    "unset element": (f"PR[5,1]=3\n{FIRST} Offset,PR[5]", ["PR[5,2]"]),
+    "increment at first": (f"{FIRST} INC", ["begin with a motion"]),
+    "increment of joints": (f"{FIRST}\nJ P[9] 10% FINE INC", ["one of each"]),
+    "no condition": (f"{FIRST} Offset", ["OFFSET CONDITION"]),
+    "condition elsewhere": (f"{ZEROES}OFFSET CONDITION PR[5],UFRAME[4]", ["UFRAME[4]"]),
+    "skip": (f"{FIRST} Skip,LBL[1]", ["Skip,LBL[1]"]),
+    "skip with a place": (f"{FIRST} Skip,LBL[1],PR[1]=LPOS", ["Skip,LBL[1],PR[1]=LPOS"]),
+    "wrist": (f"{FIRST} Wjnt", ["Wjnt", "divide"]),
+    "coordinated": (f"{FIRST} COORD PTH", ["COORD"]),
+    "remote tool": (f"{FIRST} RTCP", ["RTCP"]),
+    "camera": (f"{FIRST} VOFFSET,VR[1]", ["VOFFSET,VR[1]"]),
+    "process speed": (f"{FIRST} PSPD50", ["PSPD50"]),
+    "unknown option": (f"{FIRST} Wobble[3]", ["line 6", "Wobble[3]"]),
+    "circle": ("C P[1] P[2] 5mm/sec FINE", ["circle", "lines"]),
+    "arc": ("A P[1] 5mm/sec FINE", ["circle"]),
+    "joints on a line": ("L P[9] 5mm/sec FINE", ["joint angles", "J"]),
+    "unknown speed": ("L P[1] R[7:feed]mm/sec FINE", ["R[7]"]),
+    "speed of welding": ("L P[1] WELD_SPEED CNT100", ["WELD_SPEED"]),
+    "percent on a line": ("L P[1] 100% FINE", ["100%"]),
+    "weaving": ("Weave Sine[1]", ["Weave Sine[1]"]),
+    "another frame": ("UFRAME_NUM=2\nL P[1] 5mm/sec FINE", ["UF : 1", "UFRAME_NUM=1"]),
+    "another tool": ("UTOOL_NUM=3\nL P[1] 5mm/sec FINE", ["UT : 1", "UTOOL_NUM=1"]),
+    "unknown frame number": ("UFRAME_NUM=R[8]", ["R[8]"]),
+    "frames that nobody knows": (
+        f"{FIRST}\nPR[6]=LPOS\nUFRAME_NUM=2\nL PR[6] 5mm/sec FINE",
+        ["UFRAME 2", "UFRAME 1"],
+    ),
+    "input": (f"IF DI[1]=ON,CALL DETOUR\n{FIRST}", ["DI[1]"]),
+    "input in a branch": (f"IF (DI[1]) THEN\n{FIRST}\nENDIF", ["DI[1]"]),
+    "register behind an input": (
+        "R[1]=1\nIF (DI[1]=ON),R[1]=(2)\nL P[R[1]] 5mm/sec FINE",
+        ["R[1]", "unknown condition"],
+    ),
+    "missing program": (f"CALL GRIPPER_OPEN\n{FIRST}", ["GRIPPER_OPEN.ls"]),
+    "missing program on the way": (f"{FIRST} TB .10sec,CALL SPRAY", ["SPRAY.ls"]),
+    "task that is missing": (f"RUN LOGGER\n{FIRST}", ["LOGGER"]),
+    "program by a string": ("CALL SR[2]", ["SR[2]"]),
+    "string": ("R[1]=STRLEN SR[1]\nL P[R[1]] 5mm/sec FINE", ["STRLEN SR[1]"]),
+    "endless": (f"LBL[1]\n{FIRST}\nJMP LBL[1]", ["for ever", "LBL[1]"]),
+    "endless with a counter": ("LBL[1]\nR[1]=R[1]+1\nR[1]=3\nR[1]=4\nJMP LBL[1]", ["200000"]),
+    "no label": ("JMP LBL[4]", ["LBL[4]"]),
+    "label twice": ("LBL[4]\nLBL[4]\nJMP LBL[4]", ["LBL[4]", "once"]),
+    "no end of a block": (f"R[1]=1\nIF R[1]=2 THEN\n{FIRST}", ["got none"]),
+    "end of no block": (f"{FIRST}\nENDFOR", ["ENDFOR"]),
+    "system variable": (f"$MCR.$SINGLE=1\n{FIRST}", ["$MCR.$SINGLE=1"]),
+    "macro": ("TOOL OPEN", ["TOOL OPEN"]),
+    "other language": ("BENUTZER_NUM=1", ["BENUTZER_NUM=1"]),
+    "override of none": ("OVERRIDE=0%", ["1 to 100 %"]),
+    "copy of a frame": (
+        f"{ZEROES}UFRAME[3]=PR[5]\nPR[6]=UFRAME[3]\nPR[6,1]=4",
+        ["PR[6]", "matrix"],
+    ),
+    "frame of the controller": ("PR[6]=UFRAME[3]", ["UFRAME[3]"]),
+    "division by zero": ("R[1]=0\nR[2]=3/R[1]", ["divisor"]),
+    "huge": ("R[1]=1e7\nFOR R[2]=1 TO 90\nR[1]=R[1]*R[1]\nENDFOR", ["at most 1e+30"]),
+    "half a register": ("R[1]=1.5\nL P[R[1]] 5mm/sec FINE", ["whole number", "1.5"]),
+    "last joints": ("J P[9] 10% FINE\nPR[1]=LPOS", ["LPOS", "joint angles"]),
+    "speed of turning without a turn": (f"{FIRST}\nL P[2] 5deg/sec FINE", ["deg/sec"]),
+    "element beyond": ("PR[6]=P[1]\nPR[6,7]=2", ["1 to 6", "other axes"]),
+    "open point logic": (f"{FIRST} TB .10sec,P-SPS\nDO[1]=ON", ["dashes"]),
+    "missing program in point logic": (
+        f"{FIRST} TB .10sec,P-SPS\nCALL SPRAY\n------",
+        ["line 7", "SPRAY.ls"],
+    ),
+    "moving point logic": (f"{FIRST} TB .10sec,P-SPS\nPR[1,1]=3\n------", ["PR[1,1]=3"]),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_computed_is_refused_by_its_name(name):
+    instructions, words = REFUSED[name]
+    with pytest.raises(ProgramError, match=r"main\.ls: line \d+: ") as raised:
+        read(instructions)
+    assert len(str(raised.value)) < 330
+    for word in words:
+        assert word in str(raised.value)
+
+
+def test_what_is_left_out_is_listed_by_name():
+    program = read(
+        "PAYLOAD[1]\nDO[1]=ON\nDO[2]=OFF\nWAIT DI[1]=ON TIMEOUT,LBL[9]\nMESSAGE[A: B]\n"
+        f"{FIRST} ACC80\nLBL[9]"
+    )
+    assert dict(program.left_out) == {"PAYLOAD": 1, "DO[]": 2, "WAIT": 1, "MESSAGE": 1, "ACC": 1}
+    assert program.assumptions == ("what WAIT waits for comes before its TIMEOUT",)
+
+
+ANGLES = st.tuples(*[st.floats(-170.0, 170.0)] * 3)
+PLACES = st.tuples(*[st.floats(-900.0, 900.0)] * 3)
+
+
+def matrix(values) -> np.ndarray:
+    """Return the transform of X, Y, Z [mm], W, P, R [deg]: about the fixed x, y, z in turn."""
+    result = np.eye(4)
+    result[:3, :3] = Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
+    result[:3, 3] = MM * np.array(values[:3])
+    return result
+
+
+def matrix_of(pose) -> np.ndarray:
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = Rotation.from_quat(pose[3:]).as_matrix(), pose[:3]
+    return result
+
+
+def assigned(index: int, values) -> str:
+    return "".join(f"PR[{index},{k}]=({v:.4f})\n" for k, v in enumerate(values, start=1))
+
+
+@given(st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES))
+def test_offsets_increments_and_last_positions_are_those_of_matrices_and_sums(a, b, c):
+    """Offset and INC add number by number, Tool_Offset multiplies by a frame in the tool."""
+    first, second, shift = ([round(x, 4) for x in (*p, *q)] for p, q in (a, b, c))
+    program = read(
+        assigned(1, first)
+        + assigned(2, second)
+        + assigned(3, shift)
+        + "L PR[1] 5mm/sec FINE\nL PR[2] 5mm/sec FINE INC\nL PR[1] 5mm/sec FINE Offset,PR[3]\n"
+        "L PR[1] 5mm/sec FINE Tool_Offset,PR[3]\nPR[4]=LPOS\nL PR[4] 5mm/sec FINE"
+    )
+    added, offset = np.add(first, second), np.add(first, shift)
+    tool = matrix(first) @ matrix(shift)
+    for move, expected in zip(
+        program.moves, [matrix(first), matrix(added), matrix(offset), tool, tool], strict=True
+    ):
+        np.testing.assert_allclose(matrix_of(move.pose), expected, atol=2e-6)
+
+
+@given(st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES), st.tuples(PLACES, ANGLES))
+def test_positions_in_another_frame_and_of_another_tool_are_the_same_flange(a, b, c):
+    frame, tool, point = ([round(x, 4) for x in (*p, *q)] for p, q in (a, b, c))
+    program = read(
+        assigned(1, [0.0] * 6)
+        + "UFRAME[1]=PR[1]\nUTOOL[1]=PR[1]\n"
+        + assigned(2, frame)
+        + "UFRAME[2]=PR[2]\n"
+        + assigned(3, tool)
+        + "UTOOL[2]=PR[3]\n"
+        + assigned(4, point)
+        + "J PR[4] 10% FINE\nUFRAME_NUM=2\nUTOOL_NUM=2\nJ PR[4] 10% FINE\nPR[5]=LPOS\n"
+        + "UFRAME_NUM=1\nUTOOL_NUM=1\nPR[6]=LPOS\nJ PR[6] 10% FINE"
+    )
+    flange = matrix(frame) @ matrix(point) @ np.linalg.inv(matrix(tool))
+    np.testing.assert_allclose(matrix_of(program.moves[0].pose), matrix(point), atol=2e-6)
+    for move in program.moves[1:]:
+        np.testing.assert_allclose(matrix_of(move.pose), flange, atol=2e-6)
+
+
+def test_speeds_and_times_are_in_their_units_and_scaled_by_the_override():
+    program = read(
+        "R[1]=300\nL P[1] 60cm/min FINE\nL P[2] 2inch/min CNT50\nL P[1] R[1]mm/sec CNT R[1]\n"
+        "L P[2] 1.5sec FINE\nL P[1] 250msec CD20\nOVERRIDE=50%\nL P[2] 60cm/min FINE\n"
+        "L P[3] 2sec FINE"
+    )
+    speeds = [0.01, 2 * 0.0254 / 60, 0.3, None, None, 0.005, None]
+    assert [move.speed for move in program.moves] == pytest.approx(speeds)
+    assert [move.duration for move in program.moves] == [None, None, None, 1.5, 0.25, None, 4.0]
+    assert program.assumptions == ("OVERRIDE=50% scales the speeds behind it",)
+
+
+def test_a_turn_in_degrees_per_second_has_its_time():
+    points = cartesian(1) + cartesian(2, r=90.0)
+    program = read("L P[1] 5mm/sec FINE\nL P[2] 45deg/sec FINE", points)
+    assert program.moves[1].duration == pytest.approx(2.0, rel=1e-6)
+
+
+def test_axes_beside_the_robot_are_read_where_they_stand():
+    stands = ",\n\tE1= -12.5  mm\n   GP2:\n\tUF : 0, UT : 0,\t\n\tJ1=     6.378 deg"
+    points = cartesian(1, more=stands) + cartesian(2, x=9.0, more=stands)
+    assert places(read(f"{FIRST}\n{SECOND}", points)) == [[0, 0, 0], [9, 0, 0]]
+    for moved, name in (
+        (stands.replace("-12.5", "7"), "E1"),
+        (stands.replace("6.378", "6"), "GP2 J1"),
+    ):
+        points = cartesian(1, more=stands) + cartesian(2, x=9.0, more=moved)
+        with pytest.raises(ProgramError, match=f"line 7: expected {name} to stand"):
+            read(f"{FIRST}\n{SECOND}", points)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (cartesian(1).replace("0.000  mm,\tY", "********  mm,\tY"), "taught position"),
+        (cartesian(1).replace("W =", "S ="), "got none of W|got S"),
+        (cartesian(1).replace("X =", "RX ="), "RTCP"),
+        (cartesian(1).replace("0.000  mm,\tY", "0.000  deg,\tY"), "X in mm"),
+        (cartesian(1).replace("GP1", "GP2"), "GP2 alone"),
+        (cartesian(1) * 2, r"P\[1\] again"),
+        (cartesian(1, uf="banana"), "banana"),
+        ("P[1]{\n GP1:\n X = 1 mm", r"P\[number\]"),
+    ],
+)
+def test_positions_that_are_not_whole_are_refused(data, words):
+    with pytest.raises(ProgramError, match=words):
+        read(FIRST, data)
+
+
+def test_positions_of_any_frame_and_names_in_quotes_are_read():
+    points = cartesian(1, uf="F", ut="F") + cartesian('2:"near [x]"', x=9.0)
+    assert places(read(f"{FIRST}\nL P[2:near] 5mm/sec FINE", points)) == [[0, 0, 0], [9, 0, 0]]
+
+
+def test_frames_that_positions_alone_state_are_an_assumption():
+    program = fanuc_reader.read([ProgramFile("a.ls", text_of(FIRST))])
+    assert program.assumptions == (
+        "UFRAME 1 is in use at the start, as positions say",
+        "UTOOL 1 is in use at the start, as positions say",
+    )
+
+
+def test_programs_that_are_called_have_arguments_positions_and_labels_of_their_own():
+    program = read(
+        "CALL DEEP(2,R[1])\nCALL OUTPUTS\nL P[1] 5mm/sec FINE TB .1sec,CALL OUTPUTS",
+        DEEP="JMP LBL[1]\nLBL[1]\nIF AR[1]=0,END\nR[2]=AR[1]-1\nL P[AR[1]] 5mm/sec FINE\n"
+        "CALL DEEP(R[2])",
+        OUTPUTS="IF DI[1]=ON,JMP LBL[1]\nDO[1]=ON\nLBL[1]",
+    )
+    assert places(program) == [[100, 0, 0], [0, 0, 0], [0, 0, 0]]
+    assert dict(program.left_out) == {"CALL of outputs": 2}
+    with pytest.raises(ProgramError, match="runs during a motion, got 'PR"):
+        read(f"{FIRST} TB .1sec,CALL SHIFTS", SHIFTS="DO[1]=ON\nPR[1,1]=3")
+    with pytest.raises(ProgramError, match=r"main\.ls: line 7: expected OFFSET CONDITION"):
+        read(f"CALL SETS\n{FIRST} Offset", SETS=f"{ZEROES}OFFSET CONDITION PR[5]")
+
+
+def test_files_that_called_files_call_are_found_beside(tmp_path):
+    for name, line in (("a", "CALL B"), ("b", "CALL C"), ("c", FIRST)):
+        (tmp_path / f"{name}.ls").write_text(text_of(line, name=name.upper()))
+    assert places(read_program(tmp_path / "a.ls")) == [[0, 0, 0]]
+
+
+def test_line_styles_of_others_are_read():
+    """CRLF, lines without numbers or semicolons, instructions over two lines, sections before /MN."""
+    body = [
+        "/APPL",
+        "  SOMETHING : 1;",
+        "/MN",
+        ": UFRAME_NUM=1;",
+        "   2:  UTOOL_NUM=1 ;",
+        "   3:L P[1] 50mm/sec CNT100",
+        "    :  ACC80 ;",
+        "   4://L P[3] 50mm/sec CNT100",
+        "    :  ACC80 ;",
+        "L P[2] 50mm/sec FINE ; ! the end",
+        "/POS",
+    ]
+    text = "/PROG  STYLES\tMacro\r\n" + "\r\n".join(body) + "\r\n" + POINTS
+    assert places(fanuc_reader.read([ProgramFile("a.ls", text)])) == [[0, 0, 0], [100, 0, 0]]
+
+
+def test_a_program_of_another_group_is_refused():
+    text = text_of(CHOSEN + FIRST).replace("/ATTR", "/ATTR\nDEFAULT_GROUP\t= *,1,*,*,*;")
+    with pytest.raises(ProgramError, match="group 1, the robot"):
+        fanuc_reader.read([ProgramFile("a.ls", text)])
+
+
+def test_work_grows_in_proportion_to_length():
+    def calls(count: int) -> int:
+        points = "".join(cartesian(k, x=0.1 * k) for k in range(1, count + 1))
+        lines = "\n".join(f"L P[{k}] 50mm/sec CNT100" for k in range(1, count + 1))
+        return counted_calls(lambda: read(lines, points))
+
+    assert calls(800) - calls(400) < 1.01 * 2.0 * (calls(400) - calls(200))
+
+
+def test_damaged_programs_are_read_or_refused():
+    whole = CHOSEN + "\n".join(
+        instructions
+        for name, (instructions, _) in EXECUTED.items()
+        if name not in ("end", "lower case")
+    )
+    for broken in damaged(text_of(whole.replace("LBL[7", "LBL[8")), 300):
+        with suppress(ProgramError):
+            fanuc_reader.read([ProgramFile("a.ls", broken)])

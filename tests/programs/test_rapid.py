@@ -1,0 +1,485 @@
+"""RAPID as others write it: what is executed, what is left out and said, and what is refused by name."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from counted_calls import counted_calls
+from damage import damaged
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import CaseError, ProgramError
+from coupling.files.toml_file import validate
+from coupling.path.frame import Frame
+from coupling.programs import rapid_reader
+from coupling.programs.languages import read_program
+from coupling.programs.program import HERE, RobotProgram
+from coupling.toolpaths.robot_program import ProgramPath
+
+REST = "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+UPRIGHT = f"[0.70710678,0,0.70710678,0],{REST}"
+DATA = f"""
+  PERS tooldata tq:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
+  PERS wobjdata wq:=[FALSE,TRUE,"",[[500,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+  CONST robtarget p1:=[[0,0,0],{UPRIGHT};
+  VAR robtarget p2:=[[50,0,0],{UPRIGHT};
+  CONST robtarget p3:=[[100,0,0],{UPRIGHT};
+  CONST jointtarget home:=[[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+"""
+
+
+HELD = "tq\\WObj:=wHeld"
+AT_30, IN_2_S = "v7000\\V:=30", "v10\\T:=2"
+
+
+def module(main: str, data: str = "", routines: str = "") -> str:
+    return f"MODULE M1\n{DATA}{data}\nPROC main()\n{main}\nENDPROC\n{routines}\nENDMODULE\n"
+
+
+def read(main: str, data: str = "", routines: str = "", **others: str) -> RobotProgram:
+    texts = {f"{name}.mod": text for name, text in others.items()}
+    return rapid_reader.read(module(main, data, routines), "way.mod", texts)
+
+
+def to(target: str, frames: str = "tq\\WObj:=wq", speed: str = "v50") -> str:
+    return f"MoveL {target},{speed},fine,{frames};"
+
+
+def places(program: RobotProgram) -> list[list[float]]:
+    return [[round(1e3 * x, 6) + 0.0 for x in move.pose[:3]] for move in program.moves]
+
+
+def way(second: str, data: str = "", routines: str = "", **others: str) -> RobotProgram:
+    """Read p1, what is given, and p3."""
+    return read(f"{to('p1')}\n{second}\n{to('p3')}", data, routines, **others)
+
+
+# What stands between p1 and p3, and where the robot goes between them [mm].
+EXECUTED = {
+    "component": ("p2.trans.y := 40;" + to("p2"), [[50, 40, 0]]),
+    "position": ("p2.trans := [50,40,0];" + to("p2"), [[50, 40, 0]]),
+    "whole": (f"p2 := [[50,40,0],{UPRIGHT};" + to("p2"), [[50, 40, 0]]),
+    "copy": ("p2 := p3; p2.trans.y := p2.trans.y + 40;" + to("p2"), [[100, 40, 0]]),
+    "offs": (to("Offs(p2,0,40,0)"), [[50, 40, 0]]),
+    "offs of offs": (to("Offs(Offs(p2,0,40,0),1,-2*3,pi-pi)"), [[51, 34, 0]]),
+    # x of the tool is along -z of the work object.
+    "reltool": (to("RelTool(p2,10,20,30)"), [[80, 20, -10]]),
+    "trigger": ("TriggL p2,v50,trig1\\T2:=trig2,fine,tq\\WObj:=wq;", [[50, 0, 0]]),
+    "output": ("MoveLDO p2,v50,fine,tq\\WObj:=wq,do1,1;", [[50, 0, 0]]),
+    "painting": ("PaintL p2,v50,fine,tq\\WObj:=wq;", [[50, 0, 0]]),
+    "spot": ("SpotL p2,v50,gun1,spot1,tq\\WObj:=wq;", [[50, 0, 0]]),
+    "dispensing": ("DispL p2,v50,bead1,fine,tq\\WObj:=wq;", [[50, 0, 0]]),
+    "displacement": (
+        f"PDispSet [[0,40,0],[1,0,0,0]];{to('p2')}PDispOff;{to('p2')}",
+        [[50, 40, 0], [50, 0, 0]],
+    ),
+    "displacement of targets": (
+        f"PDispOn\\ExeP:=Offs(p1,0,40,0),p1,tq\\WObj:=wq;{to('p2')}PDispOff;",
+        [[50, 40, 0]],
+    ),
+    "turned displacement": (
+        f"PDispSet [[0,0,0],OrientZYX(90,0,0)];{to('p2')}PDispOff;",
+        [[0, 50, 0]],
+    ),
+    "for": (
+        f"FOR i FROM 1 TO 3 DO {to('Offs(p1,10*i,i*i,0)')} ENDFOR",
+        [[10, 1, 0], [20, 4, 0], [30, 9, 0]],
+    ),
+    "for down": (
+        f"FOR i FROM 3 TO 1 STEP -2 DO {to('Offs(p1,i,0,0)')} ENDFOR",
+        [[3, 0, 0], [1, 0, 0]],
+    ),
+    "while": (
+        f"VAR num k := 0; WHILE k < 2 DO Incr k; {to('Offs(p1,k,0,0)')} ENDWHILE",
+        [[1, 0, 0], [2, 0, 0]],
+    ),
+    "if": (
+        f"IF 1 > 2 THEN {to('p3')} ELSEIF TRUE THEN {to('p2')} ELSE {to('p3')} ENDIF",
+        [[50, 0, 0]],
+    ),
+    "compact if": (f"IF 3 DIV 2 = 1 AND NOT FALSE {to('p2')}", [[50, 0, 0]]),
+    "test": (
+        f"TEST 2 CASE 1: {to('p3')} CASE 2,3: {to('p2')} DEFAULT: Stop; ENDTEST",
+        [[50, 0, 0]],
+    ),
+    "array": (
+        f"VAR robtarget q{{2}}; q{{2}} := p2; q{{2}}.trans.z := Sqrt(16); {to('q{2}')}",
+        [[50, 0, 4]],
+    ),
+    "vectors": (
+        f"p2.trans := 2*(p1.trans+[1,2,3])-[0,0,1]; {to('p2')}",
+        [[2, 4, 5]],
+    ),
+    "poses": (
+        "VAR pose a := [[0,0,7],[1,0,0,0]]; p2.trans := PoseVect(PoseMult(a,PoseInv(a)),[1,2,3]);"
+        + to("p2"),
+        [[1, 2, 3]],
+    ),
+    "work object moved": (
+        "wq.uframe.trans.x := 600;" + to("p2") + "wq.uframe.trans.x := 500;",
+        [[150, 0, 0]],
+    ),
+    "object frame": (
+        "wq.oframe.trans.y := 40;" + to("p2") + "wq.oframe.trans.y := 0;",
+        [[50, 40, 0]],
+    ),
+    "world": (to("p2", "tq"), [[-450, 0, 0]]),
+    # The other tool is 100 mm shorter: at its point the first tool's is 100 mm ahead, along x.
+    "other tool": (to("p2", "tool0\\WObj:=wq"), [[150, 0, 0]]),
+    "unreached stop": (f"IF FALSE Stop; {to('p2')}", [[50, 0, 0]]),
+    "harmless": (
+        'SetDO do1,1; WaitTime 0.5; TPWrite "a;b!"\\Num:=3; ! MoveL p3'
+        + "\n AccSet 50,50;"
+        + to("p2"),
+        [[50, 0, 0]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EXECUTED)
+def test_what_is_computable_is_computed(name):
+    second, between = EXECUTED[name]
+    assert places(way(second)) == [[0, 0, 0], *between, [100, 0, 0]]
+
+
+def test_procedures_and_functions_of_the_program_are_executed_with_their_parameters():
+    routines = """
+      PROC Detour(robtarget p, num dy \\switch twice)
+        MoveL Offs(p,0,dy,0),v50,fine,tq\\WObj:=wq;
+        IF Present(twice) RETURN;
+        MoveL Higher(p,5),v50,fine,tq\\WObj:=wq;
+      ENDPROC
+      FUNC robtarget Higher(robtarget p, num dz)
+        p.trans.z := p.trans.z + dz;
+        RETURN p;
+      ENDFUNC
+      PROC Shift(INOUT robtarget p, INOUT num count)
+        p.trans.x := 7; count := count + 1;
+      ENDPROC
+      PROC Unused() MoveC p1,p2,v50,z1,tool0; ENDPROC
+    """
+    main = f"""
+      VAR num n := 0;
+      Detour p2, 40;
+      Detour p2, 30\\twice;
+      %"Detour"% p1, 20\\twice;
+      Shift p2, n; Shift p2, p2.trans.y;
+      {to("Offs(p2,0,0,n)")}
+    """
+    found = places(read(main, routines=routines))
+    assert found == [[50, 40, 0], [50, 0, 5], [50, 30, 0], [0, 20, 0], [7, 1, 1]]
+
+
+@given(*[st.floats(-180.0, 180.0)] * 3, st.tuples(*[st.floats(-90.0, 90.0)] * 3))
+def test_turns_of_targets_are_about_the_tools_new_axes(rx, ry, rz, angles):
+    """RelTool: Rx, Ry, Rz about the axes as turned; OrientZYX: z, y', x''; EulerZYX back."""
+    numbers = [f"{angle:.6f}" for angle in (rx, ry, rz, *angles)]
+    target = f"[[1,2,3],OrientZYX({','.join(numbers[3:])}),{REST}"
+    turns = ",".join(f"EulerZYX(\\{axis},OrientZYX({','.join(numbers[3:])}))" for axis in "ZYX")
+    again = f"[[1,2,3],OrientZYX({turns}),{REST}"
+    relative = f"RelTool({target},0,0,0\\Rx:={numbers[0]}\\Ry:={numbers[1]}\\Rz:={numbers[2]})"
+    moves = read("\n".join(f"MoveJ {t},v50,fine,tq;" for t in (target, again, relative))).moves
+    first, second, third = (Rotation.from_quat(move.pose[3:]) for move in moves)
+    expected = Rotation.from_euler("ZYX", angles, degrees=True)
+    assert (first * expected.inv()).magnitude() < 1e-6
+    assert (second * expected.inv()).magnitude() < 1e-5
+    turned = expected
+    for axis, angle in zip("xyz", (rx, ry, rz), strict=True):
+        turned = turned * Rotation.from_euler(axis, angle, degrees=True)
+    assert (third * turned.inv()).magnitude() < 1e-6
+
+
+def test_speeds_are_those_that_the_program_says():
+    main = f"""
+      {to("p1", speed="vmax")}
+      {to("p2", speed="v150")}
+      {to("p3", speed="fast")}
+      {to("p2", speed=AT_30)}
+      {to("p3", speed=IN_2_S)}
+      VelSet 50,100;
+      {to("p2", speed="v150")}
+      {to("p3", speed="v500")}
+      {to("p2", speed=IN_2_S)}
+      {to("p3", speed="v35")}
+    """
+    program = read(main, "CONST speeddata fast := [80,500,5000,1000];")
+    found = [(move.speed, move.duration) for move in program.moves]
+    mm_s = [None, 150, 80, 30, None, 75, 100, None, 17.5]
+    assert [speed for speed, _ in found] == [
+        None if speed is None else pytest.approx(1e-3 * speed) for speed in mm_s
+    ]
+    assert [time for _, time in found] == [None] * 4 + [2.0, None, None, 4.0, None]
+    assert "v35, which is not in the program, is 35 mm/s" in program.assumptions
+
+
+def test_a_tool_that_turns_far_on_a_short_line_is_as_slow_as_its_turning():
+    """90 deg at 45 deg/s take 2 s: 10 mm in that time are 5 mm/s."""
+    turned = "RelTool(Offs(p1,10,0,0),0,0,0\\Rz:=90)"
+    program = read(to("p1") + f"MoveL {turned},[50,45,5000,1000],fine,tq\\WObj:=wq;")
+    assert program.moves[1].speed == pytest.approx(0.005, rel=1e-6)
+
+
+def test_welds_go_at_the_speed_of_their_data_and_do_not_weave():
+    data = "PERS welddata w1 := [12,0,[0,0,0],[0,0,0]]; PERS weavedata none := [0,0,0];"
+    main = (
+        to("p1")
+        + "ArcLStart p2,v50,s1,w1,fine,tq\\WObj:=wq; ArcLEnd p3,v50,s1,w1,none,fine,tq\\WObj:=wq;"
+    )
+    program = read(main, data)
+    assert places(program) == [[0, 0, 0], [50, 0, 0], [100, 0, 0]]
+    assert [move.speed for move in program.moves] == pytest.approx([0.05, 0.05, 0.012])
+    assert program.assumptions == ("ArcLEnd goes at the speed of its weld data, in mm/s",)
+    for weaving in ("w1,[2,0,5]", "w1\\Weave:=wv1", "w1,wv1"):
+        with pytest.raises(ProgramError, match=r"line \d+: expected ArcLEnd without"):
+            read(main.replace("w1,none", weaving), data)
+
+
+def test_what_does_not_change_the_path_is_listed():
+    second = """
+      ConfL\\Off; SetDO do1,1; Reset do2; WaitTime 1; WaitTime 2; WaitUntil di1=1;
+      IF di1 = 1 THEN SetDO do1,0; n := 3; ELSE Reset do1; ENDIF
+      WHILE di2 = 0 DO WaitTime 0.1; ENDWHILE
+      TPReadNum answer,"?";
+      MoveL p2\\ID:=10,v50\\V:=20,z10\\Inpos:=inpos20,tq\\WObj:=wq\\TLoad:=load0;
+      SingArea\\Wrist;
+    """
+    program = way(second, "VAR num n; VAR num answer;")
+    assert dict(program.left_out) == {
+        "ConfL": 1,
+        "SetDO": 1,
+        "Reset": 1,
+        "WaitTime": 2,
+        "WaitUntil": 1,
+        "IF": 1,
+        "WHILE": 1,
+        "TPReadNum": 1,
+        "\\Inpos": 1,
+        "\\TLoad": 1,
+    }
+    assert program.assumptions == (
+        "motions with \\ID do not wait for another robot",
+        "the tool keeps its programmed rotation, from which SingArea\\Wrist may deviate",
+        "zones, up to 10 mm, are not rounded: the path goes through every target",
+    )
+
+
+ASSUMED = {
+    "mode": (f"IF OpMode() = OP_AUTO THEN {to('p2')} ELSE {to('p1')} ENDIF", "automatic operation"),
+    "robot": (f"IF RobOS() {to('p2')}", "RobOS is TRUE"),
+    "stop": (f"{to('p2')} Stop;", "ends at Stop in line 11"),
+    "error": (f"{to('p2')} IF di1 = 1 EXIT;", "EXIT behind IF in line 11 is not reached"),
+    "held work object": (
+        to("p2", HELD),
+        "work object wHeld, which the controller holds",
+    ),
+    "external axis": (f"p2.extax.eax_a := 5; {to('p2')}", "external axis eax_a stays at 5"),
+    "handler": (f"{to('p2')} ERROR IF ERRNO = 1 RETRY; TRYNEXT;", "no error comes up"),
+}
+
+
+@pytest.mark.parametrize("name", ASSUMED)
+def test_what_is_assumed_is_said(name):
+    main, said = ASSUMED[name]
+    program = read(main)
+    assert len(program.moves) == 1
+    assert said in " ".join(program.assumptions)
+
+
+# What stands between p1 and p3, and what the message says.
+REFUSED = {
+    "procedure that is missing": (
+        "Detour;",
+        "procedure of the program, got Detour: put its module",
+    ),
+    "function that is missing": (
+        to("Detour(p2)"),
+        "function of RAPID or of the program, got Detour",
+    ),
+    "arc": ("MoveC p2,p3,v50,z1,tq;", "got MoveC, an arc"),
+    "search": ("SearchL di1,p2,p3,v50,tq;", "got SearchL, a motion that ends where a signal comes"),
+    "correction": ("MoveL p2,v50,z1,tq\\WObj:=wq\\Corr;", "MoveL without \\\\Corr"),
+    "unknown option": ("MoveL p2,v50\\Wobble:=2,z1,tq\\WObj:=wq;", "MoveL without \\\\Wobble"),
+    "external axes moving": (
+        f"p2.extax.eax_b := 5; {to('p2')} p2.extax.eax_b := 9; {to('p2')}",
+        "eax_b",
+    ),
+    "external motion": ("MoveExtJ j,v50,fine;", "got MoveExtJ"),
+    "external offsets": ("EOffsSet [10,0,0,0,0,0];", "got EOffsSet"),
+    "where the robot is": (
+        f"p2 := CRobT(\\Tool:=tq); {to('p2')}",
+        "got CRobT, which the controller",
+    ),
+    "part of where it is": ("p2.trans := CPos();" + to("p2"), "expected position, got CPos"),
+    "displacement from here": ("PDispOn p1,tq;", "PDispOn with \\\\ExeP, got none"),
+    "unknown condition": (f"IF di1 = 1 {to('p2')}", "for MoveL in line 12, got IF with 'di1'"),
+    "unknown data later": (
+        f"IF di1=1 p2 := p3; {to('p2')}",
+        "robtarget with a value, got what depends",
+    ),
+    "read number": (
+        f'VAR num n; TPReadNum n,"?"; {to("Offs(p2,n,0,0)")}',
+        "got what TPReadNum returns",
+    ),
+    "flag of a wait": (
+        f"VAR bool late; WaitDI di1,1\\TimeFlag:=late; IF late {to('p2')}",
+        "got IF with what WaitDI returns in line 12",
+    ),
+    "text as a number": (
+        f'VAR num n; VAR bool ok; ok := StrToVal("3",n); {to("Offs(p2,n,0,0)")}',
+        "got what StrToVal returns in line 12",
+    ),
+    "open flag of a wait": (
+        f"VAR bool late; IF di1=1 WaitDI di2,1\\TimeFlag:=late; IF late {to('p2')}",
+        "got IF with what depends on 'di1'",
+    ),
+    "unknown bound": (f"FOR i FROM 1 TO n0 DO {to('p2')} ENDFOR", "got FOR with 'n0'"),
+    "unknown case": (f"TEST di1 CASE 1: {to('p2')} ENDTEST", "got TEST with 'di1'"),
+    "unknown loop": (f"WHILE di1 = 0 DO {to('p2')} ENDWHILE", "got WHILE with 'di1'"),
+    "return behind it": ("IF di1 = 1 RETURN;", "for RETURN in line 12"),
+    "endless": (f"WHILE TRUE DO {to('p2')} ENDWHILE", "a loop that ends, got WHILE TRUE"),
+    "endless count": ("VAR num k; WHILE k < 1 DO k := k*1; ENDWHILE", "at most 100000 statements"),
+    "huge count": ("FOR i FROM 1 TO 1E7 DO ENDFOR", "got FOR from 1 to 1e"),
+    "recursion": ("main;", "at most 25 routines"),
+    "jump": ("GOTO a; a:", "got GOTO"),
+    "raise": ("RAISE;", "got RAISE"),
+    "held part": (
+        to("p2", 'tq\\WObj:=[TRUE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]]'),
+        "robhold FALSE, got TRUE",
+    ),
+    "work object that moves": (
+        to("p2", 'tq\\WObj:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]]'),
+        'stands still, ufprog TRUE, got FALSE, moved by "STN1"',
+    ),
+    "stationary tool": (f"tq.robhold := FALSE; {to('p2')}", "robhold TRUE, got FALSE: stationary"),
+    "frame that is held": (to("p2", "tq\\WObj:=wHeld"), "does not say where wHeld is"),
+    "frame set in part": (
+        f"wHeld.uframe.trans.x := 3; {to('p2', HELD)}",
+        "'wHeld', of which a part is set in line 12",
+    ),
+    "override on the way": ("SpeedRefresh 50;", "SpeedRefresh 100, got 50"),
+    "no speed": (to("p2", speed="[0,500,5000,1000]"), "a speed > 0, got 0"),
+    "both": (to("p2", speed="v50\\V:=3\\T:=2"), "got both"),
+    "soft servo": ("SoftAct 1,50;", "got SoftAct"),
+    "conveyor": ("WaitWObj wCnv;", "got WaitWObj"),
+    "unknown instruction": ("Wobble 3;", "got Wobble"),
+    "interrupt that moves": ("CONNECT i1 WITH tMove;", "got tMove with MoveL in line"),
+    "interrupted data": (
+        f"CONNECT i1 WITH tSet; p2 := p1; {to('p2')}",
+        "got what trap tSet changes",
+    ),
+    "synchronised procedure": ('MoveLSync p2,v50,z1,tq\\WObj:=wq,"Move2";', "MoveL in line"),
+    "star": (to("*"), r"robtarget with a value, got '\*'"),
+    "division": ("VAR num k := 1/0;", "expected a divisor, got 0"),
+    "root": ("VAR num k := Sqrt(-1);", "arguments of Sqrt, got -1"),
+    "index": ("VAR num a{2}; a{3} := 1;", "an index from 1 to 2, got 3"),
+    "component": ("p2.trans.w := 1;", "a component of pos, got 'w'"),
+    "constant": ("p1.trans.x := 1;", "data that are no constant, got 'p1'"),
+    "kind": ("p2 := 3;", "a value of robtarget, got one of num"),
+    "uninitialised": (f"VAR robtarget q; {to('q')}", "a quaternion of length 1, got length 0"),
+    "huge array": ("VAR robtarget q{1000,1000};", "at most 20000 elements"),
+    "huge text": (
+        'VAR string s := "a"; FOR i FROM 1 TO 99 DO s := s+s; ENDFOR',
+        "a text of at most",
+    ),
+    "brackets": (f"VAR num k := {'(' * 9000}1{')' * 9000};", "at most 40 brackets"),
+    "statements": ("IF TRUE THEN " * 99 + "ENDIF " * 99, "at most 30 statements"),
+    "arguments": ("MoveL p2,v50,tq;", "expected 4 arguments of MoveL"),
+    "module": ('Load \\Dynamic, "HOME:a.mod";', "got Load, a module that it loads"),
+}
+TRAPS = f"""
+TRAP tMove {to("p1")} ENDTRAP
+TRAP tSet p2 := p3; RETURN; ENDTRAP
+PROC Move2() {to("p1")} ENDPROC
+"""
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_may_change_the_path_is_refused_by_its_name(name):
+    second, said = REFUSED[name]
+    with pytest.raises(ProgramError, match=said) as raised:
+        way(second, routines=TRAPS)
+    message = str(raised.value)
+    assert message.startswith("way.mod: line ")
+    assert "\n" not in message
+    assert len(message) < 300
+
+
+def test_data_and_procedures_that_the_file_lacks_are_those_of_its_folder(tmp_path: Path):
+    lacking = module(f"{to('p1')} Detour; {to('p3')}").replace(
+        "PERS tooldata tq", "PERS tooldata t"
+    )
+    (tmp_path / "way.prg").write_text(lacking)
+    (tmp_path / "more.sys").write_text(
+        "MODULE More(SYSMODULE)\n"
+        "PERS tooldata tq := [TRUE,[[0,0,9],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+        f" PROC Detour() {to('Offs(p3,0,1,0)')} ENDPROC\nENDMODULE"
+    )
+    program = read_program(tmp_path / "way.prg")
+    assert places(program) == [[0, 0, 0], [100, 1, 0], [100, 0, 0]]
+    assert program.tool == (0.0, 0.0, pytest.approx(0.009), *HERE[3:])
+    assert "more.sys, which lies in its folder, belongs to it: it has tq" in program.assumptions
+    (tmp_path / "other.mod").write_text("MODULE Other PROC Detour() ENDPROC ENDMODULE")
+    with pytest.raises(
+        ProgramError,
+        match=r"one Detour in the files of its folder, got one in more.sys and other.mod",
+    ):
+        read_program(tmp_path / "way.prg")
+    (tmp_path / "more.sys").write_text("MODULE More(")
+    (tmp_path / "other.mod").unlink()
+    with pytest.raises(
+        ProgramError, match=r"got Detour \(more.sys cannot be read: more.sys: line 1"
+    ):
+        read_program(tmp_path / "way.prg")
+
+
+def test_a_module_without_main_begins_with_its_procedure_of_motions():
+    text = module(to("p1")).replace("main", "Path_10")
+    assert rapid_reader.read(text).name == "Path_10"
+    calling = text.replace(
+        "ENDMODULE", "PROC Cycle() Path_10; ENDPROC PROC Init() Reset do1; ENDPROC ENDMODULE"
+    )
+    program = rapid_reader.read(calling)
+    assert (program.name, len(program.moves)) == ("Cycle", 1)
+    assert program.assumptions == ("it begins with Cycle, which no other procedure calls",)
+    two = text.replace("ENDMODULE", f"PROC Path_20() {to('p2')} ENDPROC ENDMODULE")
+    with pytest.raises(
+        ProgramError, match="expected main, or one procedure with motions, got Path_10, Path_20"
+    ):
+        rapid_reader.read(two)
+
+
+def test_what_was_left_out_and_assumed_stands_in_the_tasks_remarks(tmp_path: Path):
+    main = "SetDO do1,1;".join(to(p) for p in ("p1", "p2", "p3")).replace("fine", "z50")
+    (tmp_path / "way.mod").write_text(module(main))
+    data = {"kind": "program", "file": str(tmp_path / "way.mod")}
+    path = validate(data, ProgramPath, CaseError, "tool_path")
+    remarks = path.task(Frame(np.zeros(3), Rotation.identity())).remarks
+    assert "way.mod: read and left out: SetDO (2)" in remarks
+    assert any("zones, up to 50 mm, are not rounded" in remark for remark in remarks)
+
+
+def test_work_grows_in_proportion_to_length():
+    def calls(count: int) -> int:
+        lines = [
+            f"MoveL [[{0.1 * k:.3f},0,{k % 7}.5],{UPRIGHT},v50,z1,tq\\WObj:=wq;"
+            for k in range(count)
+        ]
+        text = module("\n".join(lines))
+        return counted_calls(lambda: rapid_reader.read(text))
+
+    assert calls(800) - calls(400) < 1.01 * 2.0 * (calls(400) - calls(200))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_damaged_programs_are_read_or_refused(seed):
+    second = "\n".join(text for text, _ in EXECUTED.values())
+    text = module(f"{to('p1')}\n{second}\n{to('p3')}", routines=TRAPS)
+    rapid_reader.read(text)
+    for broken in damaged(text, 60, seed=seed):
+        with suppress(ProgramError):
+            rapid_reader.read(broken)

@@ -1,0 +1,253 @@
+"""elastic-robot init for robots that others describe: a file that runs, its stand-ins marked."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from coupling.case.file import load_case
+from coupling.check.chain_ends import chain_ends
+from coupling.check.new_case import CASE, new_case, write_case
+from coupling.check.new_robot import RobotChoice, new_robot
+from coupling.check.typical_gears import CLASSES
+from coupling.cli import main
+from coupling.files.mjcf import urdf_of_mjcf
+from coupling.files.robot_file import load_robot
+from coupling.files.urdf_tree import read_tree
+from coupling.run.plausibility import remarks
+from elastic_robot.chain import build_chain
+from elastic_robot.errors import RobotFileError
+from elastic_robot.kinematics import base_from_tool
+
+BODY = (
+    '<inertial><origin xyz="{}"/><mass value="{}"/>'
+    '<inertia ixx="2" iyy="2" izz="2" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+# Axes of an industrial robot of 165 kg stretched forward, made up: origins, axes, limits.
+AXES = (
+    ("0 0 0.7", "0 0 1", 3.0),
+    ("0.3 0 0", "0 1 0", 1.6),
+    ("0 0 1.1", "0 -1 0", 3.0),
+    ("0.6 0 0.25", "-1 0 0", 6.0),
+    ("0.7 0 0", "0 -1 0", 2.1),
+    ("0.2 0 0", "-1 0 0", 6.0),
+)
+
+
+def arm(masses: bool = True, more: str = "") -> str:
+    """A robot with six joints; its flange's z points out, as ROS has it."""
+    links = ['<link name="base_link"/>', '<link name="tool0"/>']
+    for number in range(1, 7):
+        inside = BODY.format("0.1 0 0", 200 / number**2) if masses else ""
+        links.append(f'<link name="l{number}">{inside}</link>')
+    joints = []
+    for number, (origin, axis, limit) in enumerate(AXES, start=1):
+        parent = f"l{number - 1}" if number > 1 else "base_link"
+        joints.append(
+            f'<joint name="a{number}" type="revolute"><origin xyz="{origin}"/>'
+            f'<parent link="{parent}"/><child link="l{number}"/><axis xyz="{axis}"/>'
+            f'<limit lower="-{limit}" upper="{limit}" velocity="2" effort="0"/></joint>'
+        )
+    joints.append(
+        '<joint name="flange" type="fixed"><origin rpy="3.141592653589793 1.5707963267949 0"/>'
+        '<parent link="l6"/><child link="tool0"/></joint>'
+    )
+    return f'<robot name="arm">{"".join(links + joints)}{more}</robot>'
+
+
+def write(folder: Path, text: str, name: str = "arm.urdf") -> str:
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+@pytest.mark.parametrize("masses", [True, False])
+def test_a_case_for_a_urdf_can_be_checked_as_it_stands(tmp_path, masses):
+    urdf = write(tmp_path, arm(masses))
+    made = new_case(urdf, "isf-force-law", False, tmp_path / "cell")
+    case = load_case(write_case(made, tmp_path / "cell"))
+    (placed,) = case.robots
+    low, _, high = CLASSES["heavy"].arm
+    assert placed.provenance.stiffness_ranges[1] == (low, high)
+    assert placed.provenance.stiffness_ranges[4] == CLASSES["heavy"].wrist[::2]
+    said = "\n".join(remarks(case))
+    assert "the stiffness of 6 gears is typical of a class (2e+05 to 7.6e+06 N m/rad)" in said
+    text = (tmp_path / "cell" / "arm.toml").read_text()
+    assert ("ESTIMATE" in text) == (not masses)
+    head = (tmp_path / "cell" / CASE).read_text()[:400]
+    assert "by the robot arm" in head
+    assert "of the paper" not in head
+
+
+def test_the_tool_points_along_the_last_axis_and_is_upright_when_stretched(tmp_path):
+    made = new_robot(write(tmp_path, arm()), RobotChoice(), tmp_path)
+    (tmp_path / made.file).write_text(made.texts[made.file])
+    robot = load_robot(tmp_path / made.file)
+    turn = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
+    np.testing.assert_allclose(turn, np.eye(3), atol=1e-9)  # of the last body, parallel to the base
+
+
+def test_estimates_stand_where_masses_are_missing_only(tmp_path):
+    """A chain without masses weighs what its class moves; one that has them is as it was."""
+    for masses in (False, True):
+        made = new_robot(write(tmp_path, arm(masses)), RobotChoice(), tmp_path)
+        (tmp_path / made.file).write_text(made.texts[made.file])
+        whole = sum(joint.body.mass for joint in load_robot(tmp_path / made.file).joints)
+        stated = sum(200 / number**2 for number in range(1, 7))
+        expected = stated if masses else CLASSES["heavy"].moving_mass
+        assert whole == pytest.approx(expected, rel=1e-2)
+        assert any("ESTIMATES" in text for text in made.remarks) == (not masses)
+
+
+RAIL = (
+    '<link name="rail"/><joint name="x" type="prismatic"><parent link="rail"/>'
+    '<child link="base_link"/><origin rpy="0 0 1"/><axis xyz="1 0 0"/></joint>'
+)
+FINGERS = "".join(
+    f'<link name="{name}"/><joint name="j_{name}" type="{kind}"><parent link="tool0"/>'
+    f'<child link="{name}"/></joint>'
+    for name, kind in (("left_finger", "revolute"), ("right_finger", "prismatic"))
+)
+
+
+@pytest.mark.parametrize(
+    ("more", "base"), [("", "base_link"), (RAIL, "base_link"), (FINGERS, "base_link")]
+)
+def test_base_and_tip_are_those_of_the_arm(tmp_path, more, base):
+    ends = chain_ends(read_tree(Path(write(tmp_path, arm(more=more)))))
+    assert (ends.base, ends.tip) == (base, "tool0")
+    assert ends.joints == tuple(f"a{number}" for number in range(1, 7))
+
+
+def test_two_arms_are_told_apart_by_tip(tmp_path):
+    links = "".join(f'<link name="{name}"/>' for name in ("torso", "left_tool0", "right_tool0"))
+    joints = "".join(
+        f'<joint name="{side}" type="continuous"><parent link="torso"/>'
+        f'<child link="{side}_tool0"/></joint>'
+        for side in ("left", "right")
+    )
+    tree = read_tree(Path(write(tmp_path, f"<robot name='two'>{links}{joints}</robot>")))
+    with pytest.raises(
+        RobotFileError, match=r"left_tool0, right_tool0: choose its last link by --tip"
+    ):
+        chain_ends(tree)
+    assert chain_ends(tree, tip="left_tool0").joints == ("left",)
+    with pytest.raises(RobotFileError, match=r"--tip: .*did you mean 'left_tool0'"):
+        chain_ends(tree, tip="left_tool")
+
+
+def test_the_robot_file_stands_where_no_place_is_found(tmp_path, capsys):
+    """A robot of two joints cannot hold a tool at any orientation; its file is of use."""
+    urdf = write(tmp_path, arm())
+    with pytest.raises(SystemExit) as done:
+        main(["init", str(tmp_path / "cell"), "--robot", urdf, "--tip", "l2"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert done.value.code == 1
+    assert "No case: arm: expected a place" in said
+    assert len(load_robot(tmp_path / "cell" / "arm.toml").joints) == 2
+
+
+MJCF = """<mujoco model="arm"><compiler angle="radian"/><worldbody>
+<body name="b1" pos="0 0 .3"><joint name="h1" axis="0 0 1" pos=".02 0 .01" range="-2 2" ref=".3"/>
+<geom type="capsule" fromto="0 0 0 .4 0 0" size=".05" mass="5"/>
+<body name="b2" pos=".4 0 0" quat=".9 .1 .2 .3"><joint name="h2" axis="0 1 0" range="-2 2"/>
+<joint name="h3" axis="1 0 0" pos=".1 0 0"/><geom type="box" size=".1 .05 .2" pos=".05 0 .2" mass="3"/>
+<site name="attachment_site" pos="0 0 .4" quat="1 0 1 0"/></body></body></worldbody></mujoco>"""
+
+
+def test_an_mjcf_moves_as_mujoco_moves_it(tmp_path):
+    """Two joints of one body, off its origin, one with ref: placements and gravity torques."""
+    mujoco = pytest.importorskip("mujoco")
+    file = write(tmp_path, MJCF, "arm.xml")
+    made = new_robot(file, RobotChoice(), tmp_path)
+    for name, text in made.texts.items():
+        (tmp_path / name).write_text(text)
+    robot = load_robot(tmp_path / made.file)
+    chain = build_chain(robot)
+    model = mujoco.MjModel.from_xml_path(file)
+    data = mujoco.MjData(model)
+    for theta in np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3)):
+        data.qpos[:] = model.qpos0 + theta
+        mujoco.mj_forward(model, data)
+        ours = base_from_tool(chain, chain.model.createData(), theta)
+        np.testing.assert_allclose(ours.translation, data.site("attachment_site").xpos, atol=1e-12)
+        gravity = pin.computeGeneralizedGravity(chain.model, chain.model.createData(), theta)
+        np.testing.assert_allclose(gravity, data.qfrc_bias, atol=1e-12)
+    assert robot.joints[0].limits == pytest.approx((-2.3, 1.7))
+
+
+def test_an_mjcf_that_is_none_is_refused(tmp_path):
+    pytest.importorskip("mujoco")
+    file = write(tmp_path, "<mujoco><worldbody><body/><nonsense/></worldbody></mujoco>", "bad.xml")
+    with pytest.raises(RobotFileError, match=r"bad\.xml: cannot be read as MJCF: "):
+        urdf_of_mjcf(Path(file))
+
+
+def test_a_xacro_is_converted_where_its_package_lies(tmp_path):
+    pytest.importorskip("xacrodoc")
+    for name in ("arm_support", "arm_resources"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
+    head = '<robot xmlns:xacro="http://wiki.ros.org/xacro" name="arm">'
+    (tmp_path / "arm_resources" / "m.xacro").write_text(
+        f'{head}<xacro:property name="long" value="${{2 * 0.6}}"/></robot>'
+    )
+    text = arm().replace('<robot name="arm">', "", 1).replace("0 0 1.1", "0 0 ${long}")
+    include = '<xacro:include filename="$(find arm_resources)/m.xacro"/>'
+    file = write(tmp_path / "arm_support", f"{head}{include}{text}", "arm.urdf.xacro")
+    made = new_robot(file, RobotChoice(), tmp_path)
+    assert list(made.texts) == ["arm.toml", "arm.urdf"]
+    assert 'xyz="0 0 1.2"' in made.texts["arm.urdf"]
+    broken = write(tmp_path / "arm_support", f"{head}${{1 / 0}}</robot>", "broken.xacro")
+    with pytest.raises(RobotFileError, match=r"broken\.xacro: "):
+        new_robot(broken, RobotChoice(), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "extra"),
+    [
+        ("xacrodoc", "arm.xacro", "xacro"),
+        ("mujoco", "arm.xml", "mjcf"),
+        ("robot_descriptions", "panda_description", "descriptions"),
+    ],
+)
+def test_a_package_that_is_missing_is_named(tmp_path, monkeypatch, module, name, extra):
+    monkeypatch.setitem(sys.modules, module, None)
+    given = name if name.endswith("description") else write(tmp_path, "<mujoco/>", name)
+    with pytest.raises(RobotFileError, match=rf"pip install 'elastic-robot-fmu\[{extra}\]'"):
+        new_robot(given, RobotChoice(), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is not a URDF"),
+        (
+            "<robot name='a'><link name='b'/></robot>",
+            "expected joints that turn behind 'b', got none",
+        ),
+    ],
+)
+def test_what_is_no_robot_is_refused_by_its_file(tmp_path, text, words):
+    file = write(tmp_path, text)
+    with pytest.raises(RobotFileError) as caught:
+        new_robot(file, RobotChoice(), tmp_path)
+    assert str(caught.value).startswith(f"{file}: ")
+    assert words in str(caught.value)
+
+
+def test_an_unknown_class_is_refused(tmp_path):
+    with pytest.raises(RobotFileError, match=r"--payload-class: .*did you mean 'heavy'"):
+        new_robot(write(tmp_path, arm()), RobotChoice(gears="heavi"), tmp_path)
+
+
+def test_hostile_names_make_a_file_that_can_be_read(tmp_path):
+    name = 'a"\\]\u2028#'
+    text = arm().replace('"a1"', "'" + name + "'").replace('name="l1"', 'name="l1&#x7f;&quot;"')
+    text = text.replace('link="l1"', 'link="l1&#x7f;&quot;"')
+    made = new_robot(write(tmp_path, text), RobotChoice(), tmp_path)
+    (tmp_path / made.file).write_text(made.texts[made.file], encoding="utf-8")
+    assert len(load_robot(tmp_path / made.file).joints) == 6
