@@ -9,15 +9,19 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
-from coupling.toolpaths.gcode_moves import GcodeMove, GcodeProgram
+from coupling.path.histories import ToolPath, poses
+from coupling.toolpaths.gcode_course import Course, CourseLaw
+from coupling.toolpaths.gcode_moves import GcodeProgram
 from coupling.toolpaths.gcode_program import read_program
 from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import require_few
-from coupling.toolpaths.part import tool_path
+from coupling.toolpaths.oriented_points import TURN_JUMP
 from coupling.toolpaths.remarks import counted
-from coupling.toolpaths.segments import Chain
+from coupling.toolpaths.roll import ROLLS
+from coupling.toolpaths.rotary import RotaryTable
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
@@ -28,19 +32,36 @@ class GcodePath(ToolPathTable):
     """Moves of a G-code program, whose coordinates are those of the TCP in the part frame.
 
     Keys: file; rapid_m_s, speed of G0; corner_deg, the turn from which on the tool rests between two
-    moves; blend_s of starts and stops, sample_s.
+    moves; blend_s of starts and stops, sample_s; rotary, a table of the machine's rotary axes;
+    max_turn_deg_s, largest rate at which the tool turns; roll, its rotation about its axis, as for APT.
     """
 
     kind: Literal["gcode"]
     file: FilePath
     rapid_m_s: Positive = 0.1
     corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
+    max_turn_deg_s: Positive = 180.0
     blend_s: Positive = 0.2
     sample_s: Positive = 0.02
+    roll: Literal["upright", "parallel"] = "upright"
+    rotary: RotaryTable | None = None
 
     @cached_property
     def _program(self) -> GcodeProgram:
-        return read_program(self.file)
+        return read_program(self.file, self.rotary)
+
+    @cached_property
+    def _course(self) -> Course:
+        kinematics = None if self.rotary is None else self.rotary.kinematics
+        try:
+            return Course(self._program, kinematics)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+
+    @cached_property
+    def _law(self) -> CourseLaw:
+        corner, turn = np.deg2rad([self.corner_deg, self.max_turn_deg_s]).tolist()
+        return CourseLaw(self.rapid_m_s, corner, turn)
 
     def task(
         self, part: Frame, corners: Corners = NONE, untilted: UntiltedPath | None = None
@@ -49,24 +70,22 @@ class GcodePath(ToolPathTable):
         words = counted(self._program.ignored)
         remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
         remarks += [f"{self.file.name}: {sentence}" for sentence in self._program.assumptions]
-        if jump := self._jump():
+        if jump := self._course.jump(*self._passed):
             remarks.append(
                 f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"
                 f" up to {jump:.3g} m/s^2 at the feed"
             )
+        if (turn_jump := np.rad2deg(self._course.turn_jump(*self._passed))) > TURN_JUMP:
+            remarks.append(
+                f"{self.file.name}: where moves are passed without a rest, the tool's angular velocity"
+                f" jumps, by up to {turn_jump:.3g} deg/s"
+            )
         return replace(super().task(part, corners, untilted), remarks=tuple(remarks))
 
-    def _jump(self) -> float:
-        """Return the largest jump of the acceleration where moves meet without a rest.
-
-        At a speed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
-        """
-        moves, stops, _ = self._steps
-        curvatures = np.array([move.curvatures for move in moves])
-        change = np.linalg.norm(curvatures[1:, 0] - curvatures[:-1, 1], axis=1)
-        feed = self._feeds
-        jumps = np.minimum(feed[1:], feed[:-1]) ** 2 * change
-        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
+    @cached_property
+    def _passed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether the tool rests behind each move, and the speeds of the moves [m/s or rad/s], (n,)."""
+        return self._course.stops(self._law), self._course.feeds(self._law)
 
     def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
@@ -74,42 +93,16 @@ class GcodePath(ToolPathTable):
         Raises:
             CaseError: If the file is unreadable or not such a program, or takes too long.
         """
-        moves, stops, waits = self._steps
-        curve = Chain([move.segment for move in moves])
-        travel = Travel.along(curve.lengths, self._feeds, self.blend_s, stops, waits)
+        course, (stops, feeds) = self._course, self._passed
+        travel = Travel.along(course.lengths, feeds, self.blend_s, stops, course.waits)
         require_few(float(travel.rests[-1]) / self.sample_s, self.file)
         instants = PathTimes.of(travel.rests, self.sample_s, corners)
-        path = tool_path(part, instants.time, curve.point(travel.at(instants.time)))
+        points, axes = course.points(travel.at(instants.time))
+        if (plane := self._program.plane) is not None:
+            points, axes = plane.points(points), plane.turned(axes)
+        try:
+            tool = ROLLS[self.roll](axes)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+        path = ToolPath(instants.time, poses(points, tool)).transformed(part)
         return self._headed(UntiltedPath(part, path, instants.sample_rows))
-
-    @property
-    def _feeds(self) -> np.ndarray:
-        """Speeds of the moves [m/s], (n,)."""
-        speeds = [self.rapid_m_s if move.feed is None else move.feed for move in self._steps[0]]
-        return np.array(speeds)
-
-    @cached_property
-    def _steps(self) -> tuple[list[GcodeMove], np.ndarray, np.ndarray]:
-        """Moves, whether the tool rests behind each, and how long it waits there [s], (n,).
-
-        It rests where it waits, in a corner, and between a rapid and a feed.
-        """
-        moves: list[GcodeMove] = []
-        waits: dict[int, float] = {}
-        for step in self._program.steps:
-            if isinstance(step, GcodeMove):
-                moves.append(step)
-            elif moves:
-                last = len(moves) - 1
-                waits[last] = waits.get(last, 0.0) + step.duration
-        begins, ends = (
-            np.array([getattr(move, name) for move in moves]) for name in ("begins", "ends")
-        )
-        rapid = np.array([move.feed is None for move in moves])
-        smooth = np.cos(np.deg2rad(self.corner_deg))
-        corner = np.einsum("ij,ij->i", begins[1:], ends[:-1]) < smooth
-        stops = np.append(corner | (rapid[1:] != rapid[:-1]), True)
-        wait = np.zeros(len(moves))
-        for number, duration in waits.items():
-            stops[number], wait[number] = True, duration
-        return moves, stops, wait

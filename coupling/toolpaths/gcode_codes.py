@@ -38,7 +38,6 @@ IDLE_G: dict[float, str] = {
     80.0: "",
     92.1: "",
     92.2: "",
-    94.0: "",
     96.0: "",
     97.0: "",
     98.0: "",
@@ -64,14 +63,13 @@ _GROUPS = (
     (90.1, 91.1),
     (93.0, 94.0, 95.0),
     (40.0, 41.0, 42.0),
-    (43.0, 49.0),
+    (43.0, 43.4, 43.5, 49.0, 234.0),
     (61.0, 61.1, 64.0),
     (96.0, 97.0),
     (98.0, 99.0),
     tuple(sorted(WORK_OFFSETS)),
 )
 _CYCLE = "a cycle", "let the post-processor write its moves out"
-_NEXT = "post-process for three axes"
 _SHIFT = "a shift of the coordinates", "take it out, and give the part's frame where its origin is"
 _REFUSED: dict[float, tuple[str, str]] = {
     5.0: ("a spline", "post-process with lines and arcs"),
@@ -88,18 +86,16 @@ _REFUSED: dict[float, tuple[str, str]] = {
     41.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
     42.0: ("cutter radius compensation", "compensate the radius in the CAM system"),
     43.1: ("a tool length of the program", "take it out: coordinates are those of the tool's tip"),
-    43.4: ("tool centre point control", _NEXT),
-    43.5: ("tool centre point control", _NEXT),
     51.0: ("scaling", "scale in the CAM system"),
     51.1: ("a mirror", "mirror in the CAM system"),
     52.0: _SHIFT,
     65.0: ("a call of a macro", "let the post-processor write its moves out"),
     66.0: ("a call of a macro", "let the post-processor write its moves out"),
+    53.6: ("a turn of the tool to its plane about the tip", "use G53.1"),
     68.0: ("a rotation of the coordinates", "rotate in the CAM system, or the part's frame"),
-    68.2: ("a tilted plane", "post-process in one plane, and give its frame as the part's"),
+    68.3: ("a tilted plane by the tool", "use G68.2 with Euler angles, and G53.1"),
     92.0: _SHIFT,
     92.3: _SHIFT,
-    93.0: ("inverse time feed", "post-process with G94, feed per minute"),
     95.0: ("feed per revolution", "post-process with G94, feed per minute"),
     **dict.fromkeys((38.2, 38.3, 38.4, 38.5), ("a probing move", "take it out")),
     **dict.fromkeys((72.0, 73.0, 74.0, 75.0, 76.0, *(float(n) for n in range(81, 90))), _CYCLE),
@@ -115,10 +111,12 @@ _REFUSED_M: dict[float, tuple[str, str]] = {
     97.0: ("a call of a sub-program", "let the post-processor write its moves out"),
     98.0: ("a call of a sub-program", "let the post-processor write its moves out"),
     99.0: ("a return to a calling program, or to the beginning", "end with M30"),
-    128.0: ("tool centre point control", _NEXT),
     206.0: ("an offset set by the program", "take it out"),
     220.0: ("an override of the feed", "write the feed that is meant"),
-    428.0: ("an offset set by the program", "take it out"),
+    428.0: (
+        "an offset set by the program, or another kinematics",
+        "take it out, and write coordinates in [tool_path.rotary]",
+    ),
 }
 # Those of printers: temperatures, fans, limits, messages.  Their words are theirs alone.
 _PRINTER_M = frozenset(
@@ -132,6 +130,11 @@ _PRINTER_M = frozenset(
         862.2, 862.3, 862.4, 862.5, 862.6, 863, 871, 900, 906, 907, 911, 913, 914, 915, 970, 991, 1002,
     )
 )  # fmt: skip
+# Heidenhain's words from which on X, Y, Z are the tool's tip in the part, and to which.
+TIP_M = {128.0, 129.0}
+# Words from which on they are, and those that end it; those of tilted planes.
+TIP_ON, TIP_OFF = {43.4, 43.5, 234.0}, {43.0, 49.0}
+PLANE_WORDS = {53.1, 68.2}
 # Letters of the M-words of mills: P, Q, L, E of outputs, inputs and stops.
 PARAMETERS_OF_M = "PQLE"
 
@@ -176,7 +179,7 @@ def require_functions(m: Sequence[float]) -> None:
         if value in _REFUSED_M:
             name, remedy = _REFUSED_M[value]
             raise ValueError(f"expected no M{value:g}, got {name}: {remedy}")
-        if not (value < 100.0 or value in _PRINTER_M):
+        if not (value < 100.0 or value in TIP_M or value in _PRINTER_M):
             raise ValueError(
                 f"expected functions of the machine M0 to M99, got M{value:g}: take it out if it moves"
                 " nothing"

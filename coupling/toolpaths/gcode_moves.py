@@ -2,51 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.path.frame import Frame
 from coupling.toolpaths.arcs import Arc
-from coupling.toolpaths.segments import Segment, straight
+from coupling.toolpaths.rotary import Coordinates
+from coupling.toolpaths.segments import Curve, Segment, straight
 
 _STRAIGHT = np.zeros(3)
 
 
 @dataclass(frozen=True, slots=True)
-class GcodeMove:
-    """A move of the tool's tip; what is computed of it is not kept, for programs have many.
+class Held:
+    """How a tool is held: by angles, or by its axis.
 
     Attributes:
-        start, end: First and last point [m], (3,).
-        feed: Its speed [m/s]; None for a rapid.
-        rotary: Angles of rotary axes at its end by their letters, as the program has them [deg].
+        angles: Angles of the rotary axes of the machine's kinematics [rad].
+        axis: Unit vector from the tip to the holder, axes of X, Y, Z; empty where angles say it.
+    """
+
+    angles: tuple[float, ...] = ()
+    axis: tuple[float, ...] = ()
+
+
+UNTILTED = Held(axis=(0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """How a tool turns along a move: evenly with the way.
+
+    Attributes:
+        before, after: Directions at its ends.
+        is_great_circle: Whether its axis turns in the plane of both; otherwise the rotary axes turn.
+        angle: Angle that stands for its way where X, Y, Z stay [rad]; zero where they do not.
+    """
+
+    before: Held
+    after: Held
+    is_great_circle: bool
+    angle: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GcodeMove:
+    """A move; what is computed of it is not kept, for programs have many.
+
+    Attributes:
+        start, end: First and last X, Y, Z [m], (3,).
+        feed: Its speed [m/s], or [rad/s] where they stay; None for a rapid.
         arc: Its curve; None for a line.
+        turn: Directions of its tool; None for one along z.
     """
 
     start: np.ndarray
     end: np.ndarray
     feed: float | None
-    rotary: Mapping[str, float]
     arc: Arc | None = None
+    turn: Turn | None = None
+
+    @property
+    def stays(self) -> bool:
+        """Whether X, Y, Z stay, and the tool turns."""
+        return self.turn is not None and self.turn.angle > 0.0
 
     @property
     def segment(self) -> Segment:
-        """Its curve by arc length."""
+        """Its curve by arc length, or by the angle that the tool turns by."""
+        if self.turn is not None and self.turn.angle > 0.0:
+            return Curve(self.turn.angle, lambda s: np.tile(self.end, (len(s), 1)))
         return straight(self.start, self.end) if self.arc is None else self.arc.segment()
 
     @property
     def begins(self) -> np.ndarray:
-        """Unit tangent at its start, (3,)."""
+        """Unit tangent at its start, (3,); zero where X, Y, Z stay."""
         return self._along if self.arc is None else self.arc.directions()[0]
 
     @property
     def ends(self) -> np.ndarray:
-        """Unit tangent at its end, (3,)."""
+        """Unit tangent at its end, (3,); zero where X, Y, Z stay."""
         return self._along if self.arc is None else self.arc.directions()[1]
 
     @property
     def _along(self) -> np.ndarray:
+        if self.stays:
+            return _STRAIGHT
         way = self.end - self.start
         along: np.ndarray = way / np.linalg.norm(way)
         return along
@@ -72,8 +114,12 @@ class GcodeProgram:
         steps: Its moves and waits.
         ignored: Words that were read and left out, by how often they stand there.
         assumptions: Sentences without a full stop.
+        coordinates: Meaning of X, Y, Z with a tilted tool: its tip in the part, or the linear axes.
+        plane: Frame of X, Y, Z in the part; None where it is the part's.
     """
 
     steps: tuple[GcodeMove | Dwell, ...]
     ignored: dict[str, int]
     assumptions: tuple[str, ...] = ()
+    coordinates: Coordinates = "tool-tip"
+    plane: Frame | None = None

@@ -15,7 +15,11 @@ from coupling.toolpaths.gcode_codes import (
     IDLE_G,
     MOTIONS,
     PARAMETERS_OF_M,
+    PLANE_WORDS,
     RETURNS,
+    TIP_M,
+    TIP_OFF,
+    TIP_ON,
     UNITS,
     WORK_OFFSETS,
     is_of_printers,
@@ -23,32 +27,41 @@ from coupling.toolpaths.gcode_codes import (
     require_functions,
     require_one_of_each,
 )
-from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram
-from coupling.toolpaths.gcode_rotary import OTHERS, OtherAxes
+from coupling.toolpaths.gcode_feed import Feed
+from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram, Held
+from coupling.toolpaths.gcode_rotary import OTHERS
+from coupling.toolpaths.gcode_tool import ToolDirection
 from coupling.toolpaths.gcode_words import Block, read_blocks
+from coupling.toolpaths.rotary import RotaryTable
 
 _AXES, _OFFSETS = "XYZ", "IJK"
 _PLACES, _CENTRES = frozenset(_AXES), frozenset(_AXES + _OFFSETS + "R")
+# G- and M-words on the tool's direction, and on the feed.
+_DIRECTING, _FEEDS = TIP_ON | TIP_OFF | PLANE_WORDS | TIP_M | {69.0}, (93.0, 94.0)
 # Other words that change nothing of a path of the tool's tip, and those of them with many values.
 _IDLE, _MANY = frozenset("TSHDOE"), "SE"
 # Words without a place, which with one are something else: a spline, a shift, or no one's.
 _ALONE = frozenset((5.1, 50.0, 80.0))
 # Idle words that belong to another word of their line: a printer's wait, and HAAS's smoothing.
 _WORDS_OF = {"S": 4.0, "E": 187.0}
-# No robot goes farther [m], faster [m/s], or waits longer [s].
-_FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
+# No robot goes farther [m], or waits longer [s].
+_FARTHEST, _LONGEST = 100.0, 3600.0
 # A longer wait may be one in milliseconds [s].
 _LONG = 60.0
 
 
-def read_program(file: Path) -> GcodeProgram:
+def read_program(file: Path, rotary: RotaryTable | None = None) -> GcodeProgram:
     """Read a G-code file.
+
+    Args:
+        file: The file.
+        rotary: Rotary axes of its machine; None: they stand still.
 
     Raises:
         CaseError: With the number of the line that is not read, or if nothing moves.
     """
     notes = ReadingNotes()
-    machine = _Machine(notes)
+    machine = _Machine(notes, rotary)
     steps: list[GcodeMove | Dwell] = []
     for block in read_blocks(file, notes):
         try:
@@ -67,7 +80,13 @@ def read_program(file: Path) -> GcodeProgram:
         raise CaseError(
             f"{file}: expected moves from one point to another, got none{never or behind}"
         )
-    return GcodeProgram(tuple(steps), dict(notes.left_out), tuple(notes.assumptions))
+    return GcodeProgram(
+        tuple(steps),
+        dict(notes.left_out),
+        tuple(notes.assumptions),
+        "machine" if rotary and rotary.coordinates == "machine" else "tool-tip",
+        machine.tool.plane,
+    )
 
 
 class _Machine:
@@ -75,17 +94,18 @@ class _Machine:
 
     Attributes:
         has_moved: Whether it has moved from one known point to another.
+        tool: Direction of the tool.
     """
 
-    def __init__(self, notes: ReadingNotes) -> None:
+    def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None) -> None:
         self._notes = notes
         self._unit: float | None = None
         self._absolute, self._absolute_centre = True, False
         self._plane = 17.0
         self._motion: float | None = None
-        self._feed: float | None = None
+        self._feed = Feed(notes)
         self._place, self._is_known = np.full(3, np.nan), False
-        self._others = OtherAxes(notes)
+        self.tool = ToolDirection(notes, rotary)
         self._offset = "G54"  # as a control has it at first
         self._long_waits: list[str] = []
         # What took the tool away from the part, behind its moves: nothing may follow.
@@ -119,21 +139,27 @@ class _Machine:
         if not block.g and is_of_printers(block.m):
             values = {}  # theirs alone
         idle = self._idle_words(block, values)
+        self._feed.begin_line()
         if block.g:
             self._modes(block.g, values)
             if 4.0 in block.g:
                 yield self._dwell(block.line, values)
             for value in RETURNS.keys() & set(block.g):
                 self._returned(value, values, block.line)
+        if block.statements or not _DIRECTING.isdisjoint((*block.g, *block.m)):
+            lost = self.tool.modes(block, self.has_moved, self._lengths)
+            if lost:
+                self._lose(f"{lost} in line {block.line}")
         for word in idle:
             self._notes.leave_out(word)
         if "F" in values:
-            self._feed = _bounded("F", self._lengths(values.pop("F")) / 60.0, 1e-9, _FASTEST, "m/s")
-        if not OTHERS.isdisjoint(values):
-            moves = self._is_known and not _PLACES.isdisjoint(values)
-            self._others.take(values, self._absolute, self.has_moved or moves)
-        if values:
-            yield from self._moved(values)
+            self._feed.set(values.pop("F"), self._lengths)
+        before = self.tool.held
+        if values and self.tool.takes(values):
+            moves = self.has_moved or (self._is_known and not _PLACES.isdisjoint(values))
+            self.tool.take(values, self._motion, self._absolute, moves and not self._away)
+        if values or self.tool.held != before:
+            yield from self._moved(values, before)
 
     @staticmethod
     def _idle_words(block: Block, values: dict[str, float]) -> list[str]:
@@ -147,7 +173,7 @@ class _Machine:
         if block.m and not block.g and _PLACES.isdisjoint(values):
             for letter in PARAMETERS_OF_M + ("R" if 19.0 in block.m else ""):
                 values.pop(letter, None)
-        return idle + [f"M{value:g}" for value in block.m]
+        return idle + [f"M{value:g}" for value in block.m if value not in TIP_M]
 
     def _modes(self, g: tuple[float, ...], values: dict[str, float]) -> None:
         """Take the modes of a line, and the words of those that change nothing."""
@@ -163,12 +189,14 @@ class _Machine:
                 self._absolute = value == 90.0
             elif value in (90.1, 91.1):
                 self._absolute_centre = value == 90.1
+            elif value in _FEEDS:
+                self._feed.set_mode(value)
             elif value in IDLE_G:
                 self._idle(value, g, values)
             elif value in (10.0, 11.0, 92.0) and not values:
                 # A printer's retraction, its filament's zero, the spindle's limit.
                 self._notes.leave_out(f"G{value:g}")
-            elif value != 4.0 and value not in RETURNS:
+            elif value != 4.0 and value not in RETURNS and value not in _DIRECTING:
                 raise ValueError(refused_g(value))
         for value in _ALONE.intersection(g):
             if coordinate := next(
@@ -228,17 +256,22 @@ class _Machine:
     def _returned(self, value: float, values: dict[str, float], line: int) -> None:
         """Leave out a way to a place that is not known in the part: before the moves, or behind them."""
         axes = [letter for letter in _AXES if letter in values]
-        for letter in [*axes, *OTHERS, "P"]:
+        others = [letter for letter in OTHERS if letter in values]
+        for letter in [*axes, *others, "P"]:
             values.pop(letter, None)
         if value == 53.0 and not axes:
             self._notes.leave_out("G53")
             return
         word = f"G{value:g}"
         self._notes.leave_out(word)
+        self._lose(f"{word}, {RETURNS[value]}, in line {line}")
+        self.tool.forget(others if axes or others else list(OTHERS))
+
+    def _lose(self, why: str) -> None:
+        """Note what took the tool to a place that is not known in the part."""
         if self.has_moved:
-            self._away = self._away or f"{word}, {RETURNS[value]}, in line {line}"
+            self._away = self._away or why
         self._place, self._is_known = np.full(3, np.nan), False
-        self._others.forget()
 
     def _lengths(self, value: float) -> float:
         if self._unit is None:
@@ -248,11 +281,11 @@ class _Machine:
             )
         return value * self._unit
 
-    def _moved(self, values: dict[str, float]) -> Iterator[GcodeMove]:
+    def _moved(self, values: dict[str, float], held: Held) -> Iterator[GcodeMove]:
         is_arc = self._motion in (2.0, 3.0)
         if not (_CENTRES if is_arc else _PLACES).issuperset(values):
             self._require_known(values, is_arc)
-        if self._motion is None:
+        if self._motion is None and (values or self._is_known):
             why = "G80 ended the one before" if self._cancelled else "got none"
             raise ValueError(f"expected G0, G1, G2 or G3 before the coordinates, {why}: write it")
         start = self._place
@@ -279,22 +312,36 @@ class _Machine:
                 f"expected a place to begin an arc at, got none for {unknown[0]}: give it before"
             )
         if unknown:
-            if self._motion == 1.0 or self._away:
+            if values and (self._motion == 1.0 or self._away):
                 self._notes.leave_out(f"G{self._motion:g} from an unknown {', '.join(unknown)}")
+            elif self._away:
+                self._notes.leave_out("rotary axes behind the moves")
             return
-        if not is_arc and before == target:
+        stays, turns = not is_arc and before == target, self.tool.held != held
+        if stays and not turns:
+            return
+        is_vague = (turns or self.tool.is_tilted) and self.tool.coordinates is None
+        if is_vague and self._motion == 0.0 and not self.has_moved:
+            # Nothing says yet what X, Y, Z are of a tilted tool: a way on which nothing is cut.
+            self._notes.leave_out("G0 with turned axes, before X, Y, Z are known in the part")
+            self._lose("")
             return
         if self._away:
             raise ValueError(
                 f"expected no moves behind {self._away}, got some: take it out, or split the program"
                 " there"
             )
-        if self._motion != 0.0 and self._feed is None:
-            raise ValueError("expected a feed F before, got none: give it")
-        feed = None if self._motion == 0.0 else self._feed
+        self.tool.require_meaning()
         arc = self._arc(values, start, end) if is_arc else None
+        turn = self.tool.turn(held, stays)
+        if stays and (turn is None or turn.angle == 0.0):
+            return
+        feed = None
+        if self._motion != 0.0:
+            way = turn.angle if stays and turn else arc.length if arc else math.dist(before, target)
+            feed = self._feed.over(way, stays)
         self.has_moved = True
-        yield GcodeMove(start, end, feed, self._others.values, arc)
+        yield GcodeMove(start, end, feed, arc, turn)
 
     @staticmethod
     def _require_known(values: dict[str, float], is_arc: bool) -> None:

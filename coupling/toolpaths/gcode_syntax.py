@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
 
-# Statements of Siemens' that move nothing: messages, the blank's size, smoothing, a tilt that is reset.
+# Statements of Siemens' that move nothing: messages, the blank's size, smoothing.
 _IDLE_STATEMENT = re.compile(
-    r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)|CYCLE800\s*\(\s*\)"
+    r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)"
     r"|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
     re.IGNORECASE | re.DOTALL,
 )
 # The tool by its name, and words of a numbered spindle.
 _TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM]\d=\d+')
+# Statements of Siemens' on the tool's direction, and components of it as a vector.
+_STATEMENT = re.compile(r"TRAORI(?:\(\d?\))?|TRAFOOF(?:\(\))?|ORIWKS|ORIMKS|ORIVECT|ORIAXES")
+_BASE_DIRECTION = re.compile(r"TRAORI\s*\([^)]*,", re.IGNORECASE)
+_TILTED_PLANE = re.compile(
+    r"\s*(?:N\d+\s*)?(CYCLE800\s*\([^()]*\))\s*(?:;.*)?", re.IGNORECASE | re.DOTALL
+)
+_COMPONENT = re.compile(r"([ABC]3)=([+-]?(?:\d+(?:\.\d*)?|\.\d+))(?![\dE.])")
 _HOMING = ("$H", "$X")
 # Axes that printers name without a number, to home them or to switch them off, and their messages.
 _NAMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29|M17|M18|M84)(?=[A-Z\d.+-]*$)")
@@ -36,12 +44,30 @@ _AT_END = (
     (r"[A-Z]?-?\[", "an expression", _VARIABLES),
     (r"R\d+=", "an R parameter", _VARIABLES),
     (r"Q\d+=|D\d+:|Q[LR]\d+", "a Q parameter", _VARIABLES),
+    (
+        r"[ABC]=(?:DC|ACP|ACN|AC|IC)",
+        "a rotary position in another form",
+        "write its angle; where axes go the shortest way, name them in shortest of [tool_path.rotary]",
+    ),
     (r"[A-Z]-?[RQ]\d|[A-Z]=", "a parameter or an assignment", _VARIABLES),
-    (r"(?:ABC|[ABC])[35N]=", "a tool vector", "post-process for three axes"),
+    (
+        r"[ABC][2-9]=|(?:LEAD|TILT|THETA|PSI)=?|A[BC]?N=",
+        "a direction of the tool in another form",
+        "post-process with A3=, B3=, C3= or rotary axes",
+    ),
+    (
+        r"ORI[A-Z]+|TCARR|TCO[A-Z]+|TOROT[A-Z]*|PAROT[A-Z]*",
+        "a way of the tool's direction",
+        "post-process with ORIWKS, ORIVECT or ORIAXES",
+    ),
     (r"CALL|MCALL|EXTCALL|L\d+P", "a call of a sub-program", _WRITTEN_OUT),
-    (r"CYCLE800", "a tilted plane", "post-process for three axes in one plane"),
+    (r"CYCLE800", "a tilted plane within a line", "write CYCLE800(...) alone in its line"),
     (r"CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE", "a cycle", _WRITTEN_OUT),
-    (r"TRAORI|TRAFOOF|TRACYL|TRANSMIT", "a transformation of axes", "post-process for three axes"),
+    (
+        r"TRAORI|TRACYL|TRANSMIT|TRAANG|TRACON",
+        "a transformation of axes",
+        "use TRAORI, TRAORI(1) or none",
+    ),
     (r"A?(?:TRANS|ROTS?|SCALE|MIRROR)", "a frame of the program", "post-process in one frame"),
     (
         r"IF|ELSE|ENDIF|WHILE|FOR|END|GOTO[BFC]?|REPEAT|LOOP|UNTIL|CASE|DO\d",
@@ -66,7 +92,22 @@ _AT_END = (
 _NAMED = tuple((re.compile(pattern), name, remedy) for pattern, name, remedy in _AT_END)
 
 
-def common_words(line: str, code: str, notes: ReadingNotes) -> str:
+@dataclass(frozen=True, slots=True)
+class CommonWords:
+    """A line that is written in another form.
+
+    Attributes:
+        code: Its words of a letter and a number.
+        statements: Its statements on the tool's direction, without blanks.
+        components: Components of its tool vector by their names A3, B3, C3.
+    """
+
+    code: str
+    statements: tuple[str, ...] = ()
+    components: tuple[tuple[str, float], ...] = ()
+
+
+def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
     """Return a line's words where it writes them in another form; what moves nothing is left out.
 
     Args:
@@ -76,22 +117,31 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> str:
     """
     if idle := _IDLE_STATEMENT.fullmatch(line):
         notes.leave_out(shortened(re.sub(r"\s*\(.*", "", idle[1], flags=re.DOTALL).upper(), 20))
-        return ""
+        return CommonWords("")
+    if plane := _TILTED_PLANE.fullmatch(line):
+        return CommonWords("", ("".join(plane[1].split()).upper(),))
     if message := _MESSAGE.fullmatch(line):
         notes.leave_out(message[1].upper())
-        return ""
+        return CommonWords("")
     if re.fullmatch(r"N\d+%.*", code):  # the last line of DIN/ISO, with the program's name
-        return "M30"
+        return CommonWords("M30")
     if _NAMED_AXES.match(code):
-        return re.sub(r"([A-Z])(?=[A-Z]|$)", r"\g<1>0", code)
+        return CommonWords(re.sub(r"([A-Z])(?=[A-Z]|$)", r"\g<1>0", code))
     if code in _HOMING:
         # A return to the reference point, as G28; $X only unlocks.
         notes.leave_out(code)
-        return "G28" if code == "$H" else ""
+        return CommonWords("G28" if code == "$H" else "")
     without, count = _TOOL_NAME.subn("", code)
     if count:
         notes.leave_out("T=" if "T" in code else "S=")
-    return without.replace("CR=", "R").replace("SUPA", "G53")
+    statements = tuple(_STATEMENT.findall(without))
+    if "TRAORI" in statements and _BASE_DIRECTION.search(line):
+        raise ValueError(
+            "expected TRAORI without a base orientation, got further numbers: give it in the tool's data"
+        )
+    components = tuple((name, float(value)) for name, value in _COMPONENT.findall(without))
+    words = _COMPONENT.sub("", _STATEMENT.sub("", without))
+    return CommonWords(words.replace("CR=", "R").replace("SUPA", "G53"), statements, components)
 
 
 def refusal(code: str, end: int) -> str:

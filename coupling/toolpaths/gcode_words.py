@@ -34,13 +34,15 @@ class Block:
         line: Its number in the file, from 1.
         g: Numbers of its G-words.
         m: Numbers of its M-words.
-        values: Its other words but line numbers, by their letter.
+        values: Its other words but line numbers, by their letter; a tool vector's by A3, B3, C3.
+        statements: Its statements on the tool's direction, without blanks.
     """
 
     line: int
     g: tuple[float, ...]
     m: tuple[float, ...]
     values: dict[str, float]
+    statements: tuple[str, ...] = ()
 
 
 def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
@@ -126,13 +128,19 @@ def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
         notes.leave_out("the switch of / (such lines are executed)")
     if "*" in code:
         code = _LINE_END.sub("", code)
+    g, m, values = [], [], {}
+    statements: tuple[str, ...] = ()
     words = _WORD.findall(code)
     if "".join(words) != code:
         common = common_words(line, code, notes)
-        words = _WORD.findall(common)
-        if "".join(words) != common:
-            raise ValueError(refusal(common, _end_of_words(common)))
-    g, m, values = [], [], {}
+        words, statements = _WORD.findall(common.code), common.statements
+        if "".join(words) != common.code:
+            raise ValueError(refusal(common.code, _end_of_words(common.code)))
+        values = dict(common.components)
+        if len(values) < len(common.components):
+            raise ValueError(
+                "expected one of each A3, B3, C3, got two: write the one that is meant"
+            )
     for word in words:
         letter, value = word[0], float(word[1:])
         if letter == "G":
@@ -150,7 +158,9 @@ def _block(number: int, line: str, notes: ReadingNotes) -> Block | None:
             "expected numbers without exponents, got a digit and E: write them out, or a blank before a"
             " word E"
         )
-    return Block(number, tuple(g), tuple(m), values) if g or m or values else None
+    if not (g or m or values or statements):
+        return None
+    return Block(number, tuple(g), tuple(m), values, statements)
 
 
 def _end_of_words(code: str) -> int:

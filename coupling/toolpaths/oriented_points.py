@@ -25,7 +25,7 @@ from coupling.toolpaths.untilted import UntiltedPath
 # Points this close are one [m], and rotations [rad].
 SAME = 1e-9
 # A jump of the angular velocity that is not worth a remark [deg/s].
-_JUMP = 1.0
+TURN_JUMP = 1.0
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class OrientedPath(ToolPathTable):
     ) -> Task:
         """Return the task, with remarks on the file and on jumps of the angular velocity."""
         remarks = self._read_remarks()
-        if (jump := np.rad2deg(self._points.turn_jump(self._law))) > _JUMP:
+        if (jump := np.rad2deg(self._points.turn_jump(self._law))) > TURN_JUMP:
             remarks.append(
                 "where points are passed without a rest, the tool's angular velocity jumps, by up to"
                 f" {jump:.3g} deg/s"

@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError
 from coupling.files.toml_file import validate
 from coupling.path.frame import AT_THE_ORIGIN, Frame
-from coupling.toolpaths.apt import AptPath, upright
+from coupling.toolpaths.apt import AptPath
 from coupling.toolpaths.apt_program import read_program
+from coupling.toolpaths.roll import upright
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("z", 0.3))
 NX = """TOOL PATH/FINISH,TOOL,BALL_6

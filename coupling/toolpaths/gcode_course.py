@@ -1,0 +1,347 @@
+"""Moves of a G-code program as arrays: their ways and feeds, and where the tool is along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from coupling.toolpaths.gcode_moves import UNTILTED, Dwell, GcodeMove, GcodeProgram, Held
+from coupling.toolpaths.rotary import Kinematics
+from coupling.toolpaths.segments import Chain
+
+# Part of a move over which differences stand for derivatives, and parts at which they are taken: of a
+# move whose tool turns by less than this [rad], and of any other.
+_STEP, _SMALL = 1e-4, 0.5
+_FEW, _MANY = np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 33)
+# Moves whose turns are looked at together.
+_TOGETHER = 20_000
+# Directions closer to opposite than this have no plane that one turns in to the other.
+_OPPOSITE = 1e-9
+
+
+@dataclass(frozen=True)
+class CourseLaw:
+    """How moves are passed.
+
+    Attributes:
+        rapid: Speed of rapids [m/s].
+        corner: Change of direction from which on the tool rests [rad].
+        fastest_turn: Largest rate at which the tool turns [rad/s].
+    """
+
+    rapid: float
+    corner: float
+    fastest_turn: float
+
+
+class Course:
+    """Moves joined end to end, whose ways are lengths of X, Y, Z, or angles where these stay.
+
+    Args:
+        program: A program.
+        kinematics: Rotary axes that its angles are of; None where it has none.
+
+    Attributes:
+        lengths: Ways of the moves [m or rad], (n,).
+        turns: Whether the tool is ever tilted.
+
+    Raises:
+        ValueError: If a tool turns from a direction to the opposite one.
+    """
+
+    def __init__(self, program: GcodeProgram, kinematics: Kinematics | None) -> None:
+        self._program, self._kinematics = program, kinematics
+        self._moves: list[GcodeMove] = []
+        waits: dict[int, float] = {}
+        for step in program.steps:
+            if isinstance(step, GcodeMove):
+                self._moves.append(step)
+            elif isinstance(step, Dwell) and self._moves:
+                last = len(self._moves) - 1
+                waits[last] = waits.get(last, 0.0) + step.duration
+        self._chain = Chain([move.segment for move in self._moves])
+        self.lengths = self._chain.lengths
+        self._ends = np.cumsum(self.lengths)
+        self.waits = np.zeros(len(self._moves))
+        self.waits[list(waits)] = list(waits.values())
+        self._waited = np.zeros(len(self._moves), dtype=bool)
+        self._waited[list(waits)] = True
+        self.turns = any(move.turn is not None for move in self._moves)
+        if self.turns:
+            self._require_planes()
+
+    def points(self, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return tips [m] and vectors from tip to holder [1], axes of X, Y, Z, (k, 3) each.
+
+        Args:
+            way: Rising ways from the first point on [m and rad], (k,).
+        """
+        places = self._chain.point(way)
+        if not self.turns:
+            return places, np.tile(UNTILTED.axis, (len(places), 1))
+        which = np.searchsorted(self._ends, way, side="left").clip(max=len(self._ends) - 1)
+        begin = self._ends[which] - self.lengths[which]
+        part = np.clip((way - begin) / self.lengths[which], 0.0, 1.0)
+        return self._tips(which, part, places), self._axes(which, part)
+
+    def feeds(self, law: CourseLaw) -> np.ndarray:
+        """Return the speeds of the moves, none of which turns the tool too fast, (n,) [m/s or rad/s]."""
+        rapid = np.where(self._stays, law.fastest_turn, law.rapid)
+        feeds = np.array([np.nan if move.feed is None else move.feed for move in self._moves])
+        feeds = np.where(self._rapid, rapid, feeds)
+        for rows, parts in self._turning():
+            turned, moved = self._rates(rows, parts)
+            slowest = law.fastest_turn * self.lengths[rows] / np.maximum(turned, 1e-12)
+            feeds[rows] = np.minimum(feeds[rows], slowest)
+            # A table may carry the part faster than the axes go.
+            tip = law.rapid * self.lengths[rows] / np.maximum(moved, 1e-12)
+            feeds[rows] = np.where(self._rapid[rows], np.minimum(feeds[rows], tip), feeds[rows])
+        return feeds
+
+    def stops(self, law: CourseLaw) -> np.ndarray:
+        """Return whether the tool rests behind each move [1], (n,).
+
+        It rests where it waits, in a corner, between a rapid and a feed, and where it begins or ends to
+        turn in place.
+        """
+        begins, ends = self._along
+        size = np.maximum(np.linalg.norm(begins[1:], axis=1), np.linalg.norm(ends[:-1], axis=1))
+        sharp = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
+        corner = sharp > 2.0 * np.sin(0.5 * law.corner) * size + 1e-12
+        stays = self._stays
+        corner |= (self._rapid[1:] != self._rapid[:-1]) | (stays[1:] != stays[:-1])
+        for k in np.flatnonzero(stays[1:] & stays[:-1] & ~corner).tolist():
+            corner[k] = self._turns_otherwise(k, law.corner)
+        return np.append(corner | self._waited[:-1], True)
+
+    def jump(self, stops: np.ndarray, feeds: np.ndarray) -> float:
+        """Return the largest jump of the tip's acceleration where moves meet without a rest [m/s^2].
+
+        At a speed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
+
+        Args:
+            stops: Whether the tool rests behind each move [1], (n,).
+            feeds: Speeds of the moves [m/s or rad/s], (n,).
+        """
+        change = np.linalg.norm(self._bends[0][1:] - self._bends[1][:-1], axis=1)
+        jumps = np.minimum(feeds[1:], feeds[:-1]) ** 2 * change
+        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
+
+    def turn_jump(self, stops: np.ndarray, feeds: np.ndarray) -> float:
+        """Return the largest jump of the axis's rate where moves meet without a rest [rad/s].
+
+        Args:
+            stops: Whether the tool rests behind each move [1], (n,).
+            feeds: Speeds of the moves [m/s or rad/s], (n,).
+        """
+        if not self.turns:
+            return 0.0
+        which, ones = np.arange(len(self._moves)), np.ones(len(self._moves))
+        begins, ends = (
+            (self._axes(which, part + _STEP) - self._axes(which, part - _STEP))
+            / (2.0 * _STEP * self.lengths[:, None])
+            for part in (0.0 * ones, ones)
+        )
+        change = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
+        jumps = np.minimum(feeds[1:], feeds[:-1]) * change
+        return float(np.max(jumps, initial=0.0, where=~stops[:-1]))
+
+    @cached_property
+    def _stays(self) -> np.ndarray:
+        return np.array([move.stays for move in self._moves])
+
+    @cached_property
+    def _rapid(self) -> np.ndarray:
+        return np.array([move.feed is None for move in self._moves])
+
+    @property
+    def _is_machine(self) -> bool:
+        """Whether the tip's way follows from X, Y, Z by the machine's kinematics."""
+        return self.turns and self._program.coordinates == "machine"
+
+    @cached_property
+    def _along(self) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the tip by the way at both ends of the moves, (n, 3) each."""
+        if not self._is_machine:
+            begins, ends = self._tangents
+            return begins, ends
+        ahead, behind = self._offsets
+        width = 2.0 * _STEP * self.lengths[:, None]
+        return (ahead[2] - ahead[0]) / width, (behind[2] - behind[0]) / width
+
+    @cached_property
+    def _bends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Second derivatives of the tip by the way at both ends of the moves [1/m], (n, 3) each."""
+        if not self._is_machine:
+            begins, ends = self._curvatures
+            return begins, ends
+        width = (_STEP * self.lengths[:, None]) ** 2
+        ahead, behind = self._offsets
+        return (
+            (ahead[2] - 2.0 * ahead[1] + ahead[0]) / width,
+            (behind[2] - 2.0 * behind[1] + behind[0]) / width,
+        )
+
+    @cached_property
+    def _tangents(self) -> np.ndarray:
+        return np.array(
+            [[getattr(move, name) for move in self._moves] for name in ("begins", "ends")]
+        )
+
+    @cached_property
+    def _curvatures(self) -> np.ndarray:
+        return np.array([move.curvatures for move in self._moves]).transpose(1, 0, 2)
+
+    @cached_property
+    def _offsets(self) -> np.ndarray:
+        """Tips a step before, at, and a step behind both ends of the moves [m], (2, 3, n, 3)."""
+        which = np.arange(len(self._moves))
+        places = [[getattr(move, name) for move in self._moves] for name in ("start", "end")]
+        tips = np.empty((2, 3, len(which), 3))
+        for side, (place, part) in enumerate(zip(np.array(places), (0.0, 1.0), strict=True)):
+            for number, step in enumerate((-_STEP, 0.0, _STEP)):
+                way = step * self.lengths[:, None] * ~self._stays[:, None]
+                bend = 0.5 * way**2 * self._curvatures[side]
+                at = place + way * self._tangents[side] + bend
+                tips[side, number] = self._tips(which, np.full(len(which), part + step), at)
+        return tips
+
+    def _turns_otherwise(self, number: int, corner: float) -> bool:
+        """Return whether the tool turns about another axis behind a turn in place than in it."""
+        which = np.array([number, number + 1])
+        parts = np.array([1.0, 0.0])
+        rate = self._axes(which, parts + _STEP) - self._axes(which, parts - _STEP)
+        rate /= 2.0 * _STEP * self.lengths[which, None]
+        size = np.linalg.norm(rate, axis=1).max()
+        return bool(np.linalg.norm(rate[1] - rate[0]) > 2.0 * np.sin(0.5 * corner) * size + 1e-9)
+
+    def _turning(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return numbers of moves that turn the tool, a few thousand at a time, and parts to look at."""
+        if not self.turns:
+            return []
+        small = self._angle_sums < _SMALL
+        kinds = [(small & (self._angle_sums > 0.0), _FEW), (~small, _MANY)]
+        return [
+            (rows[k : k + _TOGETHER], parts)
+            for rows, parts in ((np.flatnonzero(kind), parts) for kind, parts in kinds)
+            for k in range(0, len(rows), _TOGETHER)
+        ]
+
+    def _rates(self, rows: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest derivatives of rotation [rad] and tip [m] by the part of moves, (r,)."""
+        which, part = np.repeat(rows, len(parts)), np.tile(parts, len(rows))
+        axis = self._axes(which, part)
+        rate = self._axes(which, part + _STEP) - self._axes(which, part - _STEP)
+        # The tool turns about its own axis as well, so that it is turned the shortest way from upright.
+        turned = np.linalg.norm(rate, axis=1) / np.sqrt(np.maximum(0.5 + 0.5 * axis[:, 2], 1e-12))
+        moved = np.zeros(len(which))
+        if self._is_machine:
+            starts = np.array([self._moves[k].start for k in rows.tolist()])
+            ways = np.array([self._moves[k].end for k in rows.tolist()]) - starts
+            places = [
+                np.repeat(starts, len(parts), axis=0)
+                + np.repeat(ways, len(parts), axis=0) * (part + step)[:, None]
+                for step in (-_STEP, _STEP)
+            ]
+            before, behind = (
+                self._tips(which, part + step, place)
+                for step, place in zip((-_STEP, _STEP), places, strict=True)
+            )
+            moved = np.linalg.norm(behind - before, axis=1)
+        shape = (len(rows), len(parts))
+        width = 2.0 * _STEP
+        return turned.reshape(shape).max(axis=1) / width, moved.reshape(shape).max(axis=1) / width
+
+    @cached_property
+    def _angle_sums(self) -> np.ndarray:
+        """Sums of the angles of rotary axes, or angles between tool axes, of the moves [rad], (n,)."""
+        before, after = self._angles
+        sums: np.ndarray = np.abs(after - before).sum(axis=1)
+        sums[self._great] = self._between[self._great]
+        return sums
+
+    @cached_property
+    def _held(self) -> tuple[list[Held], list[Held]]:
+        turns = [move.turn for move in self._moves]
+        return (
+            [UNTILTED if turn is None else turn.before for turn in turns],
+            [UNTILTED if turn is None else turn.after for turn in turns],
+        )
+
+    @cached_property
+    def _great(self) -> np.ndarray:
+        """Whether the tool's axis turns along a great circle, (n,); a constant one does as well."""
+        return np.array(
+            [
+                turn is None or turn.is_great_circle or not turn.after.angles
+                for turn in (move.turn for move in self._moves)
+            ]
+        )
+
+    @cached_property
+    def _angles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles of the rotary axes at both ends of the moves [rad], (n, a) each; zeros for vectors."""
+        count = len(self._kinematics.letters) if self._kinematics else 0
+        zeros = (0.0,) * count
+        before, after = (np.array([held.angles or zeros for held in side]) for side in self._held)
+        shape = (len(self._moves), count)
+        return before.reshape(shape), after.reshape(shape)
+
+    @cached_property
+    def _directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors from tip to holder at both ends of the moves, (n, 3) each."""
+        sides = []
+        for held, angles in zip(self._held, self._angles, strict=True):
+            given = np.array([one.axis or UNTILTED.axis for one in held])
+            is_angle = np.array([bool(one.angles) for one in held])
+            if self._kinematics and is_angle.any():
+                given[is_angle] = self._kinematics.axis(angles[is_angle])
+            sides.append(given)
+        return sides[0], sides[1]
+
+    @cached_property
+    def _between(self) -> np.ndarray:
+        """Angles between the tool's axes at both ends of the moves [rad], (n,)."""
+        before, after = self._directions
+        across = np.linalg.norm(np.cross(before, after), axis=1)
+        angles: np.ndarray = np.arctan2(across, np.einsum("ij,ij->i", before, after))
+        return angles
+
+    def _require_planes(self) -> None:
+        opposite = self._great & (self._between > np.pi - _OPPOSITE)
+        if opposite.any():
+            raise ValueError(
+                f"expected tool axes less than 180 deg apart, got opposite ones in move"
+                f" {int(np.argmax(opposite)) + 1}: give one between"
+            )
+
+    def _axes(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
+        """Return unit vectors from tip to holder, (k, 3), of moves (k,) at parts of them (k,)."""
+        axes = np.empty((len(which), 3))
+        great = self._great[which]
+        if great.any():
+            rows, u = which[great], part[great, None]
+            before, after = (side[rows] for side in self._directions)
+            angle = self._between[rows, None]
+            sine = np.sin(angle)
+            is_turn = sine > 1e-9
+            safe = np.where(is_turn, sine, 1.0)
+            first = np.where(is_turn, np.sin((1.0 - u) * angle) / safe, 1.0 - u)
+            last = np.where(is_turn, np.sin(u * angle) / safe, u)
+            axes[great] = first * before + last * after
+        if self._kinematics and not great.all():
+            axes[~great] = self._kinematics.axis(self._turned(which[~great], part[~great]))
+        return axes
+
+    def _tips(self, which: np.ndarray, part: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return the tips [m], (k, 3), of moves (k,) at parts of them (k,) and X, Y, Z, (k, 3)."""
+        if self._kinematics and self._is_machine:
+            return self._kinematics.tip(places, self._turned(which, part))
+        return places
+
+    def _turned(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
+        before, after = self._angles
+        angles: np.ndarray = before[which] + part[:, None] * (after[which] - before[which])
+        return angles
