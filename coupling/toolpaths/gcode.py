@@ -27,17 +27,21 @@ from coupling.toolpaths.task import Task
 from coupling.toolpaths.travel import Travel
 from coupling.toolpaths.untilted import UntiltedPath
 
+_UNITS = {"mm": 1e-3, "inch": 0.0254}  # [m]
+
 
 class GcodePath(ToolPathTable):
     """Moves of a G-code program, whose coordinates are those of the TCP in the part frame.
 
-    Keys: file; rapid_m_s, speed of G0; corner_deg, the turn from which on the tool rests between two
-    moves; blend_s of starts and stops, sample_s; rotary, a table of the machine's rotary axes;
-    max_turn_deg_s, largest rate at which the tool turns; roll, its rotation about its axis, as for APT.
+    Keys: file; unit, that of a program without G20 or G21 before its first length; rapid_m_s, speed of
+    G0; corner_deg, the turn from which on the tool rests between two moves; blend_s of starts and stops,
+    sample_s; rotary, a table of the machine's rotary axes; max_turn_deg_s, largest rate at which the
+    tool turns; roll, its rotation about its axis, as for APT.
     """
 
     kind: Literal["gcode"]
     file: FilePath
+    unit: Literal["mm", "inch"] | None = None
     rapid_m_s: Positive = 0.1
     corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
     max_turn_deg_s: Positive = 180.0
@@ -48,7 +52,9 @@ class GcodePath(ToolPathTable):
 
     @cached_property
     def _program(self) -> GcodeProgram:
-        return read_program(self.file, self.rotary)
+        return read_program(
+            self.file, self.rotary, None if self.unit is None else _UNITS[self.unit]
+        )
 
     @cached_property
     def _course(self) -> Course:

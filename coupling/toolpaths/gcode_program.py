@@ -50,18 +50,21 @@ _FARTHEST, _LONGEST = 100.0, 3600.0
 _LONG = 60.0
 
 
-def read_program(file: Path, rotary: RotaryTable | None = None) -> GcodeProgram:
+def read_program(
+    file: Path, rotary: RotaryTable | None = None, unit: float | None = None
+) -> GcodeProgram:
     """Read a G-code file.
 
     Args:
         file: The file.
         rotary: Rotary axes of its machine; None: they stand still.
+        unit: Unit of its lengths until it sets one [m]; None: it has to.
 
     Raises:
         CaseError: With the number of the line that is not read, or if nothing moves.
     """
     notes = ReadingNotes()
-    machine = _Machine(notes, rotary)
+    machine = _Machine(notes, rotary, unit)
     steps: list[GcodeMove | Dwell] = []
     for block in read_blocks(file, notes):
         try:
@@ -97,9 +100,9 @@ class _Machine:
         tool: Direction of the tool.
     """
 
-    def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None) -> None:
+    def __init__(self, notes: ReadingNotes, rotary: RotaryTable | None, unit: float | None) -> None:
         self._notes = notes
-        self._unit: float | None = None
+        self._unit = unit
         self._absolute, self._absolute_centre = True, False
         self._plane = 17.0
         self._motion: float | None = None
@@ -277,7 +280,7 @@ class _Machine:
         if self._unit is None:
             raise ValueError(
                 "expected G20 or G21 before, got neither, the unit is not known: write G21 (mm) or G20"
-                " (inches) at the beginning"
+                ' (inches) at the beginning, or unit = "mm" or "inch" in [tool_path]'
             )
         return value * self._unit
 

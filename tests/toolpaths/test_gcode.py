@@ -304,3 +304,17 @@ def test_the_example_tells_what_it_leaves_out():
     task = validate(table, GcodePath, CaseError, "tool_path").task(PART)
     assert task.remarks[0] == "groove.ngc: read and left out: G94, T1, M6, G43, H1, M30"
     assert "the acceleration jumps, by up to" in task.remarks[1]
+
+
+def test_a_program_without_a_unit_has_that_of_the_case_until_it_sets_one(tmp_path):
+    file = tmp_path / "plain.ngc"
+    file.write_text("G0 X0 Y0 Z0\nG1 X2 F60\nG21 X1\n")
+    keys = {"kind": "gcode", "file": "plain.ngc"}
+    part = Frame.of_rpy([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    table = GcodePath
+    with pytest.raises(CaseError, match=r'unit = "mm" or "inch" in \[tool_path\]'):
+        table.model_validate(keys, context={"folder": tmp_path}).path(part)
+    for unit, metres in (("mm", 1e-3), ("inch", 0.0254)):
+        path = table.model_validate({**keys, "unit": unit}, context={"folder": tmp_path}).path(part)
+        assert path.position[0, :, 0].max() == pytest.approx(2.0 * metres)
+        assert path.position[0, -1, 0] == pytest.approx(1e-3)
