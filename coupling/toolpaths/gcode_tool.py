@@ -128,7 +128,8 @@ class ToolDirection:
         elif self._table and self.axes.values is not before:
             self.held = Held(self.axes.angles)
             way = self._way or ("ORIVECT" if self._reference == "ORIWKS" else "")
-            self.is_great_circle = way == "ORIVECT"
+            # Without tip control the axes are moved as they are.
+            self.is_great_circle = way == "ORIVECT" and self.coordinates == "tool-tip"
         changed = bool(names) or (self._table is not None and self.axes.values is not before)
         if self.plane is not None and self._is_aligned and changed:
             raise ValueError(

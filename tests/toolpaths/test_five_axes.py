@@ -331,6 +331,37 @@ def test_a_rotary_cut_in_machine_coordinates_goes_round(tmp_path):
     np.testing.assert_allclose(vectors, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), atol=1e-12)
 
 
+def test_an_arc_of_the_linear_axes_turns_with_the_table(tmp_path):
+    """Half a circle of X, Y at radius 10 mm while C and B turn; ORIVECT says nothing without TRAORI."""
+    axes = ["table C", "head B"]
+    lines = ["ORIVECT", "G0 X10 Y0 Z0 B0 C0", "G3 X-10 Y0 I-10 J0 C80 B-30 F600"]
+    built = course(tmp_path, lines, table(axes, coordinates="machine"))
+    parts = np.linspace(0.0, 1.0, 9)
+    tips, vectors = built.points(parts * built.lengths[0])
+    for part, tip, vector in zip(parts, tips, vectors, strict=True):
+        place = 0.01 * np.array([np.cos(np.pi * part), np.sin(np.pi * part), 0.0])
+        there = part_from_tip(axes, place, part * np.array([80.0, -30.0]))
+        np.testing.assert_allclose(tip, there[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(vector, there[:3, 2], atol=1e-12)
+
+
+def test_a_move_that_is_cut_in_two_is_the_same_motion(tmp_path):
+    """In machine coordinates: the tip's curve goes on, so that it is not a corner.  Another C is one."""
+    rotary = {"axes": ["table C"], "coordinates": "machine", "points_m": {"C": [0.0, 0.0, 0.0]}}
+    durations = [
+        path(tmp_path, ["G0 X50 Y0 Z0", "G1 F600", *moves], rotary=rotary).path(PART).time[-1]
+        for moves in (["X60 C90"], ["X55 C45", "X60 C90"], ["X55 C45", "X60 C0"])
+    ]
+    np.testing.assert_allclose(durations, [1.2, 1.2, 1.4], rtol=1e-6)
+
+
+def test_a_rapid_of_a_table_moves_the_part_no_faster_than_a_rapid(tmp_path):
+    """C180 half a metre off its axis at 0.1 m/s: pi / 2 m."""
+    rotary = {"axes": ["table C"], "coordinates": "machine", "points_m": {"C": [0.0, 0.0, 0.0]}}
+    made = path(tmp_path, ["G0 X500 Y0 Z0", "G0 C180"], rotary=rotary, rapid_m_s=0.1)
+    assert made.path(PART).time[-1] == pytest.approx(0.5 * np.pi / 0.1 + 0.2, rel=1e-6)
+
+
 def test_turns_in_place_join_where_they_go_on(tmp_path):
     """Ten turns by 4 deg take as long as one by 40 deg; one back is a rest."""
     rotary = {"axes": ["table C"], "coordinates": "machine", "points_m": {"C": [0.0, 0.0, 0.0]}}
