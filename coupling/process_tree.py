@@ -1,4 +1,4 @@
-"""All processes that a program has started, also those that have left its session or lost their parent."""
+"""All processes that a program has started, also those that have left its session or lost a parent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BETWEEN_LOOKS = 0.02  # [s]
 
 
 def marked_environment(mark: str) -> Mapping[str, str]:
-    """Return this process's environment with the mark by which `ProcessTree` finds those who inherit it."""
+    """Return this process's environment with a mark by which `ProcessTree` finds who inherits it."""
     return {**os.environ, _MARK: mark}
 
 
@@ -80,7 +80,9 @@ class ProcessTree:
         known = {member.pid for member in self._members if _runs(member)}
         while True:
             children = {
-                pid for pid, process in running.items() if pid not in known and _parent(process) in known
+                pid
+                for pid, process in running.items()
+                if pid not in known and _parent(process) in known
             }
             if not children:
                 break

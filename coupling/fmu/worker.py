@@ -135,8 +135,8 @@ class WorkerProcess:
                 has_ended = self._process.poll() is not None
                 if time.monotonic() >= self._end:
                     raise FmuError(
-                        f"has not answered within the time limit of {self._time_limit:g} s and was ended:"
-                        " see whether it hangs, or raise time_limit_s"
+                        f"has not answered within the time limit of {self._time_limit:g} s and was"
+                        " ended: see whether it hangs, or raise time_limit_s"
                     ) from None
                 continue
             if answer is None:

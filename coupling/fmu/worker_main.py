@@ -19,7 +19,7 @@ from coupling.process_tree import ProcessTree, inherited_mark
 
 
 def receive(stream: BinaryIO, jobs: queue.SimpleQueue[SimulationJob]) -> None:
-    """Queue jobs; at their end, as where the master was killed, end this process amid whatever it does."""
+    """Queue jobs; at their end, as where the master was killed, end this process amid its work."""
     with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
             jobs.put(pickle.load(stream))

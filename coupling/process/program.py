@@ -210,7 +210,7 @@ def _mark_of(folder: Path) -> str:
 
 
 def _end_all(group: int, folder: Path, ends: Callable[[float], bool]) -> None:
-    """Tell a shell, its group and all that they have started to end, and kill what has not after a grace."""
+    """Tell a shell and all that it has started to end, and kill what has not done so after a grace."""
     if group <= 1:
         return
     started = ProcessTree(group, _mark_of(folder))

@@ -1,4 +1,4 @@
-"""Processes that do not answer: they end with their time limit and with the run, and all that they started."""
+"""Processes that do not answer end with their time limit and their run, with what they started."""
 
 from __future__ import annotations
 
