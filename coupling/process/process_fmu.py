@@ -105,7 +105,8 @@ class ProcessFmuTable(ProcessTable):
     """Keys: file; tables inputs and outputs; parameters; frame; time_limit_s; retries.
 
     inputs has keys x, y, z, qx, qy, qz, qw; outputs has keys fx, fy, fz, mx, my, mz, on the tool at the
-    TCP, and kxx to kzz: names of the FMU's variables, in the units that it declares, else SI.  parameters are start values; frame is "part" unless given.
+    TCP, and kxx to kzz: names of the FMU's variables, in the units that it declares, else SI.
+    parameters are start values; frame is "part" unless given.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"time_limit_s"})
