@@ -45,10 +45,9 @@ def check(
     from coupling.report.section import Section, warned
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
-    from coupling.run.execute import smoothed_process
     from coupling.run.kept_process import checked_process
     from coupling.run.plausibility import remarks
-    from coupling.run.repeated_evaluation import RememberedProcess
+    from coupling.run.repeated_evaluation import RememberedProcess, smoothed_process
     from coupling.run.robots import touch_off_of
 
     file = output or case.with_name(f"{case.stem}_check.html")
@@ -64,13 +63,15 @@ def check(
         if evaluate:
             process = checked_process(loaded, view.watch)
             remembered = RememberedProcess(process)
-            quiet = smoothed_process(loaded, remembered)
+            quiet = smoothed_process(loaded, remembered, view.watch)
             wrench = (quiet or remembered).evaluate(desired).wrench
             assert remembered.last is not None
             each, said = remembered.last.seconds, remarks(loaded, wrench)
-            if quiet is not None and quiet.noise is not None and quiet.noise.significant:
-                said = (*said, quiet.noise.sentence)
-            if isinstance(loaded.process_table, ProcessTable):
+            if quiet is not None and quiet.noise is not None:
+                said = (*said, *quiet.noise.remarks)
+            if quiet is not None and quiet.repeatability is not None:
+                alike = [quiet.repeatability.sentence()]
+            elif isinstance(loaded.process_table, ProcessTable):
                 alike = [repeated(process, desired, remembered.last.response, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))

@@ -2,24 +2,36 @@
 
 The process runs `coupling.fmu.worker_main`.  Both sides speak pickles over its standard streams:
 ("ready", names of the variables) or ("error", text) out; then jobs in, and for each of them any number
-of ("progress", done, total) and one ("result", value) or ("error", text) out.
+of ("progress", done, total) and one ("result", value) or ("error", text) out.  Whatever keeps an FMU,
+the process ends with this one: at the end of its standard input it ends itself and all that it started.
 """
 
 from __future__ import annotations
 
-import os
+import contextlib
+import math
 import pickle
+import queue
 import subprocess
 import sys
 import tempfile
+import threading
+import time
+import uuid
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from coupling.fmu.job import FmuError, Progress, SimulationJob
+from coupling.process_tree import ProcessTree, marked_environment
+
+# Between two looks at a worker that does not answer [s].
+_LOOK = 0.2
+
+Answer = tuple[Any, ...]
 
 
 def unpack(file: Path, folder: Path) -> None:
@@ -44,16 +56,19 @@ class WorkerProcess:
 
     Args:
         folder: Folder with the unpacked FMU.
+        time_limit: Time from now after which no answer is awaited any more [s].
 
     Attributes:
         variables: Names of the FMU's variables.
 
     Raises:
-        FmuError: If the FMU cannot be loaded.
+        FmuError: If the FMU cannot be loaded in this time.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, time_limit: float = math.inf) -> None:
         one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+        self._time_limit, self._end = time_limit, time.monotonic() + time_limit
+        mark = uuid.uuid4().hex
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
         self._process = subprocess.Popen(
             # Without -P a random.py of the user in the working folder would be imported.
@@ -61,8 +76,14 @@ class WorkerProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,
-            env={**os.environ, **one_thread},
+            env={**marked_environment(mark), **one_thread},
         )
+        self._started = ProcessTree(self._process.pid, mark)
+        # Read by a thread: what an FMU has started may keep the stream open when the worker has ended.
+        self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+        threading.Thread(
+            target=_read_answers, args=(self._process.stdout, self._answers), daemon=True
+        ).start()
         try:
             kind, content = self._answer()
             if kind == "error":
@@ -73,9 +94,13 @@ class WorkerProcess:
             raise
 
     def close(self) -> None:
-        """End the process."""
+        """End the process and all that the FMU has started."""
+        self._started.kill()
         self._process.kill()
-        self._process.communicate()
+        self._process.wait()
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
         self._said.close()
 
     def send(self, job: SimulationJob) -> None:
@@ -98,16 +123,38 @@ class WorkerProcess:
                 raise FmuError(content[0])
             progress(*content)
 
-    def _answer(self) -> tuple[Any, ...]:
-        assert self._process.stdout is not None
-        try:
-            answer: tuple[Any, ...] = pickle.load(self._process.stdout)
-        except (EOFError, pickle.UnpicklingError) as cause:
-            raise self._death() from cause
-        return answer
+    def _answer(self) -> Answer:
+        has_ended = False
+        while True:
+            wait = min(_LOOK, max(self._end - time.monotonic(), 0.0))
+            try:
+                answer = self._answers.get(timeout=wait)
+            except queue.Empty:
+                if has_ended:  # and its last answer was read
+                    raise self._death() from None
+                has_ended = self._process.poll() is not None
+                if time.monotonic() >= self._end:
+                    raise FmuError(
+                        f"has not answered within the time limit of {self._time_limit:g} s and was"
+                        " ended: see whether it hangs, or raise time_limit_s"
+                    ) from None
+                continue
+            if answer is None:
+                raise self._death()
+            return answer
 
     def _death(self) -> WorkerEndedError:
         self._said.seek(0)
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         last = f": {lines[-1]}" if lines else ""
         return WorkerEndedError(f"the process that runs the FMU has ended{last}")
+
+
+def _read_answers(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:
+    """Queue what a worker answers, and None at the end of its answers."""
+    with stream:
+        try:
+            while True:
+                answers.put(pickle.load(stream))
+        except Exception:  # its end, or whatever an FMU has written between the answers
+            answers.put(None)

@@ -6,16 +6,31 @@ import contextlib
 import io
 import os
 import pickle
+import queue
 import sys
+import threading
+import traceback
 from pathlib import Path
 from typing import BinaryIO
 
 from coupling.fmu.driver import load
-from coupling.fmu.job import FmuError
+from coupling.fmu.job import FmuError, SimulationJob
+from coupling.process_tree import ProcessTree, inherited_mark
 
 
-def serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
-    """Answer jobs on the FMU in a folder until there are no more."""
+def receive(stream: BinaryIO, jobs: queue.SimpleQueue[SimulationJob]) -> None:
+    """Queue jobs; at their end, as where the master was killed, end this process amid its work."""
+    with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+        while True:
+            jobs.put(pickle.load(stream))
+    try:
+        ProcessTree(os.getpid(), inherited_mark()).kill()
+    finally:
+        os._exit(0)
+
+
+def serve(folder: Path, jobs: queue.SimpleQueue[SimulationJob], answers: BinaryIO) -> None:
+    """Answer jobs on the FMU in a folder."""
 
     def send(*answer: object) -> None:
         pickle.dump(answer, answers)
@@ -28,10 +43,7 @@ def serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
         return
     send("ready", driver.variables)
     while True:
-        try:
-            job = pickle.load(jobs)
-        except EOFError:
-            return
+        job = jobs.get()
         answer: tuple[str, object]
         said = io.StringIO()  # an FMU gives the reason of an error on stderr only
         with contextlib.redirect_stderr(said):
@@ -47,6 +59,15 @@ if __name__ == "__main__":
     # Whatever else prints to stdout must not come between the answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
-        serve(Path(sys.argv[1]), sys.stdin.buffer, answers)
-    os._exit(0)  # past the destructors of PythonFMU's binary, which may crash
+    jobs: queue.SimpleQueue[SimulationJob] = queue.SimpleQueue()
+    # A thread, which runs while the FMU computes: calls into its library hold no lock of Python.
+    threading.Thread(target=receive, args=(sys.stdin.buffer, jobs), daemon=True).start()
+    try:
+        serve(Path(sys.argv[1]), jobs, answers)
+    except (BrokenPipeError, KeyboardInterrupt):
+        pass
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(0)  # past the destructors of PythonFMU's binary, which may crash

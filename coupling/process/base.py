@@ -202,8 +202,9 @@ class NoisySchema(ProcessSchema, ABC):
     """Base of the tables of processes whose answers may hold noise: records, and programs of others.
 
     Attributes:
-        cutoff_Hz: Frequency up to which their forces are believed; "none": all of it; None: that of the
-            path's own motion at least, and higher where the force changes by more than noise explains.
+        cutoff_Hz: Frequency up to which their forces are believed; "none": all of it; None: where there
+            is noise, that of the path's own motion at least, and higher where the force changes by more
+            than noise explains.
     """
 
     cutoff_Hz: Positive | Literal["none"] | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,7 +14,7 @@ from coupling.errors import CaseError, ProcessError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, STIFFNESS_COLUMNS, WRENCH_COLUMNS
 from coupling.files.scratch import ScratchFolder
-from coupling.files.toml_file import FilePath
+from coupling.files.toml_file import FilePath, Positive
 from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.frame import Frame
@@ -42,6 +42,7 @@ class ProcessFmu(WithIdentity):
         parameters: Start values by name.
         part: base_from_part.
         frame: Frame of poses and wrenches: "part" or "base".
+        time_limit: Time that one evaluation may take [s].
         watch: Function called with the progress of the simulation.
     """
 
@@ -50,13 +51,14 @@ class ProcessFmu(WithIdentity):
     parameters: Mapping[str, float | int | bool | str]
     part: Frame
     frame: PoseFrame
+    time_limit: float
     watch: Watch = unwatched
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Simulate the FMU along a path and return its wrenches, base axes.
 
         Raises:
-            ProcessError: If it cannot be run or fails.
+            ProcessError: If it cannot be run, takes too long or fails.
         """
         poses = poses_in(self.frame, path, self.part)
         inputs, outputs = self.variables.inputs, self.variables.outputs
@@ -86,7 +88,7 @@ class ProcessFmu(WithIdentity):
         with ScratchFolder() as folder:
             try:
                 unpack(self.file, folder)
-                worker = WorkerProcess(folder)
+                worker = WorkerProcess(folder, self.time_limit)
                 try:
                     worker.send(job)
                     return worker.receive(self._report)
@@ -100,12 +102,14 @@ class ProcessFmu(WithIdentity):
 
 
 class ProcessFmuTable(ProcessTable):
-    """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame; retries.
+    """Keys: file; tables inputs and outputs; parameters; frame; time_limit_s; retries.
 
     inputs has keys x, y, z, qx, qy, qz, qw; outputs has keys fx, fy, fz, mx, my, mz, on the tool at the
-    TCP, and kxx to kzz, in the units that the FMU declares, SI where it declares none.  parameters are
-    start values; frame is "part" unless given.
+    TCP, and kxx to kzz: names of the FMU's variables, in the units that it declares, else SI.
+    parameters are start values; frame is "part" unless given.
     """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"time_limit_s"})
 
     model: Literal["fmu"]
     file: FilePath
@@ -113,6 +117,7 @@ class ProcessFmuTable(ProcessTable):
     outputs: Annotated[dict[ResponseColumn, str], Field(min_length=1)]
     parameters: dict[str, float | int | bool | str] = {}
     frame: PoseFrame = "part"
+    time_limit_s: Positive = 3600.0
 
     def process(self, task: Task) -> ProcessFmu:
         """Return the FMU as a process.
@@ -135,6 +140,7 @@ class ProcessFmuTable(ProcessTable):
             self.parameters,
             task.part,
             self.frame,
+            self.time_limit_s,
             task.watch,
             identity=self.identity(task),
         )

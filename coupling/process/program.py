@@ -21,6 +21,7 @@ from typing import BinaryIO
 
 from coupling.errors import ProcessError
 from coupling.events import ProcessMessage, Watch, unwatched
+from coupling.process_tree import ProcessTree, marked_environment
 
 try:
     import fcntl
@@ -85,12 +86,13 @@ def run_program(
             stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,  # a group of its own, so that its children end with it
+            env=marked_environment(_mark_of(folder)),
         )
     try:
         ended = _watched(folder, time_limit, watch, lambda wait: _ends(shell, wait))
     finally:
         if shell.returncode is None:
-            _end_group(shell.pid, lambda wait: _ends(shell, wait))
+            _end_all(shell.pid, folder, lambda wait: _ends(shell, wait))
             shell.wait()
     require_success(command[0], folder, time_limit if not ended else None)
 
@@ -133,7 +135,7 @@ def end_program(folder: Path) -> None:
     if is_running(folder):
         with contextlib.suppress(OSError, ValueError):  # it has just ended
             group = int((folder / RUNNING).read_text())
-            _end_group(group, lambda wait: _has_gone(folder, wait))
+            _end_all(group, folder, lambda wait: _has_gone(folder, wait))
 
 
 def has_ended(folder: Path) -> bool:
@@ -202,13 +204,25 @@ def _has_gone(folder: Path, wait: float) -> bool:
     return not is_running(folder)
 
 
-def _end_group(group: int, ends: Callable[[float], bool]) -> None:
-    """Tell a group of processes to end, and kill what has not done so after a grace."""
+def _mark_of(folder: Path) -> str:
+    """Return the mark of what a program in a folder starts; whoever comes next finds it by that too."""
+    return str(folder.resolve())
+
+
+def _end_all(group: int, folder: Path, ends: Callable[[float], bool]) -> None:
+    """Tell a shell and all that it has started to end, and kill what has not done so after a grace."""
     if group <= 1:
         return
+    started = ProcessTree(group, _mark_of(folder))
+    started.terminate()
+    _signal_group(group, signal.SIGTERM)
+    end = time.monotonic() + _GRACE
+    while time.monotonic() < end and not (ends(_LOOK) and not started.is_running):
+        time.sleep(_LOOK)
+    _signal_group(group, signal.SIGKILL)
+    started.kill()
+
+
+def _signal_group(group: int, number: signal.Signals) -> None:
     with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(group, signal.SIGTERM)
-        end = time.monotonic() + _GRACE
-        while time.monotonic() < end and not ends(_LOOK):
-            pass
-        os.killpg(group, signal.SIGKILL)
+        os.killpg(group, number)

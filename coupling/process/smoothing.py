@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,10 @@ import numpy as np
 from coupling.path.histories import ToolPath
 from coupling.process.base import Process, ProcessResponse, ProcessWrapper
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
+from coupling.process.repeatability import Repeatability
+
+# Second answer of a process to a path; None where it takes too long or is not to be had.
+SecondAnswer = Callable[[ToolPath], ProcessResponse | None]
 
 # Noise below this part of the largest force is rounding, or the unevenness of a computed one.
 _COUNTS = 1e-3
@@ -67,11 +72,14 @@ class ForceNoise:
         level: Standard deviation of white noise in them, (tools, 6) [N], [N m].
         filter: Filter that takes it off; None: nothing does.
         peak: Largest force [N].
+        unexplained: Level of noise that forces as uneven may have, where no second answer says whether
+            it is noise [N]; `level` is then zero.
     """
 
     level: np.ndarray
     filter: ForceFilter | None
     peak: float
+    unexplained: float = 0.0
 
     @property
     def significant(self) -> bool:
@@ -91,25 +99,59 @@ class ForceNoise:
     @property
     def sentence(self) -> str:
         """The level and what is done about it."""
+        if self.unexplained > 0.0:
+            return (
+                f"The forces of the process are uneven, as with noise of about {self.unexplained:.3g} N;"
+                " whether it is noise is not known without a second evaluation of the same path, which"
+                f" takes too long or failed; they are {self._treatment}. Give cutoff_Hz in [process]: a"
+                ' frequency where it is noise, "none" where it is not.'
+            )
         what = f"of about {self.force:.3g} N" if self.significant else "that is negligible"
-        left = self.filter is None or (self.adaptive and not self.significant)
-        done = "not filtered" if left else f"{self.filter}, without delay"
-        return f"The forces of the process have noise {what}; they are {done}."
+        return f"The forces of the process have noise {what}; they are {self._treatment}."
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """The sentence, where there is something to do or to know."""
+        is_unsure = self.unexplained > 0.0 and self.filter is not None
+        return (self.sentence,) if self.significant or is_unsure else ()
+
+    @property
+    def _treatment(self) -> str:
+        """What is done about it."""
+        if self.filter is None or (self.adaptive and not self.significant):
+            return "not filtered"
+        return f"{self.filter}, without delay"
 
 
 class SmoothedProcess(ProcessWrapper):
     """A process without the noise of its answers.
 
-    Periodic answers are left as they are: what is fast in them is meant.
+    Noise is what two answers to one path differ by.  What is uneven in a record is noise; what is uneven
+    in a computed answer may be what the path asks for, as where nodes of a mesh come into contact, so
+    that the process is evaluated a second time before anything is taken off.  Periodic answers are left
+    as they are: what is fast in them is meant.
 
     Args:
         process: The process.
         filter_: Filter that takes the noise off; None leaves it.
+        second_answer: Function that evaluates a path again; None where what is uneven is noise.
+
+    Attributes:
+        noise: Noise in the last answer; None before, and where it was periodic.
+        repeatability: Difference of both answers; None where there is no second one.
     """
 
-    def __init__(self, process: Process, filter_: ForceFilter | None) -> None:
-        self.process, self._filter = process, filter_
+    def __init__(
+        self,
+        process: Process,
+        filter_: ForceFilter | None,
+        second_answer: SecondAnswer | None = None,
+    ) -> None:
+        self.process, self._filter, self._second_answer = process, filter_, second_answer
         self.noise: ForceNoise | None = None
+        self.repeatability: Repeatability | None = None
+        self._is_compared = False
+        self._is_noise: bool | None = None
 
     def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, its wrenches without their noise."""
@@ -117,9 +159,37 @@ class SmoothedProcess(ProcessWrapper):
         if response.period is not None:
             return response
         wrench = response.wrench
-        level = np.stack([noise_level(wrench.instants, own) for own in wrench.before])
+        level = _level(wrench.instants, wrench.before)
         self.noise = ForceNoise(level, self._filter, wrench.peak_force)
+        if self._second_answer is not None and self.noise.significant:
+            self._compare(path, response, self._second_answer)
+            if not self._is_noise:
+                unexplained = self.noise.force if self._is_noise is None else 0.0
+                level = np.zeros_like(level)
+                self.noise = replace(self.noise, level=level, unexplained=unexplained)
         if self._filter is None:
             return response
         significant = level if self.noise.significant else np.zeros_like(level)
         return replace(response, wrench=self._filter.of(wrench, significant))
+
+    def _compare(self, path: ToolPath, first: ProcessResponse, again: SecondAnswer) -> None:
+        """Find from a second answer whether what is uneven is noise, once.
+
+        The level of noise stays that of the first answer, so that a run on stored answers is the same.
+        """
+        if self._is_compared:
+            return
+        self._is_compared = True
+        second = again(path)
+        if second is None:
+            return
+        self.repeatability = Repeatability.of(first, second)
+        difference = second.wrench.before - first.wrench.before
+        # The variance of a difference is twice that of one answer.
+        level = _level(first.wrench.instants, difference) / np.sqrt(2.0)
+        self._is_noise = ForceNoise(level, None, first.wrench.peak_force).significant
+
+
+def _level(time: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+    """Return the level of noise in wrenches of all tools [N, N m], (tools, 6)."""
+    return np.stack([noise_level(time, wrench) for wrench in wrenches])

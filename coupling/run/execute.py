@@ -15,9 +15,8 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
-from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
-from coupling.process.smoothing import ForceNoise, SmoothedProcess
+from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
 from coupling.results.outlook import Replay
 from coupling.results.run_result import DriveMotion, Kind
@@ -31,7 +30,12 @@ from coupling.run.motor_demands import explained_by_motors, require_motors_that_
 from coupling.run.motor_loads import MotorLoads, motor_loads, motor_warnings
 from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
 from coupling.run.plausibility import remarks
-from coupling.run.repeated_evaluation import RememberedProcess, explained, repeated_evaluation
+from coupling.run.repeated_evaluation import (
+    RememberedProcess,
+    explained,
+    repeated_evaluation,
+    smoothed_process,
+)
 from coupling.run.robustness import SimulatedModel, noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
@@ -76,8 +80,8 @@ class Run:
         gears: Torques and reversals of the gears of every robot along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
-        repeatability: Difference of two responses to the last path; None where the process was evaluated
-            once, as where the method has converged.
+        repeatability: Difference of two responses to one path, the last one where the method has not
+            converged, the first one where its forces are uneven; None where there are no two.
         noise: Noise in the process's forces; None where it can have none, or is periodic.
         forecast: Expected deviation of the robot that was measured, under the command; None where none
             was.
@@ -167,14 +171,17 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        quiet = smoothed_process(case, remembered)
+        quiet = smoothed_process(case, remembered, watch)
         significant = replace(case, process=remembered if quiet is None else quiet)
         loop = loop_of(significant, cell, watch)
         with _timed(kind, durations):
             found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
-            repeated = repeated_evaluation(case, remembered.last, found, watch)
+            repeated = None if quiet is None else quiet.repeatability
             found = explained(found, kind, repeated)
+            if repeated is None or not repeated.disturbs:
+                last = repeated_evaluation(case, remembered.last, found, watch)
+                found, repeated = explained(found, kind, last), last or repeated
         noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
@@ -229,7 +236,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
-            remarks=(*remarks(case, loads), *_said_of(noise)),
+            remarks=(*remarks(case, loads), *(() if noise is None else noise.remarks)),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,
@@ -237,19 +244,6 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             repeatability=repeated,
             noise=noise,
         )
-
-
-def smoothed_process(case: Case, process: Process) -> SmoothedProcess | None:
-    """Return the process of a case without the noise of its forces; None where it can have none."""
-    table = case.process_table
-    if not isinstance(table, NoisySchema):
-        return None
-    return SmoothedProcess(process, table.low_pass(case.motion.path))
-
-
-def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
-    """Return the sentence of a noise that counts."""
-    return () if noise is None or not noise.significant else (noise.sentence,)
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:

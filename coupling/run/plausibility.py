@@ -10,7 +10,9 @@ import numpy as np
 from coupling.case.case import Case, PlacedRobot
 from coupling.files.gear_table import ARCMIN
 from coupling.path.histories import WrenchHistory
+from coupling.process import NoisySchema
 from coupling.process.milling_force import MillingForceTable
+from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot, triangle_excess
 from elastic_robot.fmi.interface import IDEAL
 
@@ -144,6 +146,10 @@ MISTAKEN = {
 }
 
 
+# Share of a mean force along the tool's approach from which on it is remarked: within 60 degrees of it.
+_PULL = 0.5
+
+
 def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
     """Return a sentence for each value that is out of what is usual.
 
@@ -159,10 +165,33 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
             "process: expected a force along the path, got 0 N everywhere: check that the path is in"
             " contact with the part, and its frame and units"
         )
+    if wrench is not None:
+        found += _of_pulling_forces(case, wrench)
     for placed in case.robots:
         found += [f"robot {placed.description.name}: {text}" for text in placed.provenance.remarks]
         found += unsure_stiffness(placed)
     return tuple(dict.fromkeys((*found, *_of_rigid_robots(case), *_of_ideal_drives(case))))
+
+
+def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
+    """Yield a sentence for each tool that a user's own process or record pulls into the part.
+
+    A part pushes a forming tool off.  Helical mills are pulled along their axis as well, but by less
+    than what pushes them sideways.
+    """
+    if not isinstance(case.process_table, NoisySchema):
+        return
+    forces = wrench.at(case.desired.time)[..., :3]
+    for placed, path, force in zip(case.robots, case.desired.tools, forces, strict=True):
+        size = float(np.linalg.norm(force, axis=1).mean())
+        pull = float(np.sum(force * path.rotations[0].apply(APPROACH), axis=1).mean())
+        if size > 0.0 and pull > _PULL * size:
+            yield (
+                f"robot {placed.description.name}: expected a force that pushes the tool off the part,"
+                f" got one that pulls it into the part (mean along its approach {pull:.3g} N, mean"
+                f" magnitude {size:.3g} N): check the frame, and the sign, which is that of the force on"
+                " the tool, not on the part or the sensor"
+            )
 
 
 def _of_rigid_robots(case: Case) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Repeated evaluation of the last path, where a run has not converged: is the process repeatable?"""
+"""A second evaluation of the path that was evaluated last: is the process repeatable, or noisy?"""
 
 from __future__ import annotations
 
@@ -10,9 +10,18 @@ from coupling.errors import CaseError, ProcessError
 from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
-from coupling.process import Process, ProcessResponse, ProcessTable
+from coupling.process import (
+    ExternalTable,
+    NoisySchema,
+    Process,
+    ProcessFmuTable,
+    ProcessResponse,
+    ProcessTable,
+)
 from coupling.process.base import ProcessWrapper
+from coupling.process.noise_filter import LowPass
 from coupling.process.repeatability import Repeatability
+from coupling.process.smoothing import SmoothedProcess
 from coupling.run.kept_process import checked_process
 from coupling.solve.correction import Correction
 from coupling.solve.outcome import Outcome
@@ -20,8 +29,11 @@ from coupling.store import StoredProcess
 
 # Folder in the workspace of the evaluation that is compared.
 AGAIN = "asked_again"
-# Longest time that the answer may have taken [s]: the comparison takes as long.
-_LONGEST = 600.0
+# Longest time that the answer may have taken [s], as the comparison takes as long: at the end of a run
+# that came to none, and on the way.
+_LONGEST, _CHEAP = 600.0, 60.0
+# A second evaluation may take this many times as long, where a time limit can end it.
+_SLOWER = 2.0
 _WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcome.EXHAUSTED)
 
 
@@ -63,27 +75,40 @@ def repeated_evaluation(
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
 
-    The answer is computed whatever is kept, in a folder of its own.  The shipped models, which answer
-    alike, are not evaluated, nor is a process that takes too long or has become another one meanwhile.
-
     Args:
         last: Last request to its process.
         found: Result of the method.
         watch: Function called with what happens.
     """
-    if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
+    if found.outcome not in _WITHOUT_END or last is None:
         return None
-    if last is None or last.seconds > _LONGEST:
+    second = _second_response(case, last, _LONGEST, watch)
+    return None if second is None else Repeatability.of(last.response, second)
+
+
+def smoothed_process(
+    case: Case, remembered: RememberedProcess, watch: Watch
+) -> SmoothedProcess | None:
+    """Return the process of a case without the noise of its forces; None where it can have none.
+
+    Forces of programs that are uneven are compared with those of a second evaluation of the same path
+    where that takes no more than a minute: only what differs is noise, unless the case has a cutoff.
+
+    Args:
+        remembered: The process.
+        watch: Function called with what happens.
+    """
+    table = case.process_table
+    if not isinstance(table, NoisySchema):
         return None
-    process = _anew(case, watch)
-    if process is None:
-        return None
-    watch(ProcessMessage("evaluating the last path again to check the repeatability"))
-    try:
-        return Repeatability.of(last.response, process.evaluate(last.path))
-    except ProcessError as error:
-        watch(WarningEvent(f"the process failed in a second evaluation on the last path: {error}"))
-        return None
+
+    def second_answer(path: ToolPath) -> ProcessResponse | None:
+        assert remembered.last is not None
+        return _second_response(case, remembered.last, _CHEAP, watch)
+
+    low_pass = table.low_pass(case.motion.path)
+    asks = isinstance(table, ProcessTable) and not isinstance(low_pass, LowPass)
+    return SmoothedProcess(remembered, low_pass, second_answer if asks else None)
 
 
 def explained(found: Correction, kind: str, repeated: Repeatability | None) -> Correction:
@@ -95,6 +120,8 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
     """
     if repeated is None:
         return found
+    if found.outcome not in _WITHOUT_END:
+        return replace(found, evaluations=found.evaluations + 1)
     reason = found.reason
     if repeated.disturbs:
         left, what = (
@@ -108,11 +135,43 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
     return replace(found, reason=reason, evaluations=found.evaluations + 1)
 
 
-def _anew(case: Case, watch: Watch) -> Process | None:
-    """Return the process without what it has answered so far; None where it is another one."""
-    task = replace(case.task, workspace=case.task.workspace / AGAIN)
+def _second_response(
+    case: Case, first: ProcessRequest, longest: float, watch: Watch
+) -> ProcessResponse | None:
+    """Return a second answer to a path; None where it is not to be had.
+
+    It is computed whatever is kept, in a folder of its own.  The shipped models, which answer alike, are
+    not evaluated, nor is a process that takes too long or has become another one meanwhile.
+
+    Args:
+        first: The first one.
+        longest: Longest time that it may have taken [s].
+    """
+    if not isinstance(case.process_table, ProcessTable) or first.seconds > longest:
+        return None
+    process = _anew(case, _SLOWER * longest, watch)
+    if process is None:
+        return None
+    watch(ProcessMessage("evaluating the last path again to check the repeatability"))
     try:
-        process = case.process_table.process(task)
+        return process.evaluate(first.path)
+    except ProcessError as error:
+        watch(WarningEvent(f"the process failed in a second evaluation on the last path: {error}"))
+        return None
+
+
+def _anew(case: Case, longest: float, watch: Watch) -> Process | None:
+    """Return the process without what it has answered so far; None where it is another one.
+
+    An answer that a killed run has left comes at once, however long it took: the time is limited.
+    """
+    task = replace(case.task, workspace=case.task.workspace / AGAIN)
+    table = case.process_table
+    if isinstance(table, ExternalTable | ProcessFmuTable):
+        limit = min(table.time_limit_s, longest)
+        table = table.model_copy(update={"time_limit_s": limit})
+    try:
+        process = table.process(task)
     except CaseError:  # its files are gone
         return None
     if process.identity != case.process.identity:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from places import CASES
 
 from coupling.case.file import load_case
 from coupling.errors import CaseError
+from coupling.events import unwatched
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -21,6 +22,7 @@ from coupling.path.low_pass import low_pass, noise_share
 from coupling.process import ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequency
 from coupling.process.smoothing import SmoothedProcess, noise_level
+from coupling.run import repeated_evaluation
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
@@ -123,6 +125,107 @@ def test_what_beats_is_left_alone_and_what_does_not_is_named():
     assert loud.evaluate(path).wrench is history
     assert loud.noise is not None
     assert "not filtered" in loud.noise.sentence
+
+
+def uneven(seed: int) -> ProcessResponse:
+    """Return 300 N with a level of unevenness that is as large as noise would be."""
+    wrench = np.zeros((1, len(TIME), 6))
+    wrench[0, :, 2] = 300.0 + noise(seed)[:, 0]
+    return ProcessResponse(WrenchHistory(TIME, wrench))
+
+
+STANDING = ToolPath(TIME, np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(TIME), 1)))
+
+
+def test_what_two_answers_to_one_path_agree_on_is_not_touched():
+    """Nodes of a mesh that come into contact one by one: uneven, and what the path asks for."""
+    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: uneven(1))
+    assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
+    assert process.noise is not None
+    assert process.noise.remarks == ()
+    assert process.noise.force == 0.0
+    assert process.repeatability is not None
+    assert process.repeatability.identical
+
+
+def test_what_two_answers_differ_by_is_noise():
+    asked: list[ToolPath] = []
+
+    def second_answer(path: ToolPath) -> ProcessResponse:
+        asked.append(path)
+        return uneven(2)
+
+    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), second_answer)
+    record = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0))
+    for _ in range(3):
+        answer = process.evaluate(STANDING)
+    assert asked == [STANDING]
+    np.testing.assert_array_equal(answer.wrench.wrench, record.evaluate(STANDING).wrench.wrench)
+    assert process.noise is not None
+    assert process.noise.force == pytest.approx(LEVEL, rel=0.1)
+    assert "have noise of about" in process.noise.remarks[0]
+
+
+def test_a_small_difference_is_no_reason_to_filter():
+    """As between two runs of a solver with several threads: 1e-4 N of 300 N."""
+    second = uneven(1)
+    second.wrench.wrench[0, :, 2] += 1e-4 * np.random.default_rng(3).standard_normal(len(TIME))
+    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: second)
+    assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
+
+
+def test_without_a_second_answer_nothing_is_taken_off_and_the_key_is_named():
+    process = SmoothedProcess(Answers(uneven(1)), AdaptiveLowPass(1.0), lambda path: None)
+    assert process.evaluate(STANDING).wrench.wrench.tolist() == uneven(1).wrench.wrench.tolist()
+    assert process.noise is not None
+    (said,) = process.noise.remarks
+    assert "not known without a second evaluation" in said
+    assert "Give cutoff_Hz" in said
+    assert not process.noise.significant
+
+
+def test_even_forces_cost_no_second_answer():
+    wrench = np.zeros((1, len(TIME), 6))
+    wrench[0, :, 2] = 300.0 * np.sin(TIME)
+    even = ProcessResponse(WrenchHistory(TIME, wrench))
+
+    def refuse(path: ToolPath) -> ProcessResponse:
+        raise AssertionError("asked again")
+
+    SmoothedProcess(Answers(even), AdaptiveLowPass(1.0), refuse).evaluate(STANDING)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "cutoff", "is_asked"), [(1.0, None, True), (61.0, None, False), (1.0, 2.0, False)]
+)
+def test_a_program_is_evaluated_again_where_that_is_cheap_and_no_cutoff_is_given(
+    seconds, cutoff, is_asked, monkeypatch
+):
+    case = load_case(CASES / "external_template.toml")
+    table = case.process_table.model_copy(update={"cutoff_Hz": cutoff})
+    asked: list[float] = []
+
+    def anew(case, longest, watch):
+        asked.append(longest)
+        return Answers(uneven(1))
+
+    monkeypatch.setattr(repeated_evaluation, "_anew", anew)
+    remembered = repeated_evaluation.RememberedProcess(Answers(uneven(1)))
+    process = repeated_evaluation.smoothed_process(
+        replace(case, process_table=table), remembered, unwatched
+    )
+    assert process is not None
+    evaluate = remembered.evaluate
+
+    def evaluate_slowly(path: ToolPath) -> ProcessResponse:
+        response = evaluate(path)
+        assert remembered.last is not None
+        remembered.last = replace(remembered.last, seconds=seconds)
+        return response
+
+    monkeypatch.setattr(remembered, "evaluate", evaluate_slowly)
+    process.evaluate(STANDING)
+    assert asked == [120.0] * is_asked
 
 
 def measured(folder, level: float, **keys: object):
