@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from contextlib import suppress
 from pathlib import Path
 
 from coupling.files.atomic_file import require_writable_place
 
-# What every text that a command writes says at its beginning, and every archive of its tool.
-_SIGNS = (b"by elastic-robot", b'<meta name="generator" content="elastic-robot">')
+# What a text says in its first line, and an archive of its tool; what init writes becomes the user's.
+_SIGN = re.compile(
+    rb"#.*by elastic-robot (identify|learn)\b|.*<meta name=\"generator\" content=\"elastic-robot"
+)
 _TOOL = b'generationTool="elastic-robot'
 _DESCRIPTIONS = ("modelDescription.xml", "SystemStructure.ssd")
 # Length of the beginning, and of a description, in which that stands [bytes].
@@ -45,7 +48,7 @@ def is_output(file: Path) -> bool:
         with file.open("rb") as stream:
             beginning = stream.read(_BEGINNING)
         if not beginning.startswith(b"PK"):
-            return not beginning or any(sign in beginning for sign in _SIGNS)
+            return not beginning or _SIGN.match(beginning) is not None
         with zipfile.ZipFile(file) as archive:
             for name in set(_DESCRIPTIONS) & set(archive.namelist()):
                 with archive.open(name) as stream:
