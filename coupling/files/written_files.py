@@ -152,26 +152,25 @@ def remove_written(folder: Path, keep: Iterable[str] = ()) -> None:
 
     Args:
         folder: The folder; without a list nothing is removed.
-        keep: Names on the list that stay.
+        keep: Names on the list that stay, and with them the folder.
 
     Raises:
         OSError: If something cannot be removed.
     """
     if not (folder / LIST).is_file():
         return
-    found = _Written.of(folder)
-    kept = found.names & frozenset(keep)
+    found, kept = _Written.of(folder), frozenset(keep)
     going = replace(found, names=found.names - kept)
     for place in list(folder.iterdir()):
-        if going.has(place):
+        if going.has(place) or (_DRAFT.fullmatch(place.name) and found.has(place)):
             shutil.rmtree(place) if _is_folder(place) else place.unlink()
         elif _is_folder(place) and f"{place.name}{_LISTED}" in going.names:
             remove_written(place)
-    if all(place.name == LIST for place in folder.iterdir()):
+    if not kept and all(place.name == LIST for place in folder.iterdir()):
         (folder / LIST).unlink()
         folder.rmdir()
     else:
-        replace(found, names=kept).write(folder)
+        replace(found, names=found.names & kept).write(folder)
 
 
 def hand_over(old: Path, new: Path) -> None:

@@ -120,7 +120,7 @@ class EvaluationFolder:
 
     def _set_aside(self) -> None:
         """Give the folder of an attempt another name."""
-        if self._is_same(self.path) and (self.path / FAILURE).exists():
+        if (self.path / FAILURE).exists():
             number = 1 + max(map(_number, self._failed()), default=0)
             os.rename(self.path, self.path.with_name(f"{self.path.name}{FAILED}{number}"))
             return
