@@ -28,7 +28,7 @@ def check(
         typer.Option(
             "--evaluate",
             help="Evaluate the process on the desired path, twice if that takes less than a"
-            " minute. Without it the robot carries only its weight.",
+            " minute, and keep nothing of it. Without it the robot carries only its weight.",
         ),
     ] = False,
 ) -> None:

@@ -15,10 +15,10 @@ from command_line import BY_MODE, FILES, command
 from places import LINE_CASE as LINE
 
 from coupling.errors import BuildError, ResultError
+from coupling.files.written_files import claimed
 from coupling.fmu_export.build import KINDS
 from coupling.fmu_export.compiler import PLATFORMS, host_platform
 from coupling.report import write_report
-from coupling.files.written_files import claimed
 from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run
 from elastic_robot.chain import build_chain

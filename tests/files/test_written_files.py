@@ -48,7 +48,14 @@ def put(folder: Path) -> set[str]:
     (folder / "disk").symlink_to(folder.parent)
     (folder / "broken").symlink_to("nowhere")
     (folder / "run.json.partial").write_text("mine")
-    return {"measured.csv", "krl/cone.src", "forming/notes.txt", "disk", "broken", "run.json.partial"}
+    return {
+        "measured.csv",
+        "krl/cone.src",
+        "forming/notes.txt",
+        "disk",
+        "broken",
+        "run.json.partial",
+    }
 
 
 def test_a_folder_of_which_all_is_the_command_s_goes_as_a_whole(tmp_path):

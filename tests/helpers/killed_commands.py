@@ -1,7 +1,7 @@
 """Commands that write several folders, killed at random moments: `python killed_commands.py 100`.
 
-identify, learn, next and place, each begun, killed, and given again until it ends; beside its result there
-are files of a user.  What is left at the end has to be that of a command which nobody has disturbed.
+identify, learn, next and place, each begun, killed, and given again until it ends; beside its result
+there are files of a user.  What is left at the end is that of a command which nobody has disturbed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from killing import start
 from line_case import changed_text
-from places import CASES, EXAMPLES, LINE_CASE
+from places import CASES, LINE_CASE
 
 from coupling.files.csv_table import read_table, write_table
 from coupling.files.written_files import LIST
@@ -109,13 +109,24 @@ def _measured(run: Path, file: Path) -> Path:
     return file
 
 
+def _deflections(folder: Path) -> Path:
+    """Write measured deflections: a plan, filled in with those of a soft spring."""
+    file = folder / "plan.csv"
+    assert start(folder / "plan.txt", "identify", "--plan", "-o", file).status() == 0
+    head, names, *rows = file.read_text().splitlines()
+    loads = [np.array(row.split(",")[-6:-3], float) for row in rows]
+    cells = (",".join(f"{2e-6 * force:.6g}" for force in load) for load in loads)
+    filled = [row.removesuffix(",,,") + f",{cell}" for row, cell in zip(rows, cells, strict=True)]
+    file.write_text("\n".join((head, names, *filled)) + "\n")
+    return file
+
+
 def commands(folder: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield names and words of the commands, on small inputs that are written into a folder."""
-    place = "\n[place]\nx_m = [1.5, 1.7]\ny_m = [0.1, 0.1]\nz_m = [0.7, 0.9]\nsettings = 32\ncases = 1\n"
+    place = "\n[place]\nx_m = [1.5, 1.7]\ny_m = [0.1, 0.1]\nz_m = [0.7, 0.9]\nsettings = 128\ncases = 1\n"
     (folder / "place.toml").write_text(LINE_CASE.read_text() + place)
     yield "place", ("place", str(folder / "place.toml"), "-o", "{out}/placed", "--no-store")
-    table = next((EXAMPLES / "measured").glob("*deflections*.csv"))
-    yield "identify", ("identify", str(table), "-o", "{out}/robot.toml")
+    yield "identify", ("identify", str(_deflections(folder)), "-o", "{out}/robot.toml")
     text = changed_text(
         CASES / "cone.toml",
         ("radius_m       = 0.06", "radius_m       = 0.03"),

@@ -1,4 +1,4 @@
-"""Nothing of the user's is lost in the folder of a run, and nothing that a failed process has computed."""
+"""Nothing of the user's is lost in a run's folder, and nothing that a failed process has computed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from killing import files_of
 from places import LINE_CASE
 
 from coupling.files.written_files import LIST
-from coupling.process.evaluation_folder import UNFINISHED
 
 # A wall, and a checkpoint of every path; the second path of all fails while a file says so.
 PROGRAM = """
@@ -91,7 +90,6 @@ def test_a_program_that_failed_later_goes_on_by_the_same_command_with_its_restar
     done = command("compensate", case, "-o", run)
     assert done.returncode == 2
     assert "holds a result already" in done.stderr
-    assert list(run.glob(f"evaluations/*/{UNFINISHED}")) == []
 
 
 def test_another_command_does_not_replace_a_result_whose_process_has_failed(failed, tmp_path):
@@ -140,6 +138,14 @@ def test_a_run_that_was_killed_at_its_start_is_begun_by_the_same_command(tmp_pat
         (run / f"run.json{draft}").write_text("")
     assert command("couple", LINE_CASE, "-o", run, "--no-store").returncode == 0
     assert list(run.glob("*.partial")) == []
+
+
+def test_check_keeps_no_evaluation(tmp_path, monkeypatch):
+    case = case_in(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert command("check", case, "--evaluate").returncode == 0
+    left = {place.name for place in tmp_path.iterdir()}
+    assert left == {"line.toml", "line_check.html", "program.py", "log.txt"}
 
 
 OUTPUTS = {
