@@ -30,10 +30,10 @@ def require_output(file: Path, ending: str, error: type[Exception]) -> None:
     Example:
         >>> require_output(Path("case.toml"), ".html", ValueError)
         Traceback (most recent call last):
-        ValueError: case.toml: expected a name that ends in .html: give another one (--output)
+        ValueError: case.toml: expected a name that ends in .html, got 'case.toml'
     """
     if file.suffix != ending:
-        raise error(f"{file}: expected a name that ends in {ending}: give another one (--output)")
+        raise error(f"{file}: expected a name that ends in {ending}, got {file.name!r}")
     require_writable_place(file, error)
     if file.is_file() and not is_output(file):
         raise error(
