@@ -9,6 +9,8 @@ import typer
 
 from coupling.cli.arguments import CaseFile
 from coupling.cli.console import console
+from coupling.errors import BuildError
+from coupling.files.output_file import require_output
 
 Platforms = Annotated[
     str | None,
@@ -46,6 +48,7 @@ def build(
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.fmu_export.build import BuildOptions, build_fmu, remarks
 
+    require_output(output, ".fmu", BuildError)  # before the work that would be lost
     described = load_robot(find_robot(robot))
     options = BuildOptions(
         kind, _requested(platforms, kind), sources, fmi, arrays, name, dependencies
@@ -73,6 +76,7 @@ def ssp(
     from coupling.case.file import load_case
     from coupling.run.ssp import SspSystem
 
+    require_output(output, ".ssp", BuildError)  # before the work that would be lost
     loaded = load_case(case)
     system = SspSystem.of(loaded, "force" if force_only else "spring", step)
     file = system.write(output, _requested(platforms, loaded.fmu))

@@ -28,7 +28,7 @@ def check(
         typer.Option(
             "--evaluate",
             help="Evaluate the process on the desired path, twice if that takes less than a"
-            " minute. Without it the robot carries only its weight.",
+            " minute, and keep nothing of it. Without it the robot carries only its weight.",
         ),
     ] = False,
 ) -> None:
@@ -37,7 +37,7 @@ def check(
     from coupling.check.checked import checked
     from coupling.check.estimate import forewarned, repeated
     from coupling.errors import ResultError
-    from coupling.files.atomic_file import require_writable_place
+    from coupling.files.output_file import require_output
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
@@ -52,8 +52,8 @@ def check(
 
     file = output or case.with_name(f"{case.stem}_check.html")
     with RunView(console) as view:
+        require_output(file, ".html", ResultError)
         loaded = load_case(case, watch=view.watch)
-        require_writable_place(file, ResultError)
         desired = loaded.desired
         if much := forewarned(desired):
             console.print(much)

@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from coupling.cli.console import console
+from coupling.errors import ResultError
+from coupling.files.output_file import require_output
 
 _FILE = Path("comparison.html")
 
@@ -22,6 +24,7 @@ def compare(
     from coupling.report.comparison import Comparison
     from coupling.report.terminal import print_sections
 
+    require_output(output, ".html", ResultError)
     found = Comparison.of(first, second)
     page = write_comparison(found, output)
     print_sections(console, comparison_summary(found))

@@ -9,7 +9,8 @@ import typer
 
 from coupling.cli.console import console
 from coupling.errors import CouplingError
-from coupling.files.atomic_file import make_folder_of, require_writable_place, write_atomically
+from coupling.files.atomic_file import make_folder_of, write_atomically
+from coupling.files.output_file import require_output
 from coupling.report.section import Section
 from coupling.report.terminal import print_sections
 from coupling.results.identified_result import IdentifiedResult
@@ -22,9 +23,16 @@ _REFUSED = 1
 def robot_target(output: Path | None, name: str, error: type[CouplingError]) -> Path:
     """Return the robot file to write: `output`, else the name in the folder results."""
     target = output or Path("results", f"{name}.toml")
-    if target.suffix != ".toml":
-        raise error(f"--output: expected a name that ends in .toml, got {target.name!r}")
-    require_writable_place(target, error)
+    for ending in (".toml", ".html"):
+        require_output(
+            target.with_suffix(ending) if target.suffix == ".toml" else target, ending, error
+        )
+    figures = target.with_suffix(".json")
+    if figures.exists() and not target.with_suffix(".html").exists():
+        raise error(
+            f"{figures}: holds what no elastic-robot command has written there, as there is no report"
+            " beside it: give another name (--output), or remove it"
+        )
     return target
 
 
@@ -39,8 +47,8 @@ def write_findings(
     make_folder_of(target, error)
     print_sections(console, summary)
     report = target.with_suffix(".html")
+    write_atomically(report, page, error)  # says whose the figures are
     write_atomically(target.with_suffix(".json"), found.text() + "\n", error)
-    write_atomically(report, page, error)
     console.print(f"Report: {report}")
     if found.refusal:
         raise typer.Exit(_REFUSED)

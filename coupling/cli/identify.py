@@ -155,7 +155,7 @@ def _plan(
     deviations: tuple[float | None, ...],
     output: Path | None,
 ) -> None:
-    from coupling.cli.plan import print_plan, write_plan
+    from coupling.cli.plan import print_plan, require_replaceable_plan, write_plan
     from coupling.identification.static.measurements import noise_of, read_measurements
     from coupling.identification.static.plan import planned
 
@@ -170,6 +170,7 @@ def _plan(
         noise = noise_of(measured, position or wish.position, rotation or 1e-4, force, moment)
         done = (measured, noise)
     target = output or Path("results", "plan.csv")
+    require_replaceable_plan(target)
     make_folder_of(target, IdentifyError)
     found = planned(robot, torque_curve, wish, done)
     write_plan(found, target)

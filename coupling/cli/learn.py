@@ -22,6 +22,7 @@ from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import CaseError, LearnError
 from coupling.files.atomic_file import write_atomically
+from coupling.files.output_file import require_output
 
 
 def learn(
@@ -64,6 +65,7 @@ def learn(
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
+    from coupling.run.run_log import is_to_go_on
 
     pairs = pairs_of(runs)
     target = robot_target(output, f"{pairs[0][1].stem}_learned", LearnError)
@@ -72,8 +74,10 @@ def learn(
     if next_run is not None and no_next:
         raise LearnError("expected either --next or --no-next, got both")
     folder = next_run or target.with_name(target.stem)
+    case = target.with_name(f"{target.stem}_case.toml")
+    require_output(case, ".toml", LearnError)
     if not no_next:  # before the work that would be lost
-        require_free(folder, overwrite)
+        require_free(folder, overwrite or is_to_go_on(folder, "compensate", case))
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     start = sources[0].file
     if start.resolve() == target.resolve():
@@ -86,9 +90,8 @@ def learn(
     write_findings(target, result, learn_summary(result), page, LearnError)
     write_robot(target, learned_text(found, target), LearnError)
     last = pairs[-1][0]
-    case = target.with_name(f"{target.stem}_case.toml")
     text = next_case_text(load_toml(last / "case.toml", CaseError), target)
-    write_atomically(case, text, LearnError)
+    write_atomically(case, f"# Case of {target.name}, by elastic-robot learn\n\n{text}", LearnError)
     if no_next:
         console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
         return

@@ -26,6 +26,7 @@ from coupling.cli.runs import NOT_CONVERGED, print_run
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.atomic_file import write_atomically
+from coupling.files.written_files import claimed
 
 if TYPE_CHECKING:
     from coupling.case.case import Case
@@ -215,7 +216,13 @@ def _advance(
     from coupling.identification.next.command import plan
     from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
-    from coupling.identification.next.inputs import PLAN, inputs_folder, write_inputs
+    from coupling.identification.next.inputs import (
+        CASE,
+        PLAN,
+        inputs_folder,
+        require_inputs_folder,
+        write_inputs,
+    )
     from coupling.identification.runs.measurement import read_measurement
     from coupling.identification.runs.source import read_source
     from coupling.report.next_report import next_page, next_summary
@@ -223,13 +230,16 @@ def _advance(
     from coupling.run.console import RunView
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
+    from coupling.run.run_log import is_to_go_on
 
     pairs = pairs_of(runs)
-    require_free(output, overwrite)  # before the work that would be lost
+    place = inputs_folder(output)
+    goes_on = is_to_go_on(output, "compensate", place / CASE)
+    require_free(output, overwrite or goes_on)  # before the work that would be lost
+    require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
-    place = inputs_folder(output)
     with (
         exclusively(place, LearnError),
         RunView(console) as view,
@@ -249,8 +259,8 @@ def _advance(
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
         result = figures(found, done.run.forecast)
-        write_atomically(place / PLAN, result.text() + "\n", LearnError)
-        write_atomically(place / REPORT, next_page(title, result), LearnError)
+        write_atomically(claimed(place / PLAN), result.text() + "\n", LearnError)
+        write_atomically(claimed(place / REPORT), next_page(title, result), LearnError)
     print_run(done, output)
     console.print(f"Report on the learning: {place / REPORT}")
     if not done.run.correction.converged:

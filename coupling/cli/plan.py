@@ -10,11 +10,29 @@ import numpy as np
 
 from coupling.cli.console import console
 from coupling.errors import IdentifyError
-from coupling.files.atomic_file import write_atomically
+from coupling.files.atomic_file import write_atomically, writing
+from coupling.files.output_file import require_output
 from coupling.identification.static.measurements import FORCE, SHIFT
 from coupling.identification.static.plan import MeasurementPlan
 from coupling.report.section import Section, Table
 from coupling.report.terminal import print_sections
+
+
+def require_replaceable_plan(file: Path) -> None:
+    """Refuse a file that is no plan, and a plan into which something was filled in.
+
+    Raises:
+        IdentifyError: With the file.
+    """
+    require_output(file, ".csv", IdentifyError)
+    if not file.is_file():
+        return
+    with writing(file, IdentifyError):
+        rows = file.read_text(encoding="utf-8", errors="replace").splitlines()[2:]
+    if not all(row.endswith("," * len(SHIFT)) for row in rows):
+        raise IdentifyError(
+            f"{file}: holds a plan with measurements: give another name for the new one (--output)"
+        )
 
 
 def write_plan(plan: MeasurementPlan, file: Path) -> None:
@@ -24,7 +42,8 @@ def write_plan(plan: MeasurementPlan, file: Path) -> None:
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     stream.write(
-        "# Poses and loads to measure: fill in dx, dy, dz [m], base axes, loaded less unloaded.\n"
+        "# Poses and loads to measure, by elastic-robot identify: fill in dx, dy, dz [m], base axes,"
+        " loaded less unloaded.\n"
     )
     rows.writerow(("name", *angles, *FORCE, *SHIFT))
     for k in range(planned.count):

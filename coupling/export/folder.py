@@ -6,7 +6,6 @@ there when they are complete and on the disk.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -19,9 +18,12 @@ from coupling.files.atomic_folder import (
     replace_folder,
     replaced_name,
 )
+from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind, remove_written
 from coupling.results.export_result import ExportResult
 
 SUMMARY = "export.json"
+# Kind of the folder.
+_KIND = "export"
 
 
 def require_writable(folder: Path, overwrite: bool) -> None:
@@ -37,9 +39,9 @@ def require_writable(folder: Path, overwrite: bool) -> None:
         return
     if not place.is_dir():
         raise ProgramError(f"{folder}: expected the name of a folder, got a file")
-    if not any(place.iterdir()):
+    if is_free(place):
         return
-    if not (place / SUMMARY).is_file():
+    if not is_of_kind(place, _KIND) and not (place / SUMMARY).is_file():
         raise ProgramError(f"{folder}: holds files that are no export: name another folder")
     if not overwrite:
         raise ProgramError(f"{folder}: holds programs already: add --overwrite to replace them")
@@ -58,14 +60,16 @@ def write_export(
     with exclusively(folder, ProgramError), writing(folder, ProgramError):
         finish_replacement(target)
         require_writable(folder, overwrite)
-        shutil.rmtree(draft, ignore_errors=True)  # of an export that was killed
+        remove_written(draft)  # of an export that was killed
         try:
-            draft.mkdir()
-            for name, text in _contents(exports, options):
+            contents = dict(_contents(exports, options))
+            begin_folder(draft, _KIND)
+            claim(draft, contents)
+            for name, text in contents.items():
                 AtomicFile(draft / name).write([text.encode()])
             replace_folder(draft, target)
         finally:
-            shutil.rmtree(draft, ignore_errors=True)
+            remove_written(draft)
 
 
 def _contents(

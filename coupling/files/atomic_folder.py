@@ -1,13 +1,13 @@
 """Folders that one command at a time writes, and that change places with what they replace.
 
 A folder is replaced by two renames: the old one is put aside as `.<name>.replaced`, and the new one gets
-its name.  Where a command was killed between them, the next one puts the old one back.
+its name.  Where a command was killed between them, the next one puts the old one back.  What is not the
+command's in the old one comes into the new one.
 """
 
 from __future__ import annotations
 
 import os
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,6 +16,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from coupling.files.atomic_file import sync_folder, writing
+from coupling.files.written_files import hand_over
 
 
 @contextmanager
@@ -67,9 +68,11 @@ def replaced_name(target: Path) -> Path:
 def finish_replacement(target: Path) -> None:
     """Clean up after a command that was killed while a folder was replaced."""
     old = replaced_name(target)
+    if not old.exists():
+        return
     if target.exists():
-        shutil.rmtree(old, ignore_errors=True)
-    elif old.exists():
+        hand_over(old, target)
+    else:
         os.rename(old, target)
 
 
@@ -89,4 +92,5 @@ def replace_folder(draft: Path, target: Path) -> None:
             os.rename(old, target)
         raise
     sync_folder(target.parent)
-    shutil.rmtree(old, ignore_errors=True)
+    if old.exists():
+        hand_over(old, target)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from coupling.errors import BuildError
 from coupling.files.atomic_file import AtomicFile, writing
+from coupling.files.output_file import require_output
 
 # Masters unpack with these permissions; a library must be readable and may be executable.
 _FILE_MODE = 0o100644
@@ -58,8 +59,7 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
     Raises:
         BuildError: If the file cannot be written.
     """
-    if file.suffix != suffix:
-        raise BuildError(f"{file}: the file's name must end in {suffix}")
+    require_output(file, suffix, BuildError)
     stamp = (max(date.year, 1980), *date.timetuple()[1:6])
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -10,6 +10,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import ResultError, reason_of
 from coupling.files.csv_table import read_table, write_table
+from coupling.files.written_files import claimed
 from coupling.place.evaluated_setting import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
@@ -39,11 +40,11 @@ def write_placement(folder: Path, found: CasePlacement) -> None:
             head = (
                 f"# {case}, placed by elastic-robot place: number {number} of the best settings\n\n"
             )
-            (folder / placed_file(number)).write_text(head + own.content, encoding="utf-8")
-        (folder / FIGURES).write_text(figures_of(found).text(), encoding="utf-8")
+            claimed(folder / placed_file(number)).write_text(head + own.content, encoding="utf-8")
+        claimed(folder / FIGURES).write_text(figures_of(found).text(), encoding="utf-8")
         if found.maps:
             rows = [_rows(number, own) for number, own in enumerate(found.maps)]
-            write_table(folder / MAP, _MAP_COLUMNS, np.vstack(rows))
+            write_table(claimed(folder / MAP), _MAP_COLUMNS, np.vstack(rows))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 

@@ -50,6 +50,19 @@ def finished_as(earlier: Iterable[Path], mark: str) -> Path | None:
     return None
 
 
+def take_unfinished(old: Path, new: Path) -> None:
+    """Move the evaluations without an answer from one place of evaluations to another, to go on there.
+
+    Raises:
+        OSError: If one cannot be moved.
+    """
+    for mark in list(old.glob(f"*/{UNFINISHED}")):
+        target = new / mark.parent.name
+        if not target.exists():
+            new.mkdir(exist_ok=True)
+            os.rename(mark.parent, target)
+
+
 class EvaluationFolder:
     """The folder of the next evaluation.
 
@@ -90,7 +103,8 @@ class EvaluationFolder:
         (self.path / PATH).write_bytes(path)
         if not with_restart:
             return
-        for attempt in (self._aside, *reversed(self._failed())):
+        attempts = (mark.parent for mark in self.path.parent.glob(f"*/{UNFINISHED}"))
+        for attempt in sorted(attempts, key=_time_of, reverse=True):
             left = attempt / RESTART
             if left.is_dir() and self._is_same(attempt):
                 os.rename(left, self.path / RESTART)
@@ -106,7 +120,7 @@ class EvaluationFolder:
 
     def _set_aside(self) -> None:
         """Give the folder of an attempt another name."""
-        if self._is_same(self.path) and (self.path / FAILURE).exists():
+        if (self.path / FAILURE).exists():
             number = 1 + max(map(_number, self._failed()), default=0)
             os.rename(self.path, self.path.with_name(f"{self.path.name}{FAILED}{number}"))
             return
@@ -124,6 +138,13 @@ class EvaluationFolder:
             return (folder / UNFINISHED).read_text() == self._mark
         except OSError:
             return False
+
+
+def _time_of(folder: Path) -> float:
+    """Return when an attempt has begun [s]."""
+    with suppress(OSError):
+        return (folder / UNFINISHED).stat().st_mtime
+    return 0.0
 
 
 def _number(folder: Path) -> int:

@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 
 from coupling.check.checked import CheckedRobot
 from coupling.errors import ResultError
-from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.report_file import write_page
 from coupling.report.run_tables import gear_loads, motor_limit
 from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import drawn, in_space
@@ -44,9 +44,8 @@ def write_check_page(
     Raises:
         ResultError: If it cannot be written.
     """
-    make_folder_of(file, ResultError)
     drawn = Section("Path, robot and reach", [_NOTE], "workspace", [workspace(robots)])
-    write_atomically(file, document(title, [*sections, drawn]), ResultError)
+    write_page(file, document(title, [*sections, drawn]), ResultError)
     return file
 
 

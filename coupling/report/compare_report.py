@@ -13,11 +13,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_file import make_folder_of, write_atomically
 from coupling.report.background import case_of, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
+from coupling.report.report_file import write_page
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import UM, DrawnLine, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
@@ -43,8 +43,7 @@ def write_comparison(found: Comparison, file: Path) -> Path:
         ResultError: If the case of a run is damaged, or the page cannot be written.
     """
     text = comparison_page(found)
-    make_folder_of(file, ResultError)
-    write_atomically(file, text, ResultError)
+    write_page(file, text, ResultError)
     return file
 
 

@@ -55,6 +55,7 @@ def document(title: str, sections: Iterable[Section]) -> str:
     packed = _text({name: figure.to_plotly_json() for name, figure in drawn.items()})
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<meta name="generator" content="elastic-robot">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
         f"<body><main><h1>{title}</h1>{_TROUBLE}{body}</main>"

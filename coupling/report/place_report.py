@@ -9,11 +9,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_file import write_atomically
 from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
+from coupling.report.report_file import write_page
 from coupling.report.section import Note, Part, Section, Table, warned
 from coupling.report.style import UM, Keys, drawn
 from coupling.results.placement_result import PlacementResult, SettingResult
@@ -37,7 +37,7 @@ def write_place_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the placement cannot be read or the report not written.
     """
     target, stored = file or folder / REPORT, read_placement(folder)
-    write_atomically(target, place_page(stored), ResultError)
+    write_page(target, place_page(stored), ResultError)
     return target
 
 

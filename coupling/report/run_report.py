@@ -9,7 +9,6 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
-from coupling.files.atomic_file import write_atomically
 from coupling.path.workpiece import Workpiece
 from coupling.report import run_figures, run_tables, workpiece_figures
 from coupling.report.background import (
@@ -23,6 +22,7 @@ from coupling.report.background import (
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
+from coupling.report.report_file import write_page
 from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
@@ -69,7 +69,7 @@ def write_pages(run: StoredRun, target: Path) -> None:
         }
         pages[target] = cell_page(run)
     for place, text in pages.items():
-        write_atomically(place, text, ResultError)
+        write_page(place, text, ResultError)
 
 
 def run_summary(run: StoredRun) -> list[Section]:

@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
-from coupling.files.atomic_file import write_atomically
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
+from coupling.report.report_file import write_page
 from coupling.report.section import Note, Section, Table
 from coupling.report.style import UM, Keys, drawn, rule, style
 from coupling.results.study_result import StudyResult
@@ -40,7 +40,7 @@ def write_study_report(folder: Path, file: Path | None = None) -> Path:
     """
     target = file or folder / REPORT
     text = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    write_atomically(target, text, StudyError)
+    write_page(target, text, StudyError)
     return target
 
 

@@ -16,12 +16,14 @@ from coupling.files.csv_table import (
     WRENCH_COLUMNS,
     write_table,
 )
+from coupling.files.written_files import claimed, claimed_folder
 from coupling.results.run_result import RunResult
 from coupling.run.execute import Run, other_mode
 from coupling.run.figures import figures_of
 from coupling.run.robots import drawn_robots
 from coupling.run.stored_run import (
     ANCHOR,
+    CASE,
     GAP,
     GAP_COLUMNS,
     MOTORS,
@@ -42,7 +44,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         ResultError: If a file cannot be written.
     """
     try:
-        (folder / "case.toml").write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
+        claimed(folder / CASE).write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
         robots = drawn_robots(case, run)
         _write_figures(folder, figures_of(run, case.name, robots))
@@ -52,7 +54,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
         _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
         for tool, name in enumerate(run.robots):
-            (folder / name).mkdir(exist_ok=True)
+            claimed_folder(folder / name)
             figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)
@@ -61,7 +63,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
 
 
 def _write_figures(folder: Path, figures: RunResult) -> None:
-    (folder / RESULT).write_text(figures.text(), encoding="utf-8")
+    claimed(folder / RESULT).write_text(figures.text(), encoding="utf-8")
 
 
 def _write_tool(folder: Path, run: Run, tool: int) -> None:
@@ -101,10 +103,11 @@ def _write_workpieces(folder: Path, run: Run) -> None:
         del pieces["after"]
     for state, response in pieces.items():
         if response is not None and response.workpiece is not None:
-            response.workpiece.write(workpiece_file(folder, state))
+            response.workpiece.write(claimed(workpiece_file(folder, state)))
 
 
 def _write(
     folder: Path, name: str, columns: tuple[str, ...], time: np.ndarray, values: np.ndarray
 ) -> None:
-    write_table(folder / f"{name}.csv", ("time", *columns), np.column_stack([time, values]))
+    table = np.column_stack([time, values])
+    write_table(claimed(folder / f"{name}.csv"), ("time", *columns), table)

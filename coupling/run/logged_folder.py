@@ -9,7 +9,7 @@ from pathlib import Path
 from coupling.events import Event, Watch
 from coupling.files.scratch import remove_abandoned
 from coupling.run.new_folder import clear_for_work, new_run_folder
-from coupling.run.run_log import RunLog
+from coupling.run.run_log import RunLog, is_to_go_on
 
 
 @contextmanager
@@ -30,7 +30,7 @@ def logged_folder(
         CouplingError: If the folder cannot be written.
     """
     remove_abandoned()
-    with new_run_folder(folder, overwrite) as place:
+    with new_run_folder(folder, overwrite or is_to_go_on(folder, kind, case)) as place:
         kept = None if store is None else str(store.resolve())
         log = RunLog(place, kind, case, kept)
 

@@ -12,11 +12,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from coupling.errors import ResultError
-from coupling.files.atomic_file import PARTIAL, writing
+from coupling.files.atomic_file import writing
 from coupling.files.atomic_folder import exclusively, finish_replacement, replace_folder
+from coupling.files.written_files import WHOLE, begin_folder, claim, is_free, remove_written
 from coupling.process.base import EVALUATIONS
-from coupling.run.run_log import is_finished, is_run, read_log
-from coupling.run.stored_run import RESULT, RUN
+from coupling.process.evaluation_folder import take_unfinished
+from coupling.run.repeated_evaluation import AGAIN
+from coupling.run.run_log import KIND, is_finished, is_run, read_log
+from coupling.run.stored_run import RUN
+
+# What a run writes from its start, and the next attempt at it needs.
+_WHILE_IT_RUNS = (RUN, f"{EVALUATIONS}{WHOLE}", f"{AGAIN}{WHOLE}")
 
 
 @contextmanager
@@ -35,12 +41,14 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     with exclusively(folder, ResultError, lambda: _who(target, beside)):
         with writing(folder, ResultError):
             finish_replacement(target)
-            if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
+            if is_run(beside) and is_free(target):  # its result has been removed meanwhile
                 replace_folder(beside, target)
             require_free(folder, overwrite)
             work = beside if is_finished(target) else target
             _require_own_files(work)
             clear_for_work(work)
+            if work is beside:
+                take_unfinished(target / EVALUATIONS, work / EVALUATIONS)
         try:
             with writing(folder, ResultError):
                 yield work
@@ -68,19 +76,8 @@ def require_free(folder: Path, overwrite: bool) -> None:
 
 
 def _require_own_files(folder: Path) -> None:
-    if _is_filled(folder) and not is_run(folder):
+    if not is_free(folder) and not is_run(folder):
         raise ResultError(f"{folder}: holds files that are not a result: name another folder")
-
-
-def _is_filled(folder: Path) -> bool:
-    return folder.exists() and any(folder.iterdir())
-
-
-# What a run writes at its end, into its folder or into those of its robots.
-_WRITTEN = (
-    *("*.csv", "workpiece_*.vtu", "case.toml", RESULT, "report.html", f"*{PARTIAL}"),
-    *("placed_*.toml", "place.json"),  # of elastic-robot place
-)
 
 
 def clear_for_work(work: Path) -> None:
@@ -89,15 +86,9 @@ def clear_for_work(work: Path) -> None:
     Raises:
         OSError: If something cannot be removed.
     """
-    work.mkdir(exist_ok=True)
-    robots = [file.parent for file in work.glob("*/desired.csv")]
-    for folder in (work, *robots):
-        for pattern in _WRITTEN:
-            for file in folder.glob(pattern):
-                file.unlink()
-    for folder in robots:
-        with suppress(OSError):  # holds files of the user
-            folder.rmdir()
+    begin_folder(work, KIND)
+    claim(work, _WHILE_IT_RUNS)
+    remove_written(work, keep=_WHILE_IT_RUNS)
 
 
 def _leave(work: Path, error: BaseException) -> None:
@@ -105,10 +96,8 @@ def _leave(work: Path, error: BaseException) -> None:
     if (work / EVALUATIONS).exists():
         error.add_note(f"what the process computed is kept in {work / EVALUATIONS}")
     elif (log := read_log(work)) is None or not log.answers:
-        with suppress(OSError):  # holds files of the user
-            clear_for_work(work)
-            (work / RUN).unlink(missing_ok=True)
-            work.rmdir()
+        with suppress(OSError):
+            remove_written(work)
 
 
 def _who(*places: Path) -> str:

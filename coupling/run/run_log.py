@@ -16,12 +16,17 @@ from pathlib import Path
 from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
+from coupling.files.written_files import claimed, is_of_kind
 from coupling.process.base import EVALUATIONS
-from coupling.results.run_result import EvaluationResult
+from coupling.results.run_result import EvaluationResult, RunResult
 from coupling.results.run_state import AnswerResult, RunState
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
+from coupling.solve.outcome import Outcome
 from coupling.store import StoredAnswer, WaitingForOther
+
+# Kind of the folder of a run.
+KIND = "run"
 
 
 def _now() -> str:
@@ -45,7 +50,7 @@ class RunLog:
     """
 
     def __init__(self, folder: Path, kind: str, case: Path, store: str | None) -> None:
-        self._file = folder / RUN
+        self._file = claimed(folder / RUN)
         self._content = RunState(
             state="running",
             kind=kind,
@@ -118,13 +123,29 @@ def read_log(folder: Path) -> RunState | None:
 
 def is_run(folder: Path) -> bool:
     """Return whether a folder is that of a run, finished or not."""
-    return read_log(folder) is not None or (folder / RESULT).exists()
+    return is_of_kind(folder, KIND) or read_log(folder) is not None or (folder / RESULT).exists()
 
 
 def is_finished(folder: Path) -> bool:
     """Return whether a folder holds a whole result; one without run.json is of an earlier version."""
     log = read_log(folder)
     return (folder / RESULT).exists() if log is None else log.state == "finished"
+
+
+def is_to_go_on(folder: Path, kind: str, case: Path) -> bool:
+    """Return whether a folder holds the result of a command whose process has failed on the way.
+
+    Args:
+        folder: The folder.
+        kind: The command, as of `RunLog`.
+        case: Its case file.
+    """
+    log = read_log(folder)
+    if log is None or (log.state, log.kind, log.case) != ("finished", kind, str(case.resolve())):
+        return False
+    with suppress(ResultError):
+        return RunResult.read(folder / RESULT, ResultError).outcome == Outcome.PROCESS_FAILED
+    return False
 
 
 def _sync(file: Path) -> None:

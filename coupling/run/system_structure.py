@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
+import elastic_robot
 from coupling.fmu_export.units import BASE_UNITS
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC
 
@@ -50,7 +51,9 @@ class SystemStructure:
 
     def text(self) -> bytes:
         """Return the file."""
-        root = Element(_ssd("SystemStructureDescription"), {"name": self.name, "version": "1.0"})
+        tool = f"elastic-robot-fmu {elastic_robot.__version__}"
+        about = {"name": self.name, "version": "1.0", "generationTool": tool}
+        root = Element(_ssd("SystemStructureDescription"), about)
         system = SubElement(root, _ssd("System"), {"name": "cell"})
         elements = SubElement(system, _ssd("Elements"))
         _component(elements, ROBOT, self.robot, self.outputs, POSE_UNITS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,17 +14,28 @@ import numpy as np
 import tomlkit
 
 from coupling.errors import StudyError, one_of
-from coupling.files.atomic_file import PARTIAL, AtomicFile, write_atomically, writing
-from coupling.files.atomic_folder import exclusively
+from coupling.files.atomic_file import AtomicFile, write_atomically, writing
+from coupling.files.atomic_folder import exclusively, replaced_name
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
+from coupling.files.written_files import (
+    LIST,
+    begin_folder,
+    claim,
+    is_free,
+    is_of_kind,
+    remove_written,
+)
 from coupling.study.design import DESIGNS, GROWS
 from coupling.study.parameters import StudyParameters
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
 RUN = "run"
-_OWN = {IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, RUN}
+# Kind of the folder; its files, and what a killed command leaves beside the run.
+_KIND = "study"
+_FILES = (IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, f".{RUN}.lock")
+_FOLDERS = (RUN, f"{RUN}.unfinished", replaced_name(Path(RUN)).name)
 
 
 @contextmanager
@@ -44,20 +54,19 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
     ):
         if folder.exists() and not folder.is_dir():
             raise StudyError(f"{folder}: expected the name of a folder, got a file")
-        folder.mkdir(exist_ok=True)
-        foreign = [name for name in sorted(os.listdir(folder)) if not _is_own(name)]
-        if foreign:
+        # That of an earlier version has no list of what was written, but its own names.
+        is_earlier = (folder / IDENTITY).is_file() and not (folder / LIST).exists()
+        if not (is_free(folder) or is_of_kind(folder, _KIND) or is_earlier):
             raise StudyError(
-                f"{folder}: holds files that are not a study ({foreign[0]}): name another folder"
+                f"{folder}: holds files that are not a study ({min(os.listdir(folder))}): name another"
+                " folder"
             )
-        for place in folder.iterdir() if overwrite else ():
-            shutil.rmtree(place) if place.is_dir() else place.unlink()
+        begin_folder(folder, _KIND, own=_FILES if is_earlier else ())
+        if overwrite:
+            remove_written(folder)
+            begin_folder(folder, _KIND)
+        claim(folder, (*_FILES, *(f"{name}/" for name in _FOLDERS)))
         yield folder
-
-
-def _is_own(name: str) -> bool:
-    # Beside a run that was killed there is what its command locks, makes and puts aside.
-    return name in _OWN or name.endswith(PARTIAL) or name.lstrip(".").startswith(f"{RUN}.")
 
 
 def write_whole_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:

@@ -10,6 +10,7 @@ from io import StringIO
 import pytest
 
 FILES = {
+    ".elastic-robot.json",
     "case.toml",
     "result.json",
     "run.json",

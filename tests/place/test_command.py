@@ -17,6 +17,7 @@ from places import CASES, LINE_CASE
 from coupling.case.file import load_case
 from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
+from coupling.files.written_files import LIST
 from coupling.path.histories import WrenchHistory
 from coupling.place.evaluated_setting import judged
 from coupling.place.folder import read_placement
@@ -164,7 +165,7 @@ def test_mistakes_are_one_sentence_and_leave_no_result(tmp_path, source, place, 
     assert words in said
     assert "Traceback" not in said
     # As of any run, what is left where the process was evaluated says why there is no result.
-    assert {file.name for file in (tmp_path / "out").glob("*")} <= {"run.json"}
+    assert {file.name for file in (tmp_path / "out").glob("*")} <= {LIST, "run.json"}
 
 
 class Sensor:

@@ -26,6 +26,7 @@ from coupling.errors import CaseError, StudyError
 from coupling.events import unwatched
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.files.written_files import LIST, begin_folder, claimed
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
@@ -349,10 +350,30 @@ def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
 
 
 def test_what_a_killed_command_has_left_beside_its_run_is_the_study_s(tmp_path):
-    for name in (".run.lock", "run.unfinished", ".run.replaced", "study.json.0f.partial"):
-        (tmp_path / "study" / name).mkdir(parents=True)
-    with locked(tmp_path / "study", overwrite=False) as folder:
-        assert len(list(folder.iterdir())) == 4
+    """And goes with it; what anybody else has put there stays."""
+    place, theirs = tmp_path / "study", {"run.sh", "run.log", "run.old", "rows.jsonl.kept"}
+    with locked(place, overwrite=False):
+        for name in ("run", "run.unfinished", ".run.replaced"):
+            begin_folder(place / name, "run")
+            claimed(place / name / "run.json").write_text("{}")
+        for name in (".run.lock", "study.toml", f"study.json.{'0f' * 16}.partial"):
+            (place / name).write_text("")
+        for name in theirs - {"run.old"}:
+            (place / name).write_text("mine")
+        (place / "run.old").mkdir()
+        (place / "run" / "notes.txt").write_text("mine")
+    with locked(place, overwrite=True):
+        assert {file.name for file in place.iterdir()} == theirs | {"run", LIST}
+        assert {file.name for file in (place / "run").iterdir()} == {"notes.txt", LIST}
+
+
+def test_a_study_of_an_earlier_version_has_no_list_and_goes_on(tmp_path):
+    for name in ("study.toml", "rows.jsonl", "notes.txt"):
+        (tmp_path / name).write_text("")
+    with locked(tmp_path, overwrite=False):
+        assert {"study.toml", "rows.jsonl", "notes.txt"} < {f.name for f in tmp_path.iterdir()}
+    with locked(tmp_path, overwrite=True):
+        assert {file.name for file in tmp_path.iterdir()} == {LIST, "notes.txt"}
 
 
 def test_what_means_nothing_is_left_out():

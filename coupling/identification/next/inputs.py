@@ -9,9 +9,10 @@ from typing import Any
 
 import tomlkit
 
-from coupling.errors import CaseError, LearnError, reason_of
-from coupling.files.atomic_file import write_atomically
+from coupling.errors import CaseError, LearnError
+from coupling.files.atomic_file import write_atomically, writing
 from coupling.files.toml_file import load_toml
+from coupling.files.written_files import begin_folder, claim, is_free, is_of_kind
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.runs.results import figures, learned_text
@@ -19,6 +20,8 @@ from coupling.path.discrepancy import Discrepancy
 from coupling.results.next_result import NextResult
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
+LEARNED = "learned.json"
+_KIND = "inputs"
 
 
 def inputs_folder(run: Path) -> Path:
@@ -29,6 +32,20 @@ def inputs_folder(run: Path) -> Path:
         'second_inputs'
     """
     return run.with_name(f"{run.name}_inputs")
+
+
+def require_inputs_folder(folder: Path) -> None:
+    """Refuse a folder for inputs that holds something else.
+
+    Raises:
+        LearnError: With the folder.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise LearnError(f"{folder}: expected a folder for the inputs of the run, got a file")
+    if not is_free(folder) and not is_of_kind(folder, _KIND):
+        raise LearnError(
+            f"{folder}: holds files that are not the inputs of the run: name another one (--output)"
+        )
 
 
 def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
@@ -42,10 +59,9 @@ def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
     Raises:
         LearnError: If something cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as cause:
-        raise LearnError(f"{folder}: cannot be made: {reason_of(cause)}") from cause
+    with writing(folder, LearnError):
+        begin_folder(folder, _KIND)
+        claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN))
     robot = _robot_file(folder, found)
     beyond = found.repeating
     discrepancy = None
@@ -68,7 +84,7 @@ def _robot_file(folder: Path, found: CommandPlan) -> Path:
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
         write_atomically(target, learned_text(found.learned, target), LearnError)
-        write_atomically(folder / "learned.json", figures(found.learned).text() + "\n", LearnError)
+        write_atomically(folder / LEARNED, figures(found.learned).text() + "\n", LearnError)
         return target
     return runs[model.since].source.file
 

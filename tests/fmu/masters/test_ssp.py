@@ -367,7 +367,7 @@ class Remembering:
 def test_a_process_with_memory_is_refused(system, tmp_path):
     with pytest.raises(BuildError, match="got Remembering, which needs the whole path at once"):
         build_process_fmu(Remembering(), system.case.desired, tmp_path / "P.fmu")
-    with pytest.raises(BuildError, match=r"must end in \.ssp"):
+    with pytest.raises(BuildError, match=r"ends in \.ssp"):
         SspSystem.of(system.case).write(tmp_path / "system.zip")
 
 
