@@ -68,8 +68,8 @@ def _of_class(figures: RunResult) -> Iterator[str]:
         return
     low, high = min(ranges)[0], max(high for _, high in ranges)
     text = (
-        f"The stiffness of the gears is typical of their class ({low:.2g} to {high:.2g} N m/rad), not of"
-        " this robot"
+        f"The stiffness of the gears is known as a range ({low:.2g} to {high:.2g} N m/rad), not"
+        " measured on this robot"
     )
     rows = [row for row in figures.robustness if row.name in ENDS_OF_RANGES]
     if not rows:

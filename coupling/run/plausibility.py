@@ -87,14 +87,14 @@ def _of_rigid_robots(case: Case) -> Iterator[str]:
 
 
 def unsure_stiffness(placed: PlacedRobot) -> list[str]:
-    """Return a sentence where the stiffness of a robot's gears is that of a class, or none."""
+    """Return a sentence where the stiffness of a robot's gears is known as a range, or none."""
     whole = placed.provenance.stiffness_range
     if whole is None:
         return []
     return [
         f"robot {placed.description.name}: the stiffness of {len(placed.provenance.stiffness_ranges)}"
-        f" gears is typical of a class ({whole[0]:.2g} to {whole[1]:.2g} N m/rad), not of this robot:"
-        " measure it (elastic-robot identify)"
+        f" gears is known as a range ({whole[0]:.2g} to {whole[1]:.2g} N m/rad), not measured on this"
+        " robot: measure it (elastic-robot identify)"
     ]
 
 

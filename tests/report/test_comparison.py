@@ -75,7 +75,7 @@ def test_a_file_of_the_robot_that_changed_is_named_and_a_class_stands_in_the_ver
     assert found.inputs() == [("forming robot, file arm.urdf", "-", "sha256 0")]
     said = " ".join(map(str, verdict(found.runs[1].figures, "a wall").parts))
     assert (
-        "typical of their class (1e+05 to 3e+06 N m/rad), not of this robot: expected between"
+        "known as a range (1e+05 to 3e+06 N m/rad), not measured on this robot: expected between"
         in said
     )
     assert "with the softest gears of their class" in said
