@@ -1,4 +1,4 @@
-"""How often the deviation on a robot drawn from the stated ranges lies in the interval that a run states.
+"""How often the deviation on a robot drawn from stated ranges lies in the interval that a run states.
 
     python -m benchmarks.expected_deviation [--plants 100] [--coupled] [CASE ...]
 

@@ -12,9 +12,6 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
-# Replays of gears whose stiffness is that of a class of robots: its lowest and its highest.
-ENDS_OF_RANGES = ("the softest gears of their class", "the stiffest gears of their class")
-
 
 @dataclass(frozen=True)
 class Replay:
@@ -38,7 +35,12 @@ class Replay:
         return cls(name, measure(path, desired), tools)
 
 
-# Percentiles between which a deviation is expected.
+_ADVICE = (
+    "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"
+    " place the part where no gear reverses (elastic-robot place)."
+)
+# Percentiles between which a deviation is expected: of n robots the values of rank p (n + 1), as far as
+# there are any, between which as large a share of further robots lies on average (Weibull).
 _INTERVAL = (5.0, 95.0)
 
 
@@ -83,8 +85,8 @@ class DrawnDeviation(ResultPart):
             return None
         whole = [replay.deviation.maximum for replay in replays]
         rest = [replay.deviation.maximum_less_constant for replay in replays]
-        low, high = np.percentile(whole, _INTERVAL)
-        less_low, less_high = np.percentile(rest, _INTERVAL)
+        low, high = np.percentile(whole, _INTERVAL, method="weibull")
+        less_low, less_high = np.percentile(rest, _INTERVAL, method="weibull")
         return cls(
             samples=len(replays),
             low=float(low),
@@ -97,13 +99,19 @@ class DrawnDeviation(ResultPart):
         )
 
     @property
+    def share(self) -> float:
+        """Share of further robots that lie between low and high on average."""
+        ranks = [0.01 * percent * (self.samples + 1) for percent in _INTERVAL]
+        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / (self.samples + 1)
+
+    @property
     def sentence(self) -> str:
         """What is expected, of what, and what is not in it."""
         what = "Expected deviation on a real robot" if self.is_whole else "Expected deviation"
         text = (
             f"{what}: {_um(self.low)} to {_um(self.high)}, {_um(self.less_constant_low)} to"
-            f" {_um(self.less_constant_high)} less a constant (90 % of {self.samples} robots drawn from"
-            f" {' and '.join(self.drawn)})"
+            f" {_um(self.less_constant_high)} less a constant ({100.0 * self.share:.0f} % of"
+            f" the robots drawn from {' and '.join(self.drawn)}, by {self.samples} of them)"
         )
         return f"{text}. Not in it: {'; '.join(self.missing)}." if self.missing else f"{text}."
 
@@ -156,13 +164,16 @@ class WorstReplay(ResultPart):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def gains(self) -> bool:
-        """Whether the command is better than the uncorrected one in all replays.
+        """Whether the command is better than the uncorrected one in all replays, and as expected.
 
         Less a constant as well: a command that takes off the robot's sag and shakes its tool is worse
         than an uncorrected one with the part touched off.
         """
-        within = self.less_constant <= self.nothing_less_constant
-        return within and self.deviation <= self.nothing
+        highest, less_constant = self.deviation, self.less_constant
+        if self.expected is not None:
+            highest = max(highest, self.expected.high)
+            less_constant = max(less_constant, self.expected.less_constant_high)
+        return less_constant <= self.nothing_less_constant and highest <= self.nothing
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -181,19 +192,8 @@ class WorstReplay(ResultPart):
             )
         expected = "" if self.expected is None else f" {self.expected.sentence}"
         return (
-            "This command may be WORSE THAN NONE: with small errors of the robot's parameters or of the"
-            f" force the deviation is {figures}. {self._advice}{expected}"
-        )
-
-    @property
-    def _advice(self) -> str:
-        if self.worst in ENDS_OF_RANGES:
-            return (
-                "Measure the gears' stiffness, which is that of a class (elastic-robot identify)."
-            )
-        return (
-            "Measure the force and the gears' backlash more exactly, or place the part where no gear"
-            " reverses (elastic-robot place)."
+            "This command may be WORSE THAN NONE: with errors of the robot's parameters or of the"
+            f" force the deviation is {figures}. {_ADVICE}{expected}"
         )
 
 

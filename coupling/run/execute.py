@@ -201,7 +201,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             # Robots with other motors have FMUs of their own, which end with their replays.
             ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
-                replays = replayed(cell, models, ranges, found, others.of)
+                replays = replayed(cell, models, found, others.of)
                 error = case.process_table.FORCE_ERROR
                 basis = basis_of(models, ranges, error)
                 drawn = drawn_replays(cell, models, ranges, error, found, DRAWS[case.fmu])

@@ -82,8 +82,8 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
 
 
 def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
-    """Of 0 to 100 um the middle nine tenths are 5 to 95 um."""
-    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(101)]
+    """Of 1 to 99 um the middle nine tenths are 5 to 95 um."""
+    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 100)]
     basis = Basis(("the stated stiffness of 6 gears", "a force of +-19 %"), ("backlash",), True)
     expected = DrawnDeviation.among(drawn, basis)
     replays = [Replay("stiffness +2 %", deviation(7e-6, 1e-6), ())]
@@ -91,13 +91,15 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     assert found.gains
     assert found.sentence.startswith(
         "Expected deviation on a real robot: 5 um to 95 um, 2.5 um to 47.5 um less a constant (90 % of"
-        " 101 robots drawn from the stated stiffness of 6 gears and a force of +-19 %). Not in it:"
-        " backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
+        " the robots drawn from the stated stiffness of 6 gears and a force of +-19 %, by 99 of them)."
+        " Not in it: backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
     )
     part = DrawnDeviation.among(drawn, Basis(("a force of +-19 %",), ("the stiffness of 6 gears",)))
     assert part.sentence.startswith("Expected deviation: 5 um")
     assert part.sentence.endswith("Not in it: the stiffness of 6 gears.")
     assert DrawnDeviation.among((), basis) is None
+    few = DrawnDeviation.among(drawn[:8], basis)
+    assert (few.low, few.high, round(few.share, 2)) == (1e-6, 8e-6, 0.78)
 
 
 def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):

@@ -64,9 +64,9 @@ def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_p
     run = run_compensation(replace(case, robots=(replace(placed, provenance=provenance),)))
     assert len(run.drawn) == 32
     largest = [replay.deviation.maximum for replay in run.drawn]
-    ends = [row.deviation.maximum for row in run.robustness if "of their class" in row.name]
-    assert max(largest) < 1.05 * max(ends)
-    assert min(largest) < 0.5 * max(ends)
+    assert len(set(largest)) == 32
+    # Two gears of a third to twice their stiffness leave more than 2 % of all of them.
+    assert max(largest) > max(row.deviation.maximum for row in run.robustness if "2 %" in row.name)
 
 
 @pytest.mark.parametrize("name", ["cone", "bm3"])
