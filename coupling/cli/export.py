@@ -15,6 +15,7 @@ from coupling.errors import ProgramError, one_of
 if TYPE_CHECKING:
     from coupling.export.commands import RobotCommand
     from coupling.export.exported import ExportedProgram, ExportOptions
+    from coupling.programs.languages import Language, Targets
 
 # Exit status where a program loses more than it may; it is written all the same.
 _LOSES = 1
@@ -26,13 +27,17 @@ def export(
     source: Annotated[
         Path, typer.Argument(help="A run folder; or, with --robot, a command as CSV: time, q1..")
     ],
-    to: Annotated[str, typer.Option("--to", help="Language: krl, rapid, fanuc, csv.")],
+    to: Annotated[
+        list[str],
+        typer.Option("--to", help="Language: krl, rapid, fanuc, csv; again for several."),
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
-            help="Folder; RUN/<language>, or the CSV's name/<language>, unless given.",
+            help="Folder; RUN/<language>, or the CSV's name/<language>, unless given. Of several"
+            " languages, a folder each in it.",
         ),
     ] = None,
     robot: Annotated[
@@ -90,32 +95,75 @@ def export(
     from coupling.export.exported import ExportOptions
     from coupling.export.exporting import export_commands
     from coupling.export.folder import require_writable, write_export
-    from coupling.programs.languages import LANGUAGES
     from coupling.run.console import RunView
 
-    if to not in LANGUAGES:
-        raise ProgramError(f"--to: {one_of(LANGUAGES, to)}")
-    language = LANGUAGES[to]
-    wanted = targets or language.targets[0]
-    if wanted not in language.targets:
-        raise ProgramError(f"--targets: {to}: {one_of(language.targets, wanted)}")
-    chosen = next(known for known in language.targets if known == wanted)
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
     shortest = None if shortest_ms is None else 1e-3 * shortest_ms
-    options = ExportOptions(language, chosen, name, 1e-6 * tolerance, cycle, shortest)
+    wanted = {
+        language: ExportOptions(
+            _language(language),
+            _targets(language, targets),
+            name,
+            1e-6 * tolerance,
+            cycle,
+            shortest,
+        )
+        for language in to
+    }
     read = _reader(source, robot, wrench, command)
     file = command or (None if source.is_dir() else source)
-    folder = output or (source if file is None else file.parent / file.stem) / to
-    require_writable(folder, overwrite)
+    place = source if file is None else file.parent / file.stem
+    folders = {
+        language: (output or place) / language if output is None or len(wanted) > 1 else output
+        for language in wanted
+    }
+    for folder in folders.values():
+        require_writable(folder, overwrite)
     with RunView(console) as view:
-        found = export_commands(read(), options, view.watch)
-    write_export(folder, found, options, overwrite)
-    for one in found:
-        for line in _lines(one, options, len(found) > 1):
-            console.print(line)
-    console.print(f"Programs: {folder}")
-    if any(one.loss > options.tolerance for one in found):
+        commands = read()
+        exports = {
+            language: export_commands(commands, options, view.watch)
+            for language, options in wanted.items()
+        }
+    for language, programs in exports.items():
+        options = wanted[language]
+        write_export(folders[language], programs, options, overwrite)
+        for program in programs:
+            for line in _lines(program, options, len(programs) > 1):
+                console.print(line)
+        console.print(f"Programs: {folders[language]}")
+    if any(
+        program.loss > wanted[language].tolerance
+        for language, programs in exports.items()
+        for program in programs
+    ):
         raise typer.Exit(_LOSES)
+
+
+def _language(name: str) -> Language:
+    """Return a language by its name.
+
+    Raises:
+        ProgramError: If there is none.
+    """
+    from coupling.programs.languages import LANGUAGES
+
+    if name not in LANGUAGES:
+        raise ProgramError(f"--to: {one_of(LANGUAGES, name)}")
+    return LANGUAGES[name]
+
+
+def _targets(name: str, targets: str | None) -> Targets:
+    """Return the kind of targets of a language; its first unless given.
+
+    Raises:
+        ProgramError: If the language has none of this kind.
+    """
+    kinds = _language(name).targets
+    wanted = targets or kinds[0]
+    if wanted not in kinds:
+        raise ProgramError(f"--targets: {name}: {one_of(kinds, wanted)}")
+    return next(known for known in kinds if known == wanted)
 
 
 def _reader(

@@ -55,7 +55,8 @@ def _every_number(names: list[str]) -> Iterator[str]:
             yield f"  {line}"
         try:
             listed, robot = urdf_numbers(file), load_robot(file)
-            said = (*load_provenance(file, robot).remarks, *remarks_on_robot(robot))
+            known = load_provenance(file, robot)
+            said = (*known.remarks, *remarks_on_robot(robot, known.numbers))
         except ElasticRobotError as error:  # a URDF that is not installed here, for instance
             yield f"  Cannot be used: {error}"
             continue

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from coupling.files.robot_file import rigid_joints, urdf_of, validated
 from coupling.files.robot_schema import UrdfJoint, UrdfRobotFile
-from coupling.files.sources import Number
+from coupling.files.sources import Number, numbers
 from coupling.files.urdf_tree import plain_name
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
@@ -27,11 +27,13 @@ class Provenance:
         stiffness_ranges: Lowest and highest stiffness of the gears that are not known better [N m/rad],
             by the number of the joint, from 1.
         remarks: Sentences on what its URDF lacks, or what cannot be meant.
+        numbers: Numbers of its file, without its URDF's.
     """
 
     files: Mapping[str, str] = field(default_factory=dict)
     stiffness_ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    numbers: tuple[Number, ...] = ()
 
     @property
     def stiffness_range(self) -> tuple[float, float] | None:
@@ -50,7 +52,7 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     Raises:
         RobotFileError: If it or its URDF cannot be read.
     """
-    _, file = validated(path)
+    data, file = validated(path)
     in_order = [joint.name for joint in robot.joints]
     ranges: dict[int, tuple[float, float]] = {}
     for row, joint in enumerate(file.joint, start=1):
@@ -63,7 +65,8 @@ def load_provenance(path: Path, robot: Robot) -> Provenance:
     if isinstance(file, UrdfRobotFile):
         files.append(urdf_of(path, file)[0])
         remarks = list(_remarks(path, file))
-    return Provenance({own.name: _checksum(own) for own in files}, ranges, tuple(remarks))
+    checksums = {own.name: _checksum(own) for own in files}
+    return Provenance(checksums, ranges, tuple(remarks), tuple(numbers(data)))
 
 
 def urdf_numbers(path: Path) -> list[Number]:

@@ -46,7 +46,7 @@ def numbers(data: Mapping[str, Any]) -> list[Number]:
         [('joint[1].axis', 'a guess'), ('joint[1].stiffness', 'a guess')]
     """
     sources = data.get(SOURCES, {})
-    return [Number(place, value, _source(place, sources)) for place, value in _places(data)]
+    return [Number(place, value, _source(place, sources)) for place, value in places(data)]
 
 
 def by_source(numbers: Sequence[Number]) -> dict[str, list[str]]:
@@ -58,22 +58,22 @@ def by_source(numbers: Sequence[Number]) -> dict[str, list[str]]:
     """
     kinds: dict[str, set[str]] = {}
     for number in numbers:
-        kinds.setdefault(_kind(number.place), set()).add(number.source)
+        kinds.setdefault(kind(number.place), set()).add(number.source)
     found: dict[str, list[str]] = {}
     for number in numbers:
-        kind = _kind(number.place)
-        place = kind if len(kinds[kind]) == 1 else number.place
-        places = found.setdefault(number.source or UNKNOWN, [])
-        if place not in places:
-            places.append(place)
+        whole = kind(number.place)
+        place = whole if len(kinds[whole]) == 1 else number.place
+        listed = found.setdefault(number.source or UNKNOWN, [])
+        if place not in listed:
+            listed.append(place)
     return found
 
 
 def lost_places(data: Mapping[str, Any]) -> list[str]:
     """Return the keys of [sources] that are not the place of any number."""
-    places = [place for place, _ in _places(data)]
+    known = [place for place, _ in places(data)]
     keys = data.get(SOURCES, {})
-    return [key for key in keys if not any(_covers(key, place) for place in places)]
+    return [key for key in keys if not any(_covers(key, place) for place in known)]
 
 
 def require_places(data: Mapping[str, Any]) -> None:
@@ -83,20 +83,30 @@ def require_places(data: Mapping[str, Any]) -> None:
         ValueError: With the key, and what it may be.
     """
     for key in lost_places(data):
-        known = dict.fromkeys(_INDEX.sub("", place) for place, _ in _places(data))
+        known = dict.fromkeys(_INDEX.sub("", place) for place, _ in places(data))
         raise ValueError(f"{SOURCES}: {one_of(known, key, ' (with or without [number])')}")
 
 
-def _places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield place and value of all that stands in the tables of a file, but for texts.
+
+    Args:
+        data: The parsed file.
+        before: Place of `data` in it, with a dot behind.
+
+    Example:
+        >>> list(places({"tcp": {"position": [0.0, 0.0, 0.3]}, "joint": [{"mass": 20.0}]}))
+        [('tcp.position', [0.0, 0.0, 0.3]), ('joint[1].mass', 20.0)]
+    """
     for key, value in data.items():
         place = before + key
         if not before and key == SOURCES:
             continue
         if isinstance(value, Mapping):
-            yield from _places(value, f"{place}.")
+            yield from places(value, f"{place}.")
         elif isinstance(value, list) and all(isinstance(v, Mapping) for v in value):
             for number, entry in enumerate(value, start=1):
-                yield from _places(entry, f"{place}[{number}].")
+                yield from places(entry, f"{place}[{number}].")
         elif not isinstance(value, str) or key == "file":
             yield place, value
 
@@ -119,7 +129,12 @@ def _detail(key: str) -> tuple[int, int]:
     return key.count("."), len(_INDEX.findall(key))
 
 
-def _kind(place: str) -> str:
-    """Return a place without the numbers of joint and tilt."""
+def kind(place: str) -> str:
+    """Return a place without the numbers of joint and tilt.
+
+    Example:
+        >>> kind("joint[2].tilt[1].axis")
+        'joint.tilt.axis'
+    """
     parts = (list(part) for _, part in groupby(place, lambda letter: letter in "[]0123456789"))
     return "".join("".join(part) for part in parts if part[0] not in "[]")

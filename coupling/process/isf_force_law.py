@@ -143,6 +143,7 @@ class IsfForceLawTable(ProcessSchema):
     """
 
     FORMULA: ClassVar[bool] = True
+    FORCE_ERROR: ClassVar[float | None] = 0.19
 
     model: Literal["isf-force-law"]
     sheet_thickness_m: Positive

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -37,6 +37,8 @@ class SheetFemTable(ProcessSchema):
     sheet_size_m is the side inside the clamps; the part's origin is in its middle.  Without
     prestrain the hardening is Hollomon's.  An anisotropic sheet is rolled along the x of the part.
     """
+
+    FORCE_ERROR: ClassVar[float | None] = 0.37
 
     model: Literal["sheet-fem"]
     sheet_size_m: Annotated[list[Positive], Field(min_length=2, max_length=2)]

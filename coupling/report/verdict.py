@@ -8,7 +8,6 @@ from coupling.path.deviation import Deviation
 from coupling.report.run_tables import mode_names
 from coupling.report.section import Section
 from coupling.report.style import UM
-from coupling.results.outlook import ENDS_OF_RANGES
 from coupling.results.run_result import ReplayResult, RunResult
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
@@ -62,23 +61,14 @@ def sentence(figures: RunResult, process: str) -> str:
 
 
 def _of_class(figures: RunResult) -> Iterator[str]:
-    """Yield what the stiffness of gears that is that of a class leaves open."""
+    """Yield a sentence where the stiffness of gears is known as a range."""
     ranges = [own.stiffness_range_Nm_rad for own in figures.robots if own.stiffness_range_Nm_rad]
     if not ranges:
         return
     low, high = min(ranges)[0], max(high for _, high in ranges)
-    text = (
-        f"The stiffness of the gears is typical of their class ({low:.2g} to {high:.2g} N m/rad), not of"
-        " this robot"
-    )
-    rows = [row for row in figures.robustness if row.name in ENDS_OF_RANGES]
-    if not rows:
-        yield f"{text}: so are these figures."
-        return
-    ends = ", ".join(f"{_um(row.deviation_m.maximum)} with {row.name}" for row in rows)
     yield (
-        f"{text}: expected between {_um(figures.deviation_after_m.maximum)}, with that of the file, and"
-        f" {_um(max(row.deviation_m.maximum for row in rows))} ({ends})."
+        f"The stiffness of the gears is known as a range ({low:.2g} to {high:.2g} N m/rad), not"
+        " measured on this robot."
     )
 
 

@@ -1,18 +1,16 @@
-"""What to expect of a command on a real robot, which is none of the model's own."""
+"""What a command leaves on robots that differ from the model: expected, or by a sensitivity."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import computed_field
 
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
-
-# Replays of gears whose stiffness is that of a class of robots: its lowest and its highest.
-ENDS_OF_RANGES = ("the softest gears of their class", "the stiffest gears of their class")
 
 
 @dataclass(frozen=True)
@@ -37,6 +35,87 @@ class Replay:
         return cls(name, measure(path, desired), tools)
 
 
+_ADVICE = (
+    "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"
+    " place the part where no gear reverses (elastic-robot place)."
+)
+# Percentiles between which a deviation is expected: of n robots the values of rank p (n + 1), as far as
+# there are any, between which as large a share of further robots lies on average (Weibull).
+_INTERVAL = (5.0, 95.0)
+
+
+@dataclass(frozen=True)
+class Basis:
+    """What robots and forces are drawn from.
+
+    Attributes:
+        drawn: Ranges that are stated, in words.
+        missing: What has none, and stays as in the model.
+        is_whole: Whether the stiffness of every gear and the force have one.
+    """
+
+    drawn: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    is_whole: bool = False
+
+
+class DrawnDeviation(ResultPart):
+    """Deviations of a command on robots and under forces that are drawn from stated ranges.
+
+    Attributes:
+        samples: Number of robots.
+        low, high: 5th and 95th percentile of the largest deviation [m].
+        less_constant_low, less_constant_high: The same less a constant [m].
+        drawn, missing, is_whole: As of `Basis`.
+    """
+
+    samples: int
+    low: float
+    high: float
+    less_constant_low: float
+    less_constant_high: float
+    drawn: tuple[str, ...]
+    missing: tuple[str, ...]
+    is_whole: bool
+
+    @classmethod
+    def among(cls, replays: Sequence[Replay], basis: Basis) -> DrawnDeviation | None:
+        """Return the interval; None where nothing was drawn."""
+        if not replays:
+            return None
+        whole = [replay.deviation.maximum for replay in replays]
+        rest = [replay.deviation.maximum_less_constant for replay in replays]
+        low, high = np.percentile(whole, _INTERVAL, method="weibull")
+        less_low, less_high = np.percentile(rest, _INTERVAL, method="weibull")
+        return cls(
+            samples=len(replays),
+            low=float(low),
+            high=float(high),
+            less_constant_low=float(less_low),
+            less_constant_high=float(less_high),
+            drawn=basis.drawn,
+            missing=basis.missing,
+            is_whole=basis.is_whole,
+        )
+
+    @property
+    def share(self) -> float:
+        """Share of further robots that lie between low and high on average."""
+        ranks = [0.01 * percent * (self.samples + 1) for percent in _INTERVAL]
+        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / (self.samples + 1)
+
+    @property
+    def sentence(self) -> str:
+        """What is expected, of what, and what is not in it."""
+        what = "Expected deviation on a real robot" if self.is_whole else "Expected deviation"
+        text = (
+            f"{what}: {_um(self.low)} to {_um(self.high)}, {_um(self.less_constant_low)} to"
+            f" {_um(self.less_constant_high)} less a constant ({100.0 * self.share:.0f} % of"
+            f" the robots drawn from {' and '.join(self.drawn)}, by {self.samples} of them)"
+        )
+        return f"{text}. Not in it: {'; '.join(self.missing)}." if self.missing else f"{text}."
+
+
 class WorstReplay(ResultPart):
     """The worst of all replays of a command, beside what the uncorrected one leaves.
 
@@ -46,6 +125,7 @@ class WorstReplay(ResultPart):
         less_constant: The same less a constant, of the replay in which this is largest [m].
         nothing: Largest deviation of the uncorrected command, as the model has it [m].
         nothing_less_constant: The same less a constant [m].
+        expected: Deviations on robots that are drawn from stated ranges; None where none is stated.
     """
 
     worst: str
@@ -53,14 +133,21 @@ class WorstReplay(ResultPart):
     less_constant: float
     nothing: float
     nothing_less_constant: float
+    expected: DrawnDeviation | None = None
 
     @classmethod
-    def among(cls, before: Deviation, replays: Sequence[Replay]) -> WorstReplay | None:
+    def among(
+        cls,
+        before: Deviation,
+        replays: Sequence[Replay],
+        expected: DrawnDeviation | None = None,
+    ) -> WorstReplay | None:
         """Return the outlook; None where nothing was replayed.
 
         Args:
             before: Deviation under the uncorrected command.
             replays: Deviations under the command, of robots and under loads that differ.
+            expected: Deviations on robots that are drawn.
         """
         if not replays:
             return None
@@ -71,18 +158,22 @@ class WorstReplay(ResultPart):
             less_constant=max(replay.deviation.maximum_less_constant for replay in replays),
             nothing=before.maximum,
             nothing_less_constant=before.maximum_less_constant,
+            expected=expected,
         )
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def gains(self) -> bool:
-        """Whether the command is better than the uncorrected one in all replays.
+        """Whether the command is better than the uncorrected one in all replays, and as expected.
 
         Less a constant as well: a command that takes off the robot's sag and shakes its tool is worse
         than an uncorrected one with the part touched off.
         """
-        within = self.less_constant <= self.nothing_less_constant
-        return within and self.deviation <= self.nothing
+        highest, less_constant = self.deviation, self.less_constant
+        if self.expected is not None:
+            highest = max(highest, self.expected.high)
+            less_constant = max(less_constant, self.expected.less_constant_high)
+        return less_constant <= self.nothing_less_constant and highest <= self.nothing
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -92,22 +183,17 @@ class WorstReplay(ResultPart):
             f"up to {_um(self.deviation)} ({self.worst}), {_um(self.less_constant)} less a constant;"
             f" uncorrected {_um(self.nothing)}, {_um(self.nothing_less_constant)} less a constant"
         )
+        if self.gains and self.expected is not None:
+            return f"{self.expected.sentence} Sensitivity to one parameter: {figures}."
         if self.gains:
-            return f"Expected deviation on a real robot: {figures}."
-        return (
-            "This command may be WORSE THAN NONE: with small errors of the robot's parameters or of the"
-            f" force the deviation is {figures}. {self._advice}"
-        )
-
-    @property
-    def _advice(self) -> str:
-        if self.worst in ENDS_OF_RANGES:
             return (
-                "Measure the gears' stiffness, which is that of a class (elastic-robot identify)."
+                "Sensitivity to 2 % of stiffness, 5 % of force and the like, not what a real robot"
+                f" leaves, as neither robot file nor process state a range: {figures}."
             )
+        expected = "" if self.expected is None else f" {self.expected.sentence}"
         return (
-            "Measure the force and the gears' backlash more exactly, or place the part where no gear"
-            " reverses (elastic-robot place)."
+            "This command may be WORSE THAN NONE: with errors of the robot's parameters or of the"
+            f" force the deviation is {figures}. {_ADVICE}{expected}"
         )
 
 

@@ -18,10 +18,11 @@ from coupling.path.joint_path import JointPath
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
-from coupling.results.outlook import Replay
+from coupling.results.outlook import Basis, Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
+from coupling.run.drawn_plants import DRAWS, basis_of, drawn_replays
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
@@ -85,6 +86,9 @@ class Run:
         noise: Noise in the process's forces; None where it can have none, or is periodic.
         forecast: Expected deviation of the robot that was measured, under the command; None where none
             was.
+        drawn: Deviations under the corrected command on robots and under forces drawn from the ranges
+            that their sources state.
+        basis: Those ranges, in words.
     """
 
     kind: Kind
@@ -108,6 +112,8 @@ class Run:
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
     forecast: RunForecast | None = None
+    drawn: tuple[Replay, ...] = ()
+    basis: Basis = field(default_factory=Basis)
 
     @property
     def desired(self) -> ToolPath:
@@ -196,12 +202,16 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.response.wrench, other)
         replays: tuple[Replay, ...] = ()
+        drawn, basis = tuple[Replay, ...](), Basis()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             # Robots with other motors have FMUs of their own, which end with their replays.
             ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
-                replays = replayed(cell, models, ranges, found, others.of)
+                replays = replayed(cell, models, found, others.of)
+                error = case.process_table.FORCE_ERROR
+                basis = basis_of(models, ranges, error)
+                drawn = drawn_replays(cell, models, ranges, error, found, DRAWS[case.fmu])
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
@@ -227,6 +237,8 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             other_after=other_after,
             unloaded_after=unloaded_after,
             robustness=replays if sampling is None else (*replays, sampling.replay),
+            drawn=drawn,
+            basis=basis,
             plant=plant,
             drives=_drives(case, found, motors),
             motors=motors,

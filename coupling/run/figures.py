@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.results.outlook import WorstReplay
+from coupling.results.outlook import DrawnDeviation, WorstReplay
 from coupling.results.run_result import (
     CommandResult,
     DriveResult,
@@ -152,7 +152,10 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     Returns:
         None where nothing was replayed, and of a robot that was measured, of which the forecast tells.
     """
-    return None if run.forecast is not None else WorstReplay.among(before, run.robustness)
+    if run.forecast is not None:
+        return None
+    expected = DrawnDeviation.among(run.drawn, run.basis)
+    return WorstReplay.among(before, run.robustness, expected)
 
 
 def _of_tool(wrench: WrenchHistory, tool: int | None) -> WrenchHistory:

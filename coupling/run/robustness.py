@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
-from coupling.results.outlook import ENDS_OF_RANGES, Replay
+from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.mismatch import AS_THE_MODEL, ModelMismatch
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
@@ -88,7 +88,6 @@ _SEED = 1
 def replayed(
     cell: Cell,
     models: Sequence[SimulatedModel],
-    ranges: Sequence[StiffnessRanges],
     found: Correction,
     simulate: Simulate,
 ) -> tuple[Replay, ...]:
@@ -96,13 +95,12 @@ def replayed(
 
     Args:
         models: Simulation of each of them, in their order.
-        ranges: Stiffness of the gears of each that are not known better.
         found: The command.
         simulate: Function that gives the simulation of a robot with other motors or kinematic errors.
 
     Returns:
-        A replay for each of `VARIATIONS`, but for those that change nothing, none of rigid robots,
-        and for both ends of the ranges.
+        A replay for each of `VARIATIONS`, but for those that change nothing, and none of rigid
+        robots.
 
     Raises:
         SimulationError: If a robot cannot be simulated.
@@ -121,30 +119,7 @@ def replayed(
             found.joints, loaded.scaled(variation.force), "dynamic"
         )
         replays.append(Replay.of(variation.name, path, found.desired))
-    for name, differences in _ends(models, ranges):
-        path = differing(cell, models, differences, name).simulate(found.joints, loaded, "dynamic")
-        replays.append(Replay.of(name, path, found.desired))
     return tuple(replays)
-
-
-def _ends(
-    models: Sequence[SimulatedModel], ranges: Sequence[StiffnessRanges]
-) -> Iterator[tuple[str, list[ModelMismatch]]]:
-    """Yield both ends of the stiffness of gears that are not known better, with their names."""
-    for name, end in zip(ENDS_OF_RANGES, (0, 1), strict=True):
-        differences = [
-            ModelMismatch(
-                stiffness=tuple(
-                    limits[number][end] / joint.stiffness
-                    if number in limits and joint.stiffness
-                    else 1.0
-                    for number, joint in enumerate(model.robot.joints, start=1)
-                )
-            )
-            for model, limits in zip(models, ranges, strict=True)
-        ]
-        if any_effect(models, differences):
-            yield name, differences
 
 
 def any_effect(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatch]) -> bool:

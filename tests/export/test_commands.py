@@ -286,3 +286,21 @@ def test_a_command_of_rounded_times_is_on_the_clock_of_the_run(run, edited, tmp_
     table[-1, 0] = end - 4e-6
     with pytest.raises(ProgramError, match="expected a command from 0 to"):
         command_in_run(run, written(tmp_path / "short.csv", table))
+
+
+def test_every_language_that_is_asked_for_is_written_in_its_folder(run, tmp_path, command):
+    """And none of them where one cannot be."""
+    place = tmp_path / "all"
+    typed = ("--to", "krl", "--to", "rapid", "--to", "csv", "--name", "WAY", "-o", place)
+    done = command("export", run, *typed)
+    assert done.returncode == 0, done.stderr
+    for language in ("krl", "rapid", "csv"):
+        assert (place / language / f"WAY{LANGUAGES[language].ending}").is_file()
+        assert f"Programs: {place / language}" in done.stdout.replace("\n", "")
+    none = tmp_path / "none"
+    done = command("export", run, "--to", "krl", "--to", "rapit", "-o", none)
+    assert done.returncode == 2
+    assert "expected one of krl, rapid, fanuc, csv, got 'rapit'" in done.stderr
+    done = command("export", run, "--to", "csv", "--to", "krl", "-o", place)
+    assert "holds programs already" in done.stderr
+    assert not none.exists()

@@ -12,7 +12,7 @@ from coupling.conduct import FinishedRun
 from coupling.path.deviation import Deviation
 from coupling.report.document import document
 from coupling.report.verdict import verdict
-from coupling.results.outlook import Replay, WorstReplay
+from coupling.results.outlook import Basis, DrawnDeviation, Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -61,9 +61,8 @@ def test_the_worst_replay_of_all_is_told_whatever_differs():
     found = outlook(("backlash -20 %", 1.6e-4, 1.5e-4), ("stiffness +2 %", 3e-4, 1e-5))
     assert (found.worst, found.deviation, found.less_constant) == ("stiffness +2 %", 3e-4, 1.5e-4)
     assert found.gains
-    assert found.sentence.startswith(
-        "Expected deviation on a real robot: up to 300 um (stiffness +2 %)"
-    )
+    assert found.sentence.startswith("Sensitivity to 2 % of stiffness, 5 % of force and the like")
+    assert "up to 300 um (stiffness +2 %)" in found.sentence
 
 
 def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
@@ -79,7 +78,28 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     assert box.index("WORSE THAN NONE") < box.index("Converged")
     box = document("", [verdict(figures(outlook=good), "measured")])
     assert '<p class="verdict yes"><b>Converged' in box
-    assert "Expected deviation on a real robot" in box
+    assert "Sensitivity to 2 % of stiffness" in box
+
+
+def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
+    """Of 1 to 99 um the middle nine tenths are 5 to 95 um."""
+    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 100)]
+    basis = Basis(("the stated stiffness of 6 gears", "a force of +-19 %"), ("backlash",), True)
+    expected = DrawnDeviation.among(drawn, basis)
+    replays = [Replay("stiffness +2 %", deviation(7e-6, 1e-6), ())]
+    found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
+    assert found.gains
+    assert found.sentence.startswith(
+        "Expected deviation on a real robot: 5 um to 95 um, 2.5 um to 47.5 um less a constant (90 % of"
+        " the robots drawn from the stated stiffness of 6 gears and a force of +-19 %, by 99 of them)."
+        " Not in it: backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
+    )
+    part = DrawnDeviation.among(drawn, Basis(("a force of +-19 %",), ("the stiffness of 6 gears",)))
+    assert part.sentence.startswith("Expected deviation: 5 um")
+    assert part.sentence.endswith("Not in it: the stiffness of 6 gears.")
+    assert DrawnDeviation.among((), basis) is None
+    few = DrawnDeviation.among(drawn[:8], basis)
+    assert (few.low, few.high, round(few.share, 2)) == (1e-6, 8e-6, 0.78)
 
 
 def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):

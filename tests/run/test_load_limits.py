@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from line_case import changed_text, moving_line
-from places import CASES, DOCS, EXAMPLES
+from places import CASES, EXAMPLES
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -22,7 +22,7 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.load_limits import exceeded
-from coupling.run.plausibility import EXPECTED, MISTAKEN, remark, remarks
+from coupling.run.plausibility import remarks
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 ICME = find_robot("icme2008")
@@ -209,25 +209,6 @@ def test_a_force_of_zero_everywhere_is_remarked_upon_unless_there_is_no_contact_
     assert remarks(load_case(CASES / "iso9283.toml"), none) == ()
 
 
-@pytest.mark.parametrize("key", EXPECTED)
-def test_a_range_holds_its_ends_and_every_unit_that_is_named_leads_into_it(key):
-    usual = EXPECTED[key]
-    assert 0.0 <= usual.low < usual.high
-    assert remark("", key, usual.low) == remark("", key, usual.high) == ""
-    middle = np.sqrt(usual.low * usual.high)
-    for unit, factor in MISTAKEN.get(usual.unit, {}).items():
-        given = middle / factor
-        assert usual.low <= given <= usual.high or f"({given:.6g} {unit})" in remark("", key, given)
-
-
-def test_the_page_tells_every_range():
-    page = (DOCS / "case_file.md").read_text()
-    for key, usual in EXPECTED.items():
-        none = ", or 0" if usual.or_none else ""
-        span = f"{usual.low:g} to {usual.high:g} {usual.unit}{none}"
-        assert f"| `{key}` | {span} | {usual.why} |" in page
-
-
 def test_a_gear_with_slip_angles_in_arc_minutes_is_remarked_upon(tmp_path):
     """And with 30 kN m of friction; what is usual beside it is not."""
     usual = "{ slip_torque = 40.0, slip_angle = 2e-5 }"
@@ -237,9 +218,11 @@ def test_a_gear_with_slip_angles_in_arc_minutes_is_remarked_upon(tmp_path):
     torque, angle = remarks(load_case(tmp_path / "line.toml"))
     place = "robot icme2008-example: joint 2: "
     assert torque.startswith(f"{place}hysteresis: expected 0.001 to 1e+04 N m")
-    assert torque.endswith("got 30040 N m")
-    assert angle.startswith(f"{place}slip angle: expected 1e-07 to 0.003 rad")
-    assert angle.endswith("got 0.5 rad: did you mean 0.0001454 rad (0.5 arcmin)?")
+    assert "got 30040 N m" in torque
+    assert angle.startswith(f"{place}gear: hysteresis 2: slip_angle: expected 1e-07 to 0.003 rad")
+    assert angle.endswith(
+        "got 0.5 rad: did you mean 2.424e-06 rad (0.5 arcsec) or 0.0001454 rad (0.5 arcmin)?"
+    )
 
 
 def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not_move(tmp_path):
@@ -262,11 +245,11 @@ def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not
     assert said(*usual, '[plant]\ndrive = "ideal"\n') == (ideal,)
     assert said(*usual, '[plant]\ndrive = "servo"\n') == ()
     assert said(*usual, drives="servo") == ()
-    rotor, gain, rate, last = said("50.0", "position_gain = 1.2, rate_gain = 1e7")
+    rate, rotor, gain, last = said("50.0", "position_gain = 1.2, rate_gain = 1e7")
     place = "robot icme2008-example: joint 2: "
-    assert rotor.startswith(f"{place}rotor's inertia: expected 0.001 to 5000 kg m2")
-    assert rotor.endswith("got 2e+06 kg m2: did you mean 200 kg m2 (2e+06 kg cm2)?")
-    assert gain.startswith(f"{place}position gain: expected 3 to 100 1/s")
+    assert rotor.startswith(f"{place}drive: rotor_inertia_kg_m2: expected 1e-07 to 1 kg m2")
+    assert "got 50 kg m2: did you mean 0.005 kg m2 (50 kg cm2)" in rotor
+    assert gain.startswith(f"{place}drive: servo: position_gain: expected 3 to 100 1/s")
     assert gain.endswith("got 1.2 1/s: did you mean 20 1/s (1.2 m/min/mm)?")
     assert rate.startswith(f"{place}rate loop: expected 2 to 500 Hz")
     assert last == ideal

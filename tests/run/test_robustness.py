@@ -27,7 +27,6 @@ from coupling.report.run_figures import deviation
 from coupling.report.run_report import run_summary
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
-from coupling.results.outlook import ENDS_OF_RANGES
 from coupling.robot.cell import Cell, Member
 from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
@@ -194,7 +193,7 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     replays = {}
     for robot in (example, with_elements(example, 3)):
         fmu = Recorder(found.achieved)
-        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], [{}], found, None)
+        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found, None)
         replays[robot] = [row.name for row in rows], fmu.changed
     (names, before), (more, after) = replays.values()
     assert names == NAMES
@@ -202,22 +201,6 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     assert after.pop("hysteresis +30 %") == {"joint[3].hysteresis": pytest.approx(156.0, rel=1e-15)}
     assert after.pop("hysteresis -30 %") == {"joint[3].hysteresis": pytest.approx(84.0, rel=1e-15)}
     assert before == after
-
-
-def test_both_ends_of_a_class_of_gears_are_replayed(finished, example):
-    """Those that have a range at its ends, the others as they are."""
-    found = finished[1].correction
-    cell, fmu = Cell((Member("one", AT_THE_ORIGIN, None, None),)), Recorder(found.achieved)
-    ranges = [{1: (5e6, 4e7), 4: (1e6, 2e6)}]
-    rows = replayed(cell, [SimulatedModel(example, "backlash", fmu)], ranges, found, None)
-    assert tuple(row.name for row in rows[-2:]) == ENDS_OF_RANGES
-    for end, name in enumerate(ENDS_OF_RANGES):
-        changed = {
-            key: fmu.changed[name][key] for key in ("joint[1].stiffness", "joint[4].stiffness")
-        }
-        ends = {f"joint[{number}].stiffness": both[end] for number, both in ranges[0].items()}
-        assert changed == pytest.approx(ends, rel=1e-14)
-        assert not any(key.startswith(("joint[2]", "joint[3]")) for key in fmu.changed[name])
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
