@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.errors import CaseError, reason_of
+from coupling.errors import CaseError
+from coupling.files.bounded_file import read_bounded
 
 # What a file may hold at most [bytes].
 _LARGEST = 128_000_000
@@ -36,13 +37,7 @@ def read_statements(file: Path) -> Iterator[Statement]:
     Raises:
         CaseError: If it cannot be read, or ends within a statement.
     """
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(_LARGEST + 1)
-    except OSError as cause:
-        raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    if len(content) > _LARGEST:
-        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: divide it")
+    content = read_bounded(file, _LARGEST, CaseError)
     # Comments are in any encoding; statements are ASCII, and anything else in them is refused.
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
     begun, first, is_remark = "", 0, False
