@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+# What of a long message is shown: enough to know it, and its end, where the remedy stands.
+_LONGEST_LINE, _LINE_HEAD, _LINE_TAIL = 1200, 500, 300
+_MOST_LINES, _HEAD_LINES, _TAIL_LINES = 200, 100, 50
+# Characters that steer a terminal, and those that turn the direction of what follows.
+_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
 class CouplingError(Exception):
     """Base of every error this package raises for a user's mistake or an impossible request."""
+
+    def __str__(self) -> str:
+        return shortened(super().__str__())
 
 
 class CaseError(CouplingError):
@@ -92,6 +102,39 @@ def sentence(words: str) -> str:
         ('got 40.', 'got 4000: are they in mm?')
     """
     return words if words.endswith("?") else f"{words}."
+
+
+def shortened(words: str) -> str:
+    """Return a message without the middle of what it quotes at length.
+
+    Example:
+        >>> shortened("name: expected a word, got '" + 10_000_000 * "a" + "'")[490:540]
+        'aaaaaaaaaa[... 9999228 characters ...]aaaaaaaaaaaa'
+    """
+    if len(words) <= _LONGEST_LINE:
+        return words
+    lines = words.split("\n")
+    if len(lines) > _MOST_LINES:
+        skipped = len(lines) - _HEAD_LINES - _TAIL_LINES
+        lines = [*lines[:_HEAD_LINES], f"[... {skipped} lines ...]", *lines[-_TAIL_LINES:]]
+    return "\n".join(map(_shortened_line, lines))
+
+
+def _shortened_line(line: str) -> str:
+    if len(line) <= _LONGEST_LINE:
+        return line
+    skipped = len(line) - _LINE_HEAD - _LINE_TAIL
+    return f"{line[:_LINE_HEAD]}[... {skipped} characters ...]{line[-_LINE_TAIL:]}"
+
+
+def without_steering(words: str) -> str:
+    r"""Return a text whose characters that would steer a terminal are written out.
+
+    Example:
+        >>> print(without_steering("\x1b[2Jformed\tin 3 s"))
+        \x1b[2Jformed	in 3 s
+    """
+    return _STEERING.sub(lambda match: ascii(match[0])[1:-1], words)
 
 
 def reason_of(cause: Exception) -> str:

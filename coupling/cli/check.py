@@ -39,6 +39,7 @@ def check(
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
     from coupling.path.histories import WrenchHistory
+    from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
@@ -50,7 +51,8 @@ def check(
     from coupling.run.repeated_evaluation import RememberedProcess, smoothed_process
     from coupling.run.robots import touch_off_of
 
-    file = output or case.with_name(f"{case.stem}_check.html")
+    # Of a folder's name, which is no case, as well.
+    file = output or case.parent / f"{case.stem}_check.html"
     with RunView(console) as view:
         require_output(file, ".html", ResultError)
         loaded = load_case(case, watch=view.watch)
@@ -78,7 +80,8 @@ def check(
         robots = checked(loaded, wrench, view.watch)
     touches = touched_off((own.name, touch_off_of(loaded, own)) for own in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
-    sections = [*check_summary(robots, loads), *warned((), said), Section("", others)]
+    moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
+    sections = [*check_summary(robots, loads), *warned((), (*moving, *said)), Section("", others)]
     write_check_page(file, f"{loaded.name}: check", robots, sections)
     print_sections(console, sections)
     console.print(f"Page: {file}")

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import sys
-from contextlib import suppress
+from collections.abc import Iterable
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+
+from coupling.errors import shortened, without_steering
 
 # Columns of what is no terminal, a file or another program: its tables are not folded.
 _WIDE = 240
 
 
-class _LastingConsole(Console):
-    """A console whose reader may go, such as `head`: the command still writes its files."""
+class _PlainConsole(Console):
+    """A console that nobody's text can steer: programs, files and names may hold any characters."""
 
-    def on_broken_pipe(self) -> None:
-        """Print nothing more."""
-        with suppress(SystemExit):
-            super().on_broken_pipe()
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """Yield the segments of a renderable; control sequences are those of Rich alone."""
+        for segment in super().render(renderable, options):
+            text = segment.text
+            if not segment.control and not text.isprintable():
+                text = without_steering(text)
+            yield segment._replace(text=text if segment.control else shortened(text))
 
 
 def _console(stderr: bool) -> Console:
-    width = None if (sys.stderr if stderr else sys.stdout).isatty() else _WIDE
-    return _LastingConsole(
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream is not None and stream.isatty() else _WIDE
+    return _PlainConsole(
         stderr=stderr, markup=False, emoji=False, highlight=False, soft_wrap=True, width=width
     )
 

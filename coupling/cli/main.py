@@ -12,6 +12,7 @@ import functools
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
@@ -37,8 +38,11 @@ from coupling.cli import (
 )
 from coupling.cli import next as next_
 from coupling.cli.console import errors
-from coupling.errors import CouplingError
+from coupling.cli.failures import told
+from coupling.cli.streams import lasting_streams
+from coupling.errors import reason_of
 
+DEBUG = "--debug"
 BAD_INPUT, INTERRUPTED = 2, 130
 
 
@@ -129,6 +133,10 @@ def _program(
             "--version", callback=_print_version, is_eager=True, help="Print the version."
         ),
     ] = False,
+    debug: Annotated[
+        bool,
+        typer.Option(DEBUG, help="Show where in the program an error arose; stands at any place."),
+    ] = False,
 ) -> None:
     """Elastic robot: build its FMU, couple it with a process, compensate its path."""
 
@@ -141,20 +149,32 @@ def _whole() -> Any:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit status 0 converged, 1 not converged, 2 bad input, 130 stopped."""
-    with termination_interrupts():
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    shows_trace = DEBUG in words
+    with lasting_streams() as output, termination_interrupts():
         try:
-            _whole()(arguments)
+            try:
+                _whole()([word for word in words if word != DEBUG])
+            finally:
+                output.flush()
         except (KeyboardInterrupt, _StoppedError) as stop:
             kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
             text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
             errors.print(text)
             sys.exit(INTERRUPTED)
+        except SystemExit as end:
+            if output.failure is not None and not end.code:
+                reason = reason_of(output.failure)
+                text = (
+                    f"error: standard output: cannot be written: {reason}: what files hold is whole"
+                )
+                errors.print(text, style="red")
+                sys.exit(BAD_INPUT)
+            raise
         except Exception as error:
-            from elastic_robot.errors import ElasticRobotError
-
-            if not isinstance(error, CouplingError | ElasticRobotError):
-                raise
-            text = "\n".join([f"error: {error}", *_notes(error)])
+            if shows_trace:
+                errors.print("".join(traceback.format_exception(error)).rstrip())
+            text = "\n".join([f"error: {told(error)}", *_notes(error)])
             errors.print(text, style="red")
             sys.exit(BAD_INPUT)
 

@@ -87,10 +87,15 @@ def sync_folder(folder: Path) -> None:
 
 @contextmanager
 def writing(place: Path, error: type[Exception]) -> Iterator[None]:
-    """Have what cannot be written raise `error`, with the place's name."""
+    """Have what cannot be written raise `error`, with the place's name.
+
+    Connections to other programs that end are no fault of the place.
+    """
     try:
         yield
     except OSError as cause:
+        if cause.errno is None or isinstance(cause, ConnectionError | TimeoutError):
+            raise
         raise error(f"{place}: cannot be written: {reason_of(cause)}") from cause
 
 

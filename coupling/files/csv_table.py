@@ -10,6 +10,10 @@ from typing import TextIO
 import numpy as np
 
 from coupling.errors import reason_of
+from coupling.files.bounded_file import require_bounded
+
+# No table is larger [bytes], and no line of names longer.
+_MOST, _LONGEST_HEADER = 2_000_000_000, 1_000_000
 
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -25,12 +29,11 @@ def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -
 
 def read_header(file: Path, error: type[Exception]) -> list[str]:
     """Return the column names of a CSV file; `error` is raised if it cannot be read."""
-    if file.is_fifo():  # tables are read again for their numbers, and a pipe nobody writes to waits
-        raise error(f"{file}: expected a file, got a pipe, which cannot be read twice")
+    require_bounded(file, _MOST, error)
     try:
         # Spreadsheets begin a table with a mark of its encoding.
         with file.open(encoding="utf-8-sig") as stream:
-            return [name.strip() for name in stream.readline().split(",")]
+            return [name.strip() for name in stream.readline(_LONGEST_HEADER).split(",")]
     except (OSError, UnicodeDecodeError) as cause:
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
 
@@ -64,7 +67,7 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a table without rows is refused below
             rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
-    except ValueError as cause:
+    except (OSError, ValueError) as cause:
         reason, _, _ = str(cause).partition(";")  # behind it stands what a programmer may do
         raise error(f"{file}: is not a table of numbers: {reason}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):

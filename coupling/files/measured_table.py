@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import reason_of
+from coupling.files.bounded_file import read_bounded
 
 # A column of this name before it has the standard deviation of another one.
 DEVIATION = "sd."
@@ -60,10 +61,8 @@ class MeasuredTable:
             error: Exception class for every problem: with file, line, column, what was expected and got.
         """
         try:
-            if path.stat().st_size > _MOST:
-                raise error(f"{path}: expected a table of at most {_MOST // 10**6} MB, got more")
-            text = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError, ValueError) as cause:
+            text = read_bounded(path, _MOST, error).decode("utf-8-sig")
+        except UnicodeDecodeError as cause:
             raise error(f"{path}: cannot be read: {reason_of(cause)}") from cause
         numbered = [
             (number, line)

@@ -60,7 +60,11 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
     if name_or_path in shipped:
         return shipped[name_or_path]
     path = (folder or Path()) / name_or_path
-    if not path.is_file():
+    try:
+        exists = path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        exists = False
+    if not exists:
         raise RobotFileError(one_of(shipped, name_or_path, also=" or the path of a robot file"))
     return path
 

@@ -23,6 +23,7 @@ from pydantic import (
 from tomlkit.exceptions import TOMLKitError
 
 from coupling.errors import one_of, reason_of
+from coupling.files.bounded_file import read_bounded
 from elastic_robot.errors import ElasticRobotError
 
 
@@ -36,6 +37,9 @@ class Schema(BaseModel):
 Positive = Annotated[float, Field(gt=0.0)]
 
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+# No case and no robot is larger [bytes].
+_MOST = 64_000_000
 
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 DocumentT = TypeVar("DocumentT", bound=dict[str, Any])
@@ -52,19 +56,52 @@ def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
 
 
 def _parsed(path: Path, error: type[Exception], parse: Callable[[str], DocumentT]) -> DocumentT:
+    content = read_bounded(path, _MOST, error)
     try:
-        return parse(path.read_bytes().decode().replace("\r\n", "\n"))
-    except OSError as cause:
-        raise error(f"{path}: cannot be read: {reason_of(cause)}") from cause
+        # Editors of Windows begin a text with a mark of its encoding.
+        parsed = parse(content.decode("utf-8-sig").replace("\r\n", "\n"))
+        _require_numbers(parsed)
     # Of the syntax, the encoding, or an integer of thousands of digits.
     except (ValueError, TOMLKitError) as cause:
         raise error(f"{path}: is not valid TOML: {reason_of(cause)}") from cause
+    except RecursionError as cause:
+        raise error(
+            f"{path}: is not valid TOML: expected arrays and tables some levels deep, got hundreds of"
+            " levels: look for brackets that are not closed"
+        ) from cause
+    return parsed
+
+
+def _require_numbers(parsed: dict[str, Any]) -> None:
+    """Refuse integers beyond those of TOML, which nothing could compute with or print."""
+    values: list[Any] = [parsed]
+    while values:
+        match values.pop():
+            case dict() as table:
+                values += table.values()
+            case list() as array:
+                values += array
+            case int() as number if not -(2**63) <= number < 2**63:
+                raise ValueError("expected integers of at most 64 bits, got a larger one")
 
 
 def _from_folder(value: object, info: ValidationInfo) -> object:
     """Return the path that a text means in the folder of the file it stands in."""
     folder: Path = (info.context or {}).get("folder", Path())
-    return (folder / value).resolve() if isinstance(value, str) else value
+    if not isinstance(value, str):
+        return value
+    try:
+        path = (folder / value).resolve()
+        path.exists()
+    except (
+        OSError,
+        RuntimeError,
+        ValueError,
+    ) as cause:  # too long, links in a circle, null characters
+        raise ValueError(
+            f"expected the path of a file, got {value!r}: {reason_of(cause)}"
+        ) from cause
+    return path
 
 
 # The path of a file, absolute or relative to the folder of the file that names it.

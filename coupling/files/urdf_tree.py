@@ -20,6 +20,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
+from coupling.files.bounded_file import read_bounded
 from elastic_robot.errors import RobotFileError
 
 # A description of links and joints has no such size and no such depth; meshes are files of their own.
@@ -159,13 +160,7 @@ def read_tree(file: Path) -> UrdfTree:
     Raises:
         RobotFileError: If the file is no URDF, or its joints make no tree of its links.
     """
-    try:
-        with file.open("rb") as opened:
-            text = opened.read(_LARGEST + 1)
-    except OSError as cause:
-        raise RobotFileError(f"{file}: is not a URDF: {cause}") from cause
-    if len(text) > _LARGEST:
-        raise RobotFileError(f"{file}: is not a URDF: it has more than {_LARGEST // 2**20} MiB")
+    text = read_bounded(file, _LARGEST, RobotFileError)
     try:
         root = parse_xml(text)
         if root.tag != "robot":

@@ -23,6 +23,7 @@ from pathlib import Path
 
 from coupling.errors import BuildError
 from coupling.files.atomic_file import AtomicFile, writing
+from coupling.fmu_export.cache import cache_folder, compiler_environment
 
 try:
     from filelock import FileLock
@@ -106,7 +107,7 @@ def compile_library(
         target: The platform it is for.
         sources: C files; headers are found in SOURCES and beside them.
         definitions: Further flags, such as -DNAME.
-        cache: Folder for libraries; `elastic-robot` in the user's cache folder unless given.
+        cache: Folder for libraries; `cache_folder` unless given.
         libraries: Libraries of the system, linked where it is not Windows.
         compiler: Command of the compiler; `host_compiler` unless given.
 
@@ -134,7 +135,15 @@ def _compile(command: Sequence[str], file: Path, failed: str) -> None:
         # Libraries for Windows and macOS state the name that they are linked as: it is always the same.
         built = Path(folder, f"library{file.suffix}")
         words = [*command, "-o", built.name]
-        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            words,
+            cwd=folder,
+            env=compiler_environment(),
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+        )
         if done.returncode != 0:
             raise CompilerError(f"{failed}:\n{done.stderr}")
         AtomicFile(file).write([built.read_bytes()])
@@ -156,7 +165,7 @@ def library_file(
     for file in [*sources, *headers]:
         digest.update(file.name.encode())
         digest.update(file.read_bytes())
-    return (cache or _cache()).resolve() / f"{digest.hexdigest()[:24]}{target.suffix}"
+    return (cache or cache_folder()).resolve() / f"{digest.hexdigest()[:24]}{target.suffix}"
 
 
 def _flags(target: Platform, definitions: Sequence[str]) -> list[str]:
@@ -217,10 +226,6 @@ def _own_compiler(target: Platform) -> list[str] | None:
 @functools.cache
 def _version(compiler: tuple[str, ...]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
-        words = [*compiler, "--version"]
-        return subprocess.run(words, cwd=folder, capture_output=True, check=False).stdout
-
-
-def _cache() -> Path:
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home, "elastic-robot")
+        words, environment = [*compiler, "--version"], compiler_environment()
+        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, check=False)
+        return done.stdout

@@ -82,7 +82,7 @@ class GearDiagnosis:
         backlash: Half width of its backlash [rad].
         reversals: Number of its backlash reversals.
         in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash, or
-            held there by the elements of its hysteresis [s].
+            held there by the elements of its hysteresis [s]; 0 where it has neither.
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque (preload) that avoids its reversals.
         backlash_error: Error of the tool at rest behind a backlash reversal if the backlash is 20 %
@@ -142,7 +142,9 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     clear = margin(loads.torque)
     carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]
-    in_backlash = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
+    may_carry_nothing = (backlash > 0.0) | slipping
+    unloaded = (np.abs(loads.static[1:]) <= none) & may_carry_nothing
+    in_backlash = step * np.sum(unloaded, axis=0)
     lever = loads.lever.max(axis=0)
     by_backlash = backlash_error(backlash, lever)
     gears = gears_of(model.parameters, model.chain)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from coupling.errors import ProgramError, one_of, reason_of
+from coupling.errors import ProgramError, one_of
+from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import other_format
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
 from coupling.programs.kuka.assignments import CONFIGURATION
@@ -19,6 +20,8 @@ Posture = Literal["never", "known", "always"]
 # Programs of ABB, and what else holds modules.
 _RAPID_ENDINGS = (".mod", ".modx", ".prg")
 _RAPID_MODULES = (*_RAPID_ENDINGS, ".sys", ".sysx")
+# No program that a controller holds is larger [bytes].
+_MOST = 256_000_000
 
 
 @dataclass(frozen=True)
@@ -193,10 +196,10 @@ def _called(
 
 
 def _file(path: Path) -> ProgramFile:
+    content = read_bounded(path, _MOST, ProgramError)
     try:
-        return ProgramFile(path.name, path.read_text(encoding="utf-8-sig"))
-    except OSError as cause:
-        raise ProgramError(f"{path}: cannot be read: {reason_of(cause)}") from cause
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         # Controllers write the names in comments in the characters of their own country.
-        return ProgramFile(path.name, path.read_text(encoding="latin-1"))
+        text = content.decode("latin-1")
+    return ProgramFile(path.name, text.replace("\r\n", "\n").replace("\r", "\n"))

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field, replace
 
 from coupling.case.case import Case
 from coupling.errors import SimulationError
-from coupling.events import Event, Watch, unwatched
+from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.path.path_ends import ends_in_motion
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
@@ -172,6 +173,9 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
+    moving = ends_in_motion(case.desired, tuple(robot.name for robot in case.robots))
+    for text in moving:
+        watch(WarningEvent(text))
     require_motors_that_hold(case)
     remembered = RememberedProcess(case.process)
     with explained_by_motors(case, remembered), Models(case.fmu, watch) as fmus:
@@ -248,7 +252,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
-            remarks=(*remarks(case, loads), *(() if noise is None else noise.remarks)),
+            remarks=(*moving, *remarks(case, loads), *(() if noise is None else noise.remarks)),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,

@@ -15,6 +15,7 @@ from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.path.path_ends import is_near_moving_end
 from coupling.process.base import ProcessResponse
 from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.robot.robot import Robot
@@ -96,7 +97,7 @@ class InverseCorrection(Schema):
         while verdict is None:
             rounds.append(self._round(loop, desired, times, response, rounds))
             response = rounds[-1].response
-            verdict = self._verdict(rounds, loop.mode)
+            verdict = self._verdict(rounds, loop.mode, desired.path)
         validated = [entry for entry in rounds if entry.failure is None] or rounds
         best = min(validated, key=lambda entry: entry.report.deviation.maximum)
         outcome, reason = verdict
@@ -167,7 +168,9 @@ class InverseCorrection(Schema):
         loop.watch(report)
         return _Iteration(inverse, achieved, checked, last.path_change, report)
 
-    def _verdict(self, rounds: list[_Iteration], mode: Mode) -> tuple[Outcome, str] | None:
+    def _verdict(
+        self, rounds: list[_Iteration], mode: Mode, desired: ToolPath
+    ) -> tuple[Outcome, str] | None:
         """Return outcome and reason of the rounds, if they end."""
         failure = rounds[-1].failure
         if failure is not None:
@@ -186,6 +189,8 @@ class InverseCorrection(Schema):
         left = f"{1e6 * min(sizes):.4g} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
+        elif is_near_moving_end(desired, worst):
+            advice = "the path moves there, where the robot is at rest: let it accelerate from rest"
         else:
             advice = "see which limit or cycle is the cause (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):

@@ -6,6 +6,7 @@ import logging
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
@@ -27,6 +28,7 @@ try:
         as_completed,
         get_worker,
     )
+    from distributed.comm import CommClosedError
 except ImportError as cause:
     raise StudyError(
         "a study needs Dask, which is not installed: pip install 'elastic-robot-fmu[study]'"
@@ -114,6 +116,12 @@ def simulate(
             raise StudyError(
                 f"workers ended repeatedly on one sample ({cause.task}): check that their memory"
                 " suffices; finished samples are kept, the same command continues"
+            ) from cause
+        except (CommClosedError, CancelledError, TimeoutError) as cause:
+            where = f" at {workers.scheduler}" if workers.scheduler else ""
+            raise StudyError(
+                f"the Dask scheduler{where} has ended, or cannot be reached any more: start it again;"
+                " finished samples are kept, the same command continues"
             ) from cause
         except HostError as cause:
             raise ended_again(cause) from cause

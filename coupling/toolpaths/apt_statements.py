@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.errors import CaseError, reason_of
+from coupling.errors import CaseError
+from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import binary_name, other_format
 
 # What a file may hold at most [bytes].
@@ -37,13 +38,7 @@ def read_content(file: Path) -> bytes:
     Raises:
         CaseError: If it cannot be read, or is no text.
     """
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(_LARGEST + 1)
-    except OSError as cause:
-        raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    if len(content) > _LARGEST:
-        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: divide it")
+    content = read_bounded(file, _LARGEST, CaseError)
     if binary_name(content):
         raise CaseError(f"{file}: expected APT, {other_format(content, ())}")
     return content

@@ -21,6 +21,8 @@ from coupling.toolpaths.untilted import UntiltedPath
 _UNIT_TOLERANCE = 1e-3
 # No robot reaches so far [m], or is so fast [m/s]: its path is in other units.
 _FARTHEST, _FASTEST = 20.0, 10.0
+# No path is so long [s].
+_LATEST = 1e7
 _COLUMNS = ("time", *POSE_COLUMNS)
 # So much of a file tells what it is [bytes].
 _HEAD = 16_384
@@ -76,6 +78,12 @@ class CsvPath(ToolPathTable):
             raise CaseError(
                 f"{self.file}: x, y, z: expected metres, got values up to {largest:.4g}: divide"
                 " millimetres by 1000"
+            )
+        latest = float(np.abs(table[:, 0]).max())
+        if latest > _LATEST:
+            raise CaseError(
+                f"{self.file}: time: expected seconds from the start, at most {_LATEST:g}, got"
+                f" {latest:.4g}: subtract the first row's, and convert it to s"
             )
         steps = np.diff(table[:, 0])
         if np.all(steps > 0.0) and len(steps):  # other times are refused with the path

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.errors import CaseError, reason_of
+from coupling.errors import CaseError
+from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import binary_name, other_format
 from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.gcode_syntax import common_words, refusal
@@ -87,14 +88,7 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
 
 
 def _content(file: Path) -> bytes:
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(_LARGEST + 1)
-    except OSError as cause:
-        raise CaseError(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    if len(content) > _LARGEST:
-        raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more: split the program")
-    return content
+    return read_bounded(file, _LARGEST, CaseError)
 
 
 def _mark(line: str, begun: bool, notes: ReadingNotes) -> str | None:
