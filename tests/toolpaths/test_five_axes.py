@@ -297,6 +297,7 @@ def test_inverse_time_is_the_time_of_each_move(tmp_path):
     ("lines", "said"),
     [
         (["G93 G1 X10"], "line 3: expected a feed F in its line, as G93 has it"),
+        (["F600", "G93 G1 X10"], "line 4: expected a feed F in its line"),
         (["G93 G1 X10 F5", "X20"], "line 4: expected a feed F in its line"),
         (["F600", "G93 G1 X10 F5", "G94", "X20"], "line 6: expected a feed F before"),
         (["G93 G1 X10 F0"], "expected a move of 0.0001 to 360000 s under G93, got F0 1/min"),
@@ -399,7 +400,8 @@ def test_a_tilted_plane_is_a_frame_of_the_part(tmp_path, order):
     if order == "ZXZ":
         begin = ["G68.2 X10 Y20 Z-30 I20 J-35 K50", "G53.1"]
     else:
-        begin = ['CYCLE800(1,"TC1",100000,57,10,20,-30,20,-35,50,0,0,0,-1,100,1) ; plane']
+        begin = ['CYCLE800(1,"TC1",100000,57,10,20,-30,20,-35,50,1,2,3,-1,100,1) ; plane']
+        origin = origin + turn @ [0.001, 0.002, 0.003]
     lines = [
         *begin,
         "G0 X0 Y0 Z5",
