@@ -506,6 +506,16 @@ def test_axes_that_turn_before_tip_control_are_where_the_tool_stands(tmp_path):
     np.testing.assert_allclose(vectors, [matrix[:3, 2] for matrix in there], atol=1e-12)
 
 
+def test_where_an_axis_begins_is_said_if_nothing_gives_it(tmp_path):
+    rotary = {"axes": ["head A", "head B"], "coordinates": "tool-tip"}
+    made = path(tmp_path, ["G0 X0 Y0 Z0", "G1 X10 A5 B10 F1200"], rotary=rotary)
+    _, vectors = tool(made.path(PART))
+    there = part_from_tip(["head A", "head B"], np.zeros(3), np.array([5.0, 10.0]))
+    np.testing.assert_allclose(vectors[[0, -1]], [[0.0, 0.0, 1.0], there[:3, 2]], atol=1e-12)
+    for letter in "AB":
+        assert f"program.ngc: {letter} is at 0 until it is given" in made.task(PART).remarks
+
+
 def test_an_axis_that_is_not_sent_home_stays(tmp_path):
     """G28 with Z alone leaves C where it is; with C it is at zero until it is given, which is said."""
     for home, c in (("G28 Z0", 45.0), ("G28 C0", 0.0)):
