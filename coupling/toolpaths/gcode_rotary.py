@@ -71,6 +71,8 @@ class OtherAxes:
                 self._stand(letter, value, absolute, in_part)
 
     def _turn(self, letter: str, value: float, absolute: bool, in_part: bool) -> None:
+        if letter not in self.values and in_part:
+            self._notes.assume(f"{letter} is at 0 until it is given")
         before = self.values.get(letter, 0.0)
         way = value - before if absolute else value
         if absolute and letter in self._shortest:

@@ -297,6 +297,7 @@ def test_inverse_time_is_the_time_of_each_move(tmp_path):
     ("lines", "said"),
     [
         (["G93 G1 X10"], "line 3: expected a feed F in its line, as G93 has it"),
+        (["F600", "G93 G1 X10"], "line 4: expected a feed F in its line"),
         (["G93 G1 X10 F5", "X20"], "line 4: expected a feed F in its line"),
         (["F600", "G93 G1 X10 F5", "G94", "X20"], "line 6: expected a feed F before"),
         (["G93 G1 X10 F0"], "expected a move of 0.0001 to 360000 s under G93, got F0 1/min"),
@@ -399,7 +400,8 @@ def test_a_tilted_plane_is_a_frame_of_the_part(tmp_path, order):
     if order == "ZXZ":
         begin = ["G68.2 X10 Y20 Z-30 I20 J-35 K50", "G53.1"]
     else:
-        begin = ['CYCLE800(1,"TC1",100000,57,10,20,-30,20,-35,50,0,0,0,-1,100,1) ; plane']
+        begin = ['CYCLE800(1,"TC1",100000,57,10,20,-30,20,-35,50,1,2,3,-1,100,1) ; plane']
+        origin = origin + turn @ [0.001, 0.002, 0.003]
     lines = [
         *begin,
         "G0 X0 Y0 Z5",
@@ -502,6 +504,16 @@ def test_axes_that_turn_before_tip_control_are_where_the_tool_stands(tmp_path):
     tips, vectors = built.points(np.array([0.0, built.lengths.sum()]))
     np.testing.assert_allclose(tips, [[0.0, 0.0, 0.05], [0.01, 0.0, 0.05]], atol=1e-12)
     np.testing.assert_allclose(vectors, [matrix[:3, 2] for matrix in there], atol=1e-12)
+
+
+def test_where_an_axis_begins_is_said_if_nothing_gives_it(tmp_path):
+    rotary = {"axes": ["head A", "head B"], "coordinates": "tool-tip"}
+    made = path(tmp_path, ["G0 X0 Y0 Z0", "G1 X10 A5 B10 F1200"], rotary=rotary)
+    _, vectors = tool(made.path(PART))
+    there = part_from_tip(["head A", "head B"], np.zeros(3), np.array([5.0, 10.0]))
+    np.testing.assert_allclose(vectors[[0, -1]], [[0.0, 0.0, 1.0], there[:3, 2]], atol=1e-12)
+    for letter in "AB":
+        assert f"program.ngc: {letter} is at 0 until it is given" in made.task(PART).remarks
 
 
 def test_an_axis_that_is_not_sent_home_stays(tmp_path):
