@@ -187,11 +187,13 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         with _timed(kind, durations):
             found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
-            repeated = None if quiet is None else quiet.repeatability
-            found = explained(found, kind, repeated)
-            if repeated is None or not repeated.disturbs:
+            first, last = None if quiet is None else quiet.repeatability, None
+            if first is None or not first.disturbs:
                 last = repeated_evaluation(case, remembered.last, found, watch)
-                found, repeated = explained(found, kind, last), last or repeated
+            repeated = last or first
+            found = explained(found, kind, repeated)
+            more = sum(comparison is not None for comparison in (first, last))
+            found = replace(found, evaluations=found.evaluations + more)
         noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
         if kind == "compensate":

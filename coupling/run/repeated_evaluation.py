@@ -118,10 +118,8 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
         kind: "couple" or "compensate".
         repeated: Difference of two responses to its last path; None where it was evaluated once.
     """
-    if repeated is None:
+    if repeated is None or found.outcome not in _WITHOUT_END:
         return found
-    if found.outcome not in _WITHOUT_END:
-        return replace(found, evaluations=found.evaluations + 1)
     reason = found.reason
     if repeated.disturbs:
         left, what = (
@@ -132,7 +130,7 @@ def explained(found: Correction, kind: str, repeated: Repeatability | None) -> C
         reason = f"{repeated.sentence()}; {what} {1e6 * left:.4g} um"
     elif not repeated.identical:
         reason = f"{reason}; and {repeated.sentence()}"
-    return replace(found, reason=reason, evaluations=found.evaluations + 1)
+    return replace(found, reason=reason)
 
 
 def _second_response(
