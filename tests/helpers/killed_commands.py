@@ -124,10 +124,10 @@ def _deflections(folder: Path) -> Path:
 def commands(folder: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield names and words of the commands, on small inputs that are written into a folder."""
     start(folder / "imports.txt", "robots").status()  # so that lengths are those of the work
+    yield "identify", ("identify", str(_deflections(folder)), "-o", "{out}/robot.toml")
     place = "\n[place]\nx_m = [1.5, 1.7]\nz_m = [0.7, 0.9]\nsettings = 128\ncases = 1\n"
     (folder / "place.toml").write_text(LINE_CASE.read_text() + place)
     yield "place", ("place", str(folder / "place.toml"), "-o", "{out}/placed", "--no-store")
-    yield "identify", ("identify", str(_deflections(folder)), "-o", "{out}/robot.toml")
     text = changed_text(
         CASES / "cone.toml",
         ("radius_m       = 0.06", "radius_m       = 0.03"),

@@ -15,10 +15,10 @@ def known(tmp_path_factory):
     return folder, commands(folder)
 
 
-def test_place_and_identify_survive_three_rounds_of_kills(known):
+def test_identify_survives_three_rounds_of_kills(known):
+    """The others take minutes: `python tests/helpers/killed_commands.py 100`."""
     folder, named = known
     chance = random.Random(3)
-    for _ in range(2):
-        name, words = next(named)
-        command = KilledCommand.of(words, folder / f"{name}_undisturbed")
-        assert sum(command.round(folder / f"{name}_{k}", chance) for k in range(3)) > 0
+    name, words = next(named)
+    command = KilledCommand.of(words, folder / f"{name}_undisturbed")
+    assert sum(command.round(folder / f"{name}_{k}", chance) for k in range(3)) > 0
