@@ -45,7 +45,7 @@ _INTERVAL = (5.0, 95.0)
 
 
 @dataclass(frozen=True)
-class Basis:
+class DrawnFrom:
     """What robots and forces are drawn from.
 
     Attributes:
@@ -66,7 +66,7 @@ class DrawnDeviation(ResultPart):
         samples: Number of robots.
         low, high: 5th and 95th percentile of the largest deviation [m].
         less_constant_low, less_constant_high: The same less a constant [m].
-        drawn, missing, is_whole: As of `Basis`.
+        drawn, missing, is_whole: As of `DrawnFrom`.
     """
 
     samples: int
@@ -79,7 +79,7 @@ class DrawnDeviation(ResultPart):
     is_whole: bool
 
     @classmethod
-    def among(cls, replays: Sequence[Replay], basis: Basis) -> DrawnDeviation | None:
+    def among(cls, replays: Sequence[Replay], basis: DrawnFrom) -> DrawnDeviation | None:
         """Return the interval; None where nothing was drawn."""
         if not replays:
             return None

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.stats.qmc import Sobol
 
-from coupling.results.outlook import Basis, Replay
+from coupling.results.outlook import DrawnFrom, Replay
 from coupling.robot.cell import Cell
 from coupling.robot.mismatch import ModelMismatch
 from coupling.run.robustness import SimulatedModel, StiffnessRanges, differing
@@ -24,7 +24,7 @@ def basis_of(
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
     force_error: float | None,
-) -> Basis:
+) -> DrawnFrom:
     """Return what robots and forces can be drawn from, and what has no stated range.
 
     Args:
@@ -57,7 +57,7 @@ def basis_of(
         if not is_there:
             missing.append(f"{name}, which the file leaves out" if joints else name)
     is_whole = bool(joints) and stated == len(joints) and force_error is not None
-    return Basis(tuple(drawn), tuple(missing), is_whole)
+    return DrawnFrom(tuple(drawn), tuple(missing), is_whole)
 
 
 def drawn_differences(

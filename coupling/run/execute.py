@@ -19,7 +19,7 @@ from coupling.path.path_ends import ends_in_motion
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
-from coupling.results.outlook import Basis, Replay
+from coupling.results.outlook import DrawnFrom, Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
@@ -114,7 +114,7 @@ class Run:
     noise: ForceNoise | None = None
     forecast: RunForecast | None = None
     drawn: tuple[Replay, ...] = ()
-    basis: Basis = field(default_factory=Basis)
+    basis: DrawnFrom = field(default_factory=DrawnFrom)
 
     @property
     def desired(self) -> ToolPath:
@@ -208,7 +208,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.response.wrench, other)
         replays: tuple[Replay, ...] = ()
-        drawn, basis = tuple[Replay, ...](), Basis()
+        drawn, basis = tuple[Replay, ...](), DrawnFrom()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             # Robots with other motors have FMUs of their own, which end with their replays.

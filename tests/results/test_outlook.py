@@ -12,7 +12,7 @@ from coupling.conduct import FinishedRun
 from coupling.path.deviation import Deviation
 from coupling.report.document import document
 from coupling.report.verdict import verdict
-from coupling.results.outlook import Basis, DrawnDeviation, Replay, WorstReplay
+from coupling.results.outlook import DrawnDeviation, DrawnFrom, Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -84,7 +84,7 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
 def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     """Of 1 to 99 um the middle nine tenths are 5 to 95 um."""
     drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 100)]
-    basis = Basis(("the stated stiffness of 6 gears", "a force of +-19 %"), ("backlash",), True)
+    basis = DrawnFrom(("the stated stiffness of 6 gears", "a force of +-19 %"), ("backlash",), True)
     expected = DrawnDeviation.among(drawn, basis)
     replays = [Replay("stiffness +2 %", deviation(7e-6, 1e-6), ())]
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
@@ -94,7 +94,9 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
         " the robots drawn from the stated stiffness of 6 gears and a force of +-19 %, by 99 of them)."
         " Not in it: backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
     )
-    part = DrawnDeviation.among(drawn, Basis(("a force of +-19 %",), ("the stiffness of 6 gears",)))
+    part = DrawnDeviation.among(
+        drawn, DrawnFrom(("a force of +-19 %",), ("the stiffness of 6 gears",))
+    )
     assert part.sentence.startswith("Expected deviation: 5 um")
     assert part.sentence.endswith("Not in it: the stiffness of 6 gears.")
     assert DrawnDeviation.among((), basis) is None
