@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import ProgramError
-from coupling.programs import fanuc_reader
+from coupling.programs.fanuc import reader as fanuc_reader
 from coupling.programs.languages import read_program
 from coupling.programs.program import ProgramFile
 

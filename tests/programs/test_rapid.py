@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import validate
 from coupling.path.frame import Frame
-from coupling.programs import rapid_reader
 from coupling.programs.languages import read_program
 from coupling.programs.program import HERE, RobotProgram
+from coupling.programs.rapid import reader as rapid_reader
 from coupling.toolpaths.robot_program import ProgramPath
 
 REST = "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
