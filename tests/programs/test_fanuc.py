@@ -183,8 +183,11 @@ REFUSED = {
     "task that is missing": (f"RUN LOGGER\n{FIRST}", ["LOGGER"]),
     "program by a string": ("CALL SR[2]", ["SR[2]"]),
     "string": ("R[1]=STRLEN SR[1]\nL P[R[1]] 5mm/sec FINE", ["STRLEN SR[1]"]),
-    "endless": (f"LBL[1]\n{FIRST}\nJMP LBL[1]", ["for ever", "LBL[1]"]),
-    "endless with a counter": ("LBL[1]\nR[1]=R[1]+1\nR[1]=3\nR[1]=4\nJMP LBL[1]", ["200000"]),
+    "endless": ("R[1]=1\nLBL[1]\nIF R[1]=1,JMP LBL[1]", ["for ever", "LBL[1]"]),
+    "endless with a counter": (
+        "R[1]=1\nLBL[1]\nR[1]=R[1]+1\nIF R[1]>1,JMP LBL[1]",
+        ["200000"],
+    ),
     "no label": ("JMP LBL[4]", ["LBL[4]"]),
     "label twice": ("LBL[4]\nLBL[4]\nJMP LBL[4]", ["LBL[4]", "once"]),
     "no end of a block": (f"R[1]=1\nIF R[1]=2 THEN\n{FIRST}", ["got none"]),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 
 from coupling.errors import ProgramError
+from coupling.programs.endless import ProgramEnd, end_after_pass
 from coupling.programs.fanuc.assignments import REGISTER, assign
 from coupling.programs.fanuc.expressions import UnknownRegister, whole_number
 from coupling.programs.fanuc.harmless import is_harmless, left_out_word
@@ -23,6 +25,8 @@ _FLAGS = re.IGNORECASE
 _CALL = re.compile(r"(CALL|RUN)\s+([\w-]+)\s*(?:\((.*)\))?", _FLAGS)
 _CALL_BY_STRING = re.compile(r"(?:CALL|RUN)\s+A?SR?\[.*", _FLAGS)
 _JUMP = re.compile(r"JMP\s+LBL\[(.+)\]", _FLAGS)
+_JUMPED = re.compile(r"\bJMP\s+LBL\[\s*(.+?)\s*\]", _FLAGS)
+_END = re.compile(r"(?:^|,)\s*END$", _FLAGS)
 _LABEL = re.compile(r"LBL\[.+\]", _FLAGS)
 _FOR = re.compile(r"FOR\s+R\[(.+?)\]\s*=\s*(.+?)\s+(TO|DOWNTO)\s+(.+)", _FLAGS)
 _IF_THEN = re.compile(r"IF\b\s*(.+?)\s*THEN", _FLAGS)
@@ -30,10 +34,6 @@ _SELECT = re.compile(r"SELECT\s+(.+)", _FLAGS)
 _CASE = re.compile(r"=\s*([^,]+?)\s*,\s*(.+)", _FLAGS)
 _ELSE_CASE = re.compile(r"ELSE\s*,\s*(.+)", _FLAGS)
 _TIMEOUT = re.compile(r"WAIT\b.*\bTIMEOUT\b", _FLAGS)
-
-
-class _AbortError(Exception):
-    """The program reached ABORT."""
 
 
 class FanucExecution:
@@ -63,14 +63,13 @@ class FanucExecution:
 
     def run(self, text: TpText) -> None:
         """Go through the program that is started, until its end or an ABORT."""
-        try:
+        with suppress(ProgramEnd):
             self._run(RunningProgram(text, self.registers))
-        except _AbortError:
-            return
 
-    def _run(self, running: RunningProgram) -> None:
-        text, index = running.text, 0
-        while index < len(text.instructions):
+    def _run(self, running: RunningProgram, index: int = 0, end: int | None = None) -> None:
+        """Go through a program from one instruction to another, which is not executed, or to its end."""
+        text = running.text
+        while index < len(text.instructions) and index != end:
             self.steps -= 1
             if self.steps < 0:
                 raise ProgramError(
@@ -136,12 +135,13 @@ class FanucExecution:
         if upper.startswith("IF"):
             return self._if(running, index, words, where)
         if (jump := _JUMP.fullmatch(words)) is not None:
-            return self._jump(running, index, jump[1], where)
+            return self._jump(running, index, words, jump[1], where)
         if upper == "END":
             return len(running.text.instructions)
         if upper == "ABORT":
-            raise _AbortError
+            raise ProgramEnd
         if _LABEL.fullmatch(words):
+            running.begins[index] = len(self.driver.moves)
             return index + 1
         if (call := _CALL.fullmatch(words)) is not None:
             self._call(running, call, where)
@@ -223,11 +223,34 @@ class FanucExecution:
         )
         return True
 
-    def _jump(self, running: RunningProgram, index: int, label: str, where: str) -> int:
+    def _is_endless(self, running: RunningProgram, target: int, index: int) -> bool:
+        """Return whether nothing leaves the instructions from a label to the jump that repeats them."""
+        if target > index or any(text.holds_abort for text in self.files.values()):
+            return False
+        for instruction in running.text.instructions[target:index]:
+            if _END.search(instruction.text):
+                return False
+            for label in _JUMPED.findall(instruction.text):
+                place = running.text.labels.get(int(label)) if label.isdecimal() else None
+                if place is None or not target <= place < index:
+                    return False
+        return target in running.begins
+
+    def _jump(self, running: RunningProgram, index: int, words: str, label: str, where: str) -> int:
         number = whole_number(running.value(label, where), f"{where}: LBL[]")
         target = running.text.labels.get(number)
         if target is None:
             raise ProgramError(f"{where}: expected a label LBL[{number}] in the program, got none")
+        if words == running.text.instructions[index].text and self._is_endless(
+            running, target, index
+        ):
+            end_after_pass(
+                running.begins[target],
+                self.driver.moves,
+                lambda: self._run(running, target, index),
+                self.notes,
+                running.text.where(target),
+            )
         place = (running.text.title, index)
         if target < index and self._jumped.get(place) == self.registers.changes:
             raise ProgramError(

@@ -76,11 +76,13 @@ class TpDriver:
                     " position as such, or write J"
                 )
             joints = tuple(_RADIANS * angle for angle in position.values)
-            self.moves.append(ProgramMove("joint", joints=joints, duration=duration, speed=speed))
+            self.moves.append(
+                ProgramMove("joint", joints=joints, duration=duration, speed=speed, where=where)
+            )
         else:
             kind: Motion = "linear" if motion.letter == "L" else "joint"
             pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
-            self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed))
+            self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
         registers.last = LastTarget(position, base, tool)
 
     def _target(self, running: RunningProgram, motion: MotionInstruction, where: str) -> TpPosition:

@@ -23,6 +23,7 @@ class RunningProgram:
         offsets: Position registers of OFFSET CONDITION and TOOL_OFFSET CONDITION, by the first word.
         depth: Number of programs that it was called through.
         ends: Ends of its loops, by the index of FOR.
+        begins: Numbers of motions before its labels, where they were passed last, by their index.
     """
 
     text: TpText
@@ -31,6 +32,7 @@ class RunningProgram:
     offsets: dict[str, int] = field(default_factory=dict)
     depth: int = 0
     ends: dict[int, float] = field(default_factory=dict)
+    begins: dict[int, int] = field(default_factory=dict)
 
     def value(self, expression: str, where: str) -> Value:
         """Return the value of an expression."""

@@ -25,6 +25,7 @@ _FIRST_GROUP = re.compile(r"\bGP1\s*:\s*", re.IGNORECASE)
 _POSITION = re.compile(
     r"\s*P\[\s*(\d{1,9})\s*(?::\s*\"[^\"\n]*\"\s*|:[^\]\n]*)?\]\s*\{([^{}]*)\}\s*;?"
 )
+_ABORT = re.compile(r"\bABORT\b", re.IGNORECASE)
 _LABEL = re.compile(r"LBL\[\s*(\d{1,9})\s*\]", re.IGNORECASE)
 _THEN = re.compile(r"IF\b.*\bTHEN", re.IGNORECASE)
 
@@ -91,6 +92,11 @@ class TpText:
     def where(self, index: int) -> str:
         """Return the place of an instruction, for messages."""
         return f"{self.file}: line {self.instructions[index].line}"
+
+    @cached_property
+    def holds_abort(self) -> bool:
+        """Whether an instruction may end all programs."""
+        return any(_ABORT.search(instruction.text) for instruction in self.instructions)
 
     @cached_property
     def labels(self) -> dict[int, int]:

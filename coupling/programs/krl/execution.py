@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.endless import ProgramEnd, end_after_pass
 from coupling.programs.krl.assignments import Assignments
 from coupling.programs.krl.controller import KrlController
 from coupling.programs.krl.expressions import Call, Expression, Reference
@@ -99,6 +100,8 @@ class Interpreter:
                 f"{self.controller.where}: expected a value that the program tells, got"
                 f" {cause.value.text}"
             ) from cause
+        except ProgramEnd:
+            pass
         except RecursionError:
             raise ProgramError(
                 f"{self.controller.where}: expected fewer blocks and calls in each other, got too many"
@@ -222,6 +225,9 @@ class Interpreter:
             self.controller.store(counter, number(self.controller.value(counter), where) + step)
 
     def _while(self, block: KrlBlock) -> None:
+        if _bare(block.line.rest) == "TRUE":
+            self._loop(block)
+            return
         while self._holds(block.line.rest, block.line):
             self._require_change(block)
             if not self._pass(block.parts[0][1]):
@@ -229,6 +235,9 @@ class Interpreter:
             self._count(block.line)
 
     def _repeat(self, block: KrlBlock) -> None:
+        if _bare(block.end.rest) == "FALSE":
+            self._loop(block)
+            return
         while self._pass(block.parts[0][1]):
             self._count(block.end)
             if self._holds(block.end.rest, block.end):
@@ -244,12 +253,18 @@ class Interpreter:
             )
 
     def _loop(self, block: KrlBlock) -> None:
-        if not _can_leave(block.parts[0][1]):
-            raise ProgramError(
-                f"{block.line.where}: expected a program that ends, got LOOP without EXIT: give the"
-                " statements of one pass"
-            )
-        while self._pass(block.parts[0][1]):
+        """Execute a loop that EXIT or RETURN alone can end."""
+        statements, motions = block.parts[0][1], self.motions.motions
+        if not _can_leave(statements):
+            begin = len(motions.moves)
+            self._execute(statements)
+
+            def run_again() -> None:
+                motions.begin_again()
+                self._execute(statements)
+
+            end_after_pass(begin, motions.moves, run_again, self.controller.notes, block.line.where)
+        while self._pass(statements):
             self._count(block.line)
 
     def _pass(self, statements: Sequence[Statement]) -> bool:
@@ -339,6 +354,10 @@ class Interpreter:
             if not is_value and isinstance(part, Reference):
                 self.controller.store(part, local.values[parameter, ()])
         return (result,)
+
+
+def _bare(condition: str) -> str:
+    return condition.strip("() \t").upper()
 
 
 def _can_leave(statements: Sequence[Statement]) -> bool:

@@ -132,6 +132,10 @@ class Motions:
             }
         self.add(motion, target, settings, where)
 
+    def begin_again(self) -> None:
+        """Take a motion to an unknown place as one that leads to the path again."""
+        self._begun, self._behind = False, ""
+
     def leave(self, text: str) -> bool:
         """Return whether a motion by axes to an unknown place only leads to or from the path."""
         if self.spline or self._block is not None:

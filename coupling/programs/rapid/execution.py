@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.endless import ProgramEnd, end_after_pass
 from coupling.programs.rapid.calls import bound, returned
 from coupling.programs.rapid.effects import (
     COUNTING,
@@ -62,10 +63,6 @@ class _Returned(Exception):  # noqa: N818 - no error
         self.value = value
 
 
-class _Ended(Exception):  # noqa: N818 - no error
-    """The end of the program."""
-
-
 @dataclass
 class RapidExecution:
     """State of a controller while it goes through a program.
@@ -108,7 +105,7 @@ class RapidExecution:
             for holder in self.memory.modules
             for known in holder.routines.values()
         )
-        with suppress(_Ended):
+        with suppress(ProgramEnd):
             self._routine(routine, RoutineScope(module))
         self.motions.assume_zones()
 
@@ -251,7 +248,7 @@ class RapidExecution:
         if word not in ("EXIT", "ExitCycle"):
             place = where.rsplit(": ", 1)[-1]
             self.notes.assume(f"it ends at {word} in {place}")
-        raise _Ended
+        raise ProgramEnd
 
     def _count_on(
         self, word: str, arguments: tuple[Argument, ...], scope: RoutineScope, where: str
@@ -301,12 +298,16 @@ class RapidExecution:
                 return
             if not _truth(value, where):
                 return
-            if isinstance(statement.condition, Literal) and not has_end(body, self.memory, scope):
-                raise ProgramError(
-                    f"{where}: expected a loop that ends, got WHILE TRUE: read what stands in it, as a"
-                    " procedure without the loop"
-                )
+            begin = len(self.motions.moves)
             self._block(body, scope)
+            if isinstance(statement.condition, Literal) and not has_end(body, self.memory, scope):
+                end_after_pass(
+                    begin,
+                    self.motions.moves,
+                    lambda: self._block(body, scope),
+                    self.notes,
+                    where,
+                )
             self._steps -= 1
             if self._steps < 0:
                 raise ProgramError(

@@ -93,7 +93,7 @@ class RapidMotions:
         self._begin(frames, where)
         duration = self._duration(pace, where)
         joints = tuple(math.radians(1.0) * angle for angle in angles)
-        self.moves.append(ProgramMove("joint", joints=joints, duration=duration))
+        self.moves.append(ProgramMove("joint", joints=joints, duration=duration, where=where))
         self._last = None
 
     def to_pose(
@@ -109,7 +109,7 @@ class RapidMotions:
         pose = self.frames.express(pose, base, tool, motion == "linear", where)
         duration = self._duration(pace, where)
         speed = None if duration is not None else self._speed(motion, pace, pose, where)
-        self.moves.append(ProgramMove(motion, pose, None, duration, speed))
+        self.moves.append(ProgramMove(motion, pose, None, duration, speed, where=where))
         self._last = pose
 
     def displace(self, displacement: Pose) -> None:
