@@ -41,7 +41,7 @@ REFUSED = {
     "input": ("IF $IN[1] THEN\nLIN P2\nENDIF", ["line 4", "$IN[1]"]),
     "input that sets a point": ("IF $IN[1] THEN\nP2.Y=4\nENDIF\nLIN P2", ["line 4", "$IN[1]"]),
     "input in a loop": ("REPEAT\nLIN P2\nUNTIL $IN[1]", ["line 4", "$IN[1]"]),
-    "endless while": ("WHILE N==N\nN=N+0\nENDWHILE", ["line 5", "ends within"]),
+    "endless while": ("WHILE N==N\nN=N+0\nENDWHILE", ["line 5", "at most 100000"]),
     "endless wait": ("WHILE N==2\nWAIT SEC 1\nENDWHILE", ["line 4", "waits for ever"]),
     "unknown base": ("$BASE=BASE_DATA[3]\nLIN P2", ["line 5", "one base", "BASE_DATA[3]"]),
     "unknown tool": ("BAS(#TOOL,3)\nLIN P2", ["line 5", "one tool", "TOOL_DATA[3]"]),

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 
 from coupling.errors import ProgramError
-from coupling.programs.fanuc.expressions import UnknownRegister, Value
+from coupling.programs.fanuc.expressions import Value
 from coupling.programs.fanuc.harmless import OUTCOME
 from coupling.programs.fanuc.memory import PositionRegister
 from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.fanuc.running import RunningProgram
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 _FLAGS = re.IGNORECASE
 REGISTER = re.compile(r"R\[(.+?)\]\s*=(?!=)\s*(.+)", _FLAGS)
@@ -50,9 +51,7 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
         index = running.index(given[1], where)
         registers.set_position(index, _sum(running, given[2], where))
     elif (given := REGISTER.fullmatch(words)) is not None:
-        value = (
-            UnknownRegister(given[2]) if OUTCOME.match(given[2]) else running.value(given[2], where)
-        )
+        value = Unknown(given[2]) if OUTCOME.match(given[2]) else running.value(given[2], where)
         registers.set_number(running.index(given[1], where), value)
     elif (given := _SET.fullmatch(words)) is not None:
         number, index = (running.index(part, where) for part in given.groups()[1:])
@@ -152,11 +151,9 @@ def _added(a: PositionRegister, b: PositionRegister, sign: float, where: str) ->
         )
     elements: dict[int, Value] = {}
     for place in a.elements.keys() | b.elements.keys():
-        x, y = (
-            r.elements.get(place, UnknownRegister("an element that is not set")) for r in (a, b)
-        )
-        if isinstance(x, (UnknownRegister, str)) or isinstance(y, (UnknownRegister, str)):
-            elements[place] = x if isinstance(x, (UnknownRegister, str)) else y
+        x, y = (r.elements.get(place, Unknown("an element that is not set")) for r in (a, b))
+        if isinstance(x, (Unknown, str)) or isinstance(y, (Unknown, str)):
+            elements[place] = x if isinstance(x, (Unknown, str)) else y
         else:
             elements[place] = float(x) + sign * float(y)
     kind = a.is_joint if a.is_joint is not None else b.is_joint

@@ -6,9 +6,10 @@ import re
 from contextlib import suppress
 
 from coupling.errors import ProgramError
+from coupling.programs.budget import Budget
 from coupling.programs.endless import ProgramEnd, end_after_pass
 from coupling.programs.fanuc.assignments import REGISTER, assign
-from coupling.programs.fanuc.expressions import UnknownRegister, whole_number
+from coupling.programs.fanuc.expressions import whole_number
 from coupling.programs.fanuc.harmless import is_harmless, left_out_word
 from coupling.programs.fanuc.memory import Registers
 from coupling.programs.fanuc.motion_statements import is_motion, motion_of
@@ -18,9 +19,10 @@ from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.program import RobotProgram
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
-# Programs that call each other; instructions beyond those that stand in the files, as loops make them.
-_DEEPEST, _MOST_REPEATED = 10, 200_000
+# Programs that call each other, at most.
+_DEEPEST = 10
 _FLAGS = re.IGNORECASE
 _CALL = re.compile(r"(CALL|RUN)\s+([\w-]+)\s*(?:\((.*)\))?", _FLAGS)
 _CALL_BY_STRING = re.compile(r"(?:CALL|RUN)\s+A?SR?\[.*", _FLAGS)
@@ -44,7 +46,8 @@ class FanucExecution:
         self.notes = ReadingNotes()
         self.registers = Registers(self.notes)
         self.driver = TpDriver(self.registers, files)
-        self.steps = _MOST_REPEATED + sum(len(text.instructions) for text in files.values())
+        self.budget = Budget()
+        self.budget.remaining += sum(len(text.instructions) for text in files.values())
         self._jumped: dict[tuple[str, int], int] = {}
 
     def program(self, first: TpText) -> RobotProgram:
@@ -70,12 +73,7 @@ class FanucExecution:
         """Go through a program from one instruction to another, which is not executed, or to its end."""
         text = running.text
         while index < len(text.instructions) and index != end:
-            self.steps -= 1
-            if self.steps < 0:
-                raise ProgramError(
-                    f"{text.where(index)}: expected at most {_MOST_REPEATED} repeated instructions, got"
-                    " more: a loop that does not end, or too long a one"
-                )
+            self.budget.spend(text.where(index))
             index = self._step(running, index)
 
     def _step(self, running: RunningProgram, index: int) -> int:
@@ -163,13 +161,13 @@ class FanucExecution:
     def _truth(self, running: RunningProgram, condition: str, where: str) -> bool | None:
         """Return whether a condition holds; None if nobody knows before the program runs."""
         value = running.value(condition, where)
-        if isinstance(value, UnknownRegister):
+        if isinstance(value, Unknown):
             return None
         return bool(value)
 
     def _unknown(self, running: RunningProgram, condition: str, where: str) -> ProgramError:
         value = running.value(condition, where)
-        name = value.name if isinstance(value, UnknownRegister) else condition
+        name = value.name if isinstance(value, Unknown) else condition
         remedy = "set it before, or write the branch that is taken"
         if name.startswith("AR["):
             remedy = "read the program that calls this one, which gives it"
@@ -218,9 +216,7 @@ class FanucExecution:
         if given is None:
             return False
         number = whole_number(running.value(given[1], where), f"{where}: R[]")
-        self.registers.set_number(
-            number, UnknownRegister(f"R[{number}], set behind an unknown condition")
-        )
+        self.registers.set_number(number, Unknown(f"R[{number}], set behind an unknown condition"))
         return True
 
     def _is_endless(self, running: RunningProgram, target: int, index: int) -> bool:
@@ -298,7 +294,7 @@ class FanucExecution:
             cases.append(instructions[behind].text)
             behind += 1
         value = running.value(register, where)
-        if isinstance(value, UnknownRegister):
+        if isinstance(value, Unknown):
             raise self._unknown(running, register, where)
         for case in cases:
             given, other = _CASE.fullmatch(case), _ELSE_CASE.fullmatch(case)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from coupling.errors import ProgramError
+from coupling.programs.arithmetic import ORDER, computed
 from coupling.programs.text import real, shortened
+from coupling.programs.unknown import Unknown
 
 _TOKEN = re.compile(
     r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|'[^']*'|<>|<=|>=|[-+*/=<>!()\[\],]"
@@ -16,30 +16,10 @@ _TOKEN = re.compile(
 )
 # Brackets in each other; the language allows five.
 _DEEPEST = 20
-_LARGEST = 1e30
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
-    "MOD": math.fmod,
-}
 _CONSTANTS = {"ON": True, "OFF": False, "TRUE": True, "FALSE": False}
 
 
-@dataclass(frozen=True)
-class UnknownRegister:
-    """A value that a program does not set itself.
-
-    Attributes:
-        name: Word for it in messages.
-    """
-
-    name: str
-
-
-Value = float | bool | str | UnknownRegister
+Value = float | bool | str | Unknown
 # Function from the name of a register and its indices to its value.
 Lookup = Callable[[str, tuple[int, ...]], Value]
 
@@ -56,12 +36,12 @@ def evaluate(text: str, lookup: Lookup, where: str) -> Value:
         ProgramError: If it is none.
 
     Example:
-        >>> evaluate("(2+3*4)DIV 4", lambda name, indices: UnknownRegister(name), "here")
+        >>> evaluate("(2+3*4)DIV 4", lambda name, indices: Unknown(name), "here")
         3.0
-        >>> evaluate("1=2 AND DI[3]=ON", lambda name, indices: UnknownRegister(name), "here")
+        >>> evaluate("1=2 AND DI[3]=ON", lambda name, indices: Unknown(name), "here")
         False
-        >>> evaluate("DI[3]", lambda name, indices: UnknownRegister(f"{name}{list(indices)}"), "here")
-        UnknownRegister(name='DI[3]')
+        >>> evaluate("DI[3]", lambda name, indices: Unknown(f"{name}{list(indices)}"), "here")
+        Unknown(name='DI[3]', step=0)
     """
     tokens, at = [], 0
     bare = text.strip()
@@ -144,7 +124,7 @@ class _Expression:
             return _computed(0.0, "-", self._factor(), self)
         if token == "!":
             value = self._factor()
-            return value if isinstance(value, UnknownRegister) else not value
+            return value if isinstance(value, Unknown) else not value
         if token == "(":
             value = self.disjunction()
             if not self._next(")"):
@@ -157,7 +137,7 @@ class _Expression:
         if token.upper() in _CONSTANTS:
             return _CONSTANTS[token.upper()]
         if token[0] == "$":
-            return UnknownRegister(token)
+            return Unknown(token)
         if not token[0].isalpha() or not self._next("["):
             raise self.error(token)
         return self._register(token.upper())
@@ -169,7 +149,7 @@ class _Expression:
         if not self._next("]"):
             raise self.error("no ]")
         for value in values:
-            if isinstance(value, UnknownRegister):
+            if isinstance(value, Unknown):
                 return value
         where = f"{self.where}: {name}[]"
         return self.lookup(name, tuple(whole_number(value, where) for value in values))
@@ -181,7 +161,7 @@ def whole_number(value: Value, where: str) -> int:
     Raises:
         ProgramError: If it is not known or not whole.
     """
-    if isinstance(value, UnknownRegister):
+    if isinstance(value, Unknown):
         raise ProgramError(
             f"{where}: expected a number that the program sets, got {value.name}: set it before"
         )
@@ -191,41 +171,33 @@ def whole_number(value: Value, where: str) -> int:
 
 
 def _is_off(value: Value) -> bool:
-    return not isinstance(value, UnknownRegister) and not value
+    return not isinstance(value, Unknown) and not value
 
 
 def _logical(a: Value, b: Value, join: Callable[[tuple[Value, Value]], bool]) -> Value:
     for value in (a, b):
-        if isinstance(value, UnknownRegister):
+        if isinstance(value, Unknown):
             return value
     return join((a, b))
 
 
 def _compared(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    if isinstance(a, UnknownRegister):
+    if isinstance(a, Unknown):
         return a
-    if isinstance(b, UnknownRegister):
+    if isinstance(b, Unknown):
         return b
     if isinstance(a, str) or isinstance(b, str):
         if type(a) is not type(b) or sign not in ("=", "<>"):
             raise within.error(sign)
         return (a == b) == (sign == "=")
-    order = {"=": a == b, "<>": a != b, "<": a < b, ">": a > b, "<=": a <= b, ">=": a >= b}
-    return bool(order[sign])
+    return ORDER[sign](a, b) if sign in ORDER else (a == b) == (sign == "=")
 
 
 def _computed(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    if isinstance(a, UnknownRegister):
+    if isinstance(a, Unknown):
         return a
-    if isinstance(b, UnknownRegister):
+    if isinstance(b, Unknown):
         return b
     if isinstance(a, str) or isinstance(b, str):
         raise within.error(sign)
-    if sign in ("/", "DIV", "MOD") and b == 0:
-        raise ProgramError(
-            f"{within.where}: expected a divisor, got 0 in {shortened(within.text)!r}"
-        )
-    result = _OPERATIONS[sign](float(a), float(b))
-    if not abs(result) <= _LARGEST:
-        raise ProgramError(f"{within.where}: expected a number of at most {_LARGEST:g}, got more")
-    return result
+    return computed(sign, float(a), float(b), within.where)

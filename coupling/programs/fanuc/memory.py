@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.errors import ProgramError
-from coupling.programs.fanuc.expressions import UnknownRegister, Value
+from coupling.programs.fanuc.expressions import Value
 from coupling.programs.fanuc.positions import TpPosition, cartesian_of
 from coupling.programs.frames import ControllerFrame
 from coupling.programs.poses import inverse, product
 from coupling.programs.program import HERE, Pose
 from coupling.programs.reading import ReadingNotes
+from coupling.programs.unknown import Unknown
 
 # Elements of a position register: those of a pose, or the joints that it may have.
 _POSE, _MOST_JOINTS = 6, 9
@@ -84,15 +85,15 @@ class Registers:
     def value(self, name: str, indices: tuple[int, ...], arguments: Sequence[Value]) -> Value:
         """Return the value of a register in an expression; unknown where the program does not set it."""
         if name == "R" and len(indices) == 1:
-            return self.numbers.get(indices[0], UnknownRegister(f"R[{indices[0]}]"))
+            return self.numbers.get(indices[0], Unknown(f"R[{indices[0]}]"))
         if name == "AR" and len(indices) == 1:
             (k,) = indices
-            return arguments[k - 1] if 0 < k <= len(arguments) else UnknownRegister(f"AR[{k}]")
+            return arguments[k - 1] if 0 < k <= len(arguments) else Unknown(f"AR[{k}]")
         if name == "PR" and len(indices) == 2:
             register = self.positions.get(indices[0], PositionRegister())
-            unknown = UnknownRegister(f"PR[{indices[0]},{indices[1]}]")
+            unknown = Unknown(f"PR[{indices[0]},{indices[1]}]")
             return unknown if register.is_matrix else register.elements.get(indices[1], unknown)
-        return UnknownRegister(f"{name}[{','.join(str(k) for k in indices)}]")
+        return Unknown(f"{name}[{','.join(str(k) for k in indices)}]")
 
     def set_number(self, index: int, value: Value) -> None:
         """Set a register, in single precision unless it is whole."""
@@ -101,7 +102,7 @@ class Registers:
         if isinstance(value, float) and value != int(value):
             value = float(np.float32(value))
         if isinstance(value, str):
-            value = UnknownRegister(f"the string {value!r}")
+            value = Unknown(f"the string {value!r}")
         self.changes += self.numbers.get(index) != value
         self.numbers[index] = value
 
@@ -146,9 +147,9 @@ class Registers:
         count = len(register.elements) if register.is_joint else _POSE
         values: list[float] = []
         for place in range(1, count + 1):
-            value = register.elements.get(place, UnknownRegister(f"PR[{index},{place}]"))
-            if isinstance(value, (UnknownRegister, str)):
-                name = value.name if isinstance(value, UnknownRegister) else value
+            value = register.elements.get(place, Unknown(f"PR[{index},{place}]"))
+            if isinstance(value, (Unknown, str)):
+                name = value.name if isinstance(value, Unknown) else value
                 raise ProgramError(
                     f"{where}: expected PR[{index}] with numbers that the program sets, got {name}"
                     f" in PR[{index},{place}]: set it before"

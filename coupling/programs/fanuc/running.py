@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.fanuc.expressions import UnknownRegister, Value, evaluate, whole_number
+from coupling.programs.fanuc.expressions import Value, evaluate, whole_number
 from coupling.programs.fanuc.memory import Registers
 from coupling.programs.fanuc.positions import TpPosition, position_of
 from coupling.programs.fanuc.syntax import TpText
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 
 @dataclass
@@ -49,8 +50,8 @@ class RunningProgram:
             ProgramError: If it is not.
         """
         value = self.value(expression, where)
-        if isinstance(value, (UnknownRegister, str)):
-            name = value.name if isinstance(value, UnknownRegister) else repr(value)
+        if isinstance(value, (Unknown, str)):
+            name = value.name if isinstance(value, Unknown) else repr(value)
             raise ProgramError(
                 f"{where}: expected a number that the program sets, got {shortened(name)}: set it before"
             )

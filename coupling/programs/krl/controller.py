@@ -15,7 +15,6 @@ from coupling.programs.krl.motions import MotionSettings
 from coupling.programs.krl.operators import AUTOMATIC
 from coupling.programs.krl.parser import parsed
 from coupling.programs.krl.values import (
-    Unknown,
     UnknownValueError,
     Value,
     copied,
@@ -25,6 +24,7 @@ from coupling.programs.krl.values import (
 )
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 # System variables that are executed.
 _SETTINGS = ("$BASE", "$TOOL", "$VEL", "$ORI_TYPE", "$IPO_MODE", "$OV_PRO")
@@ -176,7 +176,7 @@ class KrlController:
     def _new(self, origin: Unknown) -> Unknown:
         """Return what a statement measures or computes from what is not known."""
         line = self.where.rpartition(": ")[2]
-        text = origin.text if origin.step else f"{origin.text} of {line}"
+        text = origin.name if origin.step else f"{origin.name} of {line}"
         return Unknown(text, self.step)
 
     # Assignments
@@ -192,7 +192,7 @@ class KrlController:
         except UnknownValueError as cause:
             raise ProgramError(
                 f"{self.where}: expected an index of {target.name} that the program tells, got"
-                f" {cause.value.text}: write its number"
+                f" {cause.value.name}: write its number"
             ) from cause
         if target.name.startswith("$"):
             self._require_setting(key, components, value)
@@ -236,7 +236,7 @@ class KrlController:
     def numbered_frame(self, word: str, value: Value) -> Value:
         """Return base or tool of a number: BASE_DATA and TOOL_DATA, of 0 the frame of zeros."""
         if isinstance(value, Unknown):
-            return Unknown(f"{word} of {value.text}")
+            return Unknown(f"{word} of {value.name}")
         index = int(number(value, self.where))
         if index <= 0:
             return null_frame()

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.budget import Budget
 from coupling.programs.endless import ProgramEnd, end_after_pass
 from coupling.programs.krl.assignments import Assignments
 from coupling.programs.krl.controller import KrlController
@@ -18,12 +19,13 @@ from coupling.programs.krl.motion_statements import MotionStatements
 from coupling.programs.krl.operators import applied
 from coupling.programs.krl.parser import leading, parsed
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement
-from coupling.programs.krl.values import Unknown, UnknownValueError, Value, described, number
+from coupling.programs.krl.values import UnknownValueError, Value, described, number
 from coupling.programs.program import ProgramFile
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
-# Statements that are executed more than once, and routines that call each other, at most.
-_MOST_STEPS, _DEEPEST = 200_000, 30
+# Routines that call each other, at most.
+_DEEPEST = 30
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
 _REFUSED = {
     "GOTO": "write IF and loops",
@@ -61,7 +63,7 @@ class Interpreter:
     _assignments: Assignments = field(init=False)
     _module: str = ""
     _depth: int = 0
-    _most: int = _MOST_STEPS
+    _budget: Budget = field(default_factory=Budget)
     _names: dict[tuple[str, str], Routine] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -70,7 +72,7 @@ class Interpreter:
             self._names.setdefault((routine.module, name), routine)
             if routine.is_global:
                 self._names.setdefault(("", name), routine)
-        self._most = _MOST_STEPS + sum(len(routine.lines) for routine in self.routines)
+        self._budget.remaining += sum(len(routine.lines) for routine in self.routines)
         self.controller.call = self._called
         self.motions = MotionStatements(self.controller)
         self._assignments = Assignments(self.controller)
@@ -98,7 +100,7 @@ class Interpreter:
         except UnknownValueError as cause:
             raise ProgramError(
                 f"{self.controller.where}: expected a value that the program tells, got"
-                f" {cause.value.text}"
+                f" {cause.value.name}"
             ) from cause
         except ProgramEnd:
             pass
@@ -147,10 +149,7 @@ class Interpreter:
     def _count(self, line: KrlLine) -> None:
         self.controller.where = line.where
         self.controller.step += 1
-        if self.controller.step > self._most:
-            raise ProgramError(
-                f"{line.where}: expected a program that ends within {self._most} statements, got more"
-            )
+        self._budget.spend(line.where)
 
     def _block(self, block: KrlBlock) -> None:
         try:
@@ -171,7 +170,7 @@ class Interpreter:
                 return
             raise ProgramError(
                 f"{line.where}: expected a condition that the program decides, got"
-                f" {shortened(line.text)!r}, and {cause.value.text} is not known: write the statements"
+                f" {shortened(line.text)!r}, and {cause.value.name} is not known: write the statements"
                 " that are executed"
             ) from cause
 

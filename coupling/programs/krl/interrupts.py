@@ -13,8 +13,8 @@ from coupling.programs.krl.expressions import Call, Reference
 from coupling.programs.krl.harmless import harmless_word, is_harmless_call
 from coupling.programs.krl.parser import leading
 from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement, called_names
-from coupling.programs.krl.values import Unknown
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 _DECLARED = re.compile(
     r"(?:GLOBAL\s+)?INTERRUPT\s+(?:WITH\s+\S+\s+)?DECL\s+(\S+)\s+WHEN\s+(.+?)\s+DO\s+(.+)",

@@ -10,7 +10,6 @@ from coupling.errors import ProgramError
 from coupling.programs.krl.values import (
     FRAME_KEYS,
     Aggregate,
-    Unknown,
     UnknownValueError,
     Value,
     copied,
@@ -18,6 +17,7 @@ from coupling.programs.krl.values import (
     is_number,
     single,
 )
+from coupling.programs.unknown import Unknown
 
 # Name and, of an array's element, its indices.
 Key = tuple[str, tuple[int, ...]]

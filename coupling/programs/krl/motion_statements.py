@@ -15,7 +15,6 @@ from coupling.programs.krl.parser import leading, parsed
 from coupling.programs.krl.syntax import KrlLine
 from coupling.programs.krl.values import (
     Aggregate,
-    Unknown,
     UnknownValueError,
     Value,
     described,
@@ -24,6 +23,7 @@ from coupling.programs.krl.values import (
 )
 from coupling.programs.program import Motion
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 _MOTIONS: dict[str, Motion] = {
     "PTP": "joint",
@@ -151,7 +151,7 @@ class MotionStatements:
             self.controller.notes.leave_out(text)
             return
         which = (
-            "" if cause.value.text == target.upper() else f", and {cause.value.text} is not known"
+            "" if cause.value.name == target.upper() else f", and {cause.value.name} is not known"
         )
         raise ProgramError(
             f"{line.where}: expected a point that has a value, got {shortened(target)!r}{which}: give"
@@ -220,7 +220,7 @@ class MotionStatements:
             value = number(parsed(given[2], line.where).evaluate(self.controller), line.where)
         except UnknownValueError as cause:
             raise ProgramError(
-                f"{line.where}: expected a time that the program tells, got {cause.value.text}"
+                f"{line.where}: expected a time that the program tells, got {cause.value.name}"
             ) from cause
         if kind == "PART":
             self.motions.share_time(value, line.where)
@@ -300,7 +300,7 @@ class MotionStatements:
     def _choose_rotation(self, data: Value) -> None:
         if isinstance(data, Unknown):
             self.controller.notes.assume(
-                f"{data.text}, which is not given, turns the tool evenly (#VAR)"
+                f"{data.name}, which is not given, turns the tool evenly (#VAR)"
             )
         rotation = data.get("ORI_TYP", "#VAR") if isinstance(data, dict) else "#VAR"
         self.controller.set_system("$ORI_TYPE", rotation)

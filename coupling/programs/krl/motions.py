@@ -13,7 +13,6 @@ from coupling.programs.krl.values import (
     EXTERNAL_KEYS,
     FRAME_KEYS,
     Aggregate,
-    Unknown,
     UnknownValueError,
     Value,
     composed,
@@ -21,6 +20,7 @@ from coupling.programs.krl.values import (
     number,
 )
 from coupling.programs.program import Motion, ProgramMove
+from coupling.programs.unknown import Unknown
 
 # Motions of an external axis below this are none [mm or deg].
 _STILL = 1e-4
@@ -266,4 +266,4 @@ def frame_of(name: str, value: Value, where: str) -> ControllerFrame:
 
 def _called(value: Unknown) -> str:
     """Return a name that tells a value from others."""
-    return f"{value.text} (statement {value.step})" if value.step else value.text
+    return f"{value.name} (statement {value.step})" if value.step else value.name

@@ -6,14 +6,15 @@ import operator
 from collections.abc import Callable
 
 from coupling.errors import ProgramError
+from coupling.programs.arithmetic import LOGIC, ORDER, computed
 from coupling.programs.krl.values import (
-    Unknown,
     UnknownValueError,
     Value,
     composed,
     described,
     is_number,
 )
+from coupling.programs.unknown import Unknown
 
 # How tightly operators bind; comparisons bind least, below AND and OR.
 PRECEDENCE = {
@@ -38,28 +39,12 @@ PRECEDENCE = {
 # The mode of operation where a program runs by itself: #AUT and #EX, whichever.
 AUTOMATIC = "#AUT or #EX"
 _MANUAL = ("#T1", "#T2")
-_COMPARED: dict[str, Callable[[float, float], bool]] = {
-    "<": operator.lt,
-    ">": operator.gt,
-    "<=": operator.le,
-    ">=": operator.ge,
-}
-_LOGIC: dict[str, Callable[[bool, bool], bool]] = {
-    "AND": lambda a, b: a and b,
-    "OR": lambda a, b: a or b,
-    "EXOR": operator.ne,
-}
 _BITS: dict[str, Callable[[int, int], int]] = {
     "B_AND": operator.and_,
     "B_OR": operator.or_,
     "B_EXOR": operator.xor,
 }
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-}
-_LARGEST_INT, _LARGEST_REAL = 2**31 - 1, 3.4e38
+_LARGEST_INT = 2**31 - 1
 
 
 def applied(word: str, left: Value, right: Value, where: str) -> Value:
@@ -76,8 +61,8 @@ def applied(word: str, left: Value, right: Value, where: str) -> Value:
         return composed(left, right, where)
     if word in ("==", "<>"):
         return _equal(left, right, where) == (word == "==")
-    if word in _LOGIC and isinstance(left, bool) and isinstance(right, bool):
-        return _LOGIC[word](left, right)
+    if word in LOGIC and isinstance(left, bool) and isinstance(right, bool):
+        return LOGIC[word](left, right)
     if word in _BITS and type(left) is int and type(right) is int:
         return _BITS[word](left, right)
     if not (is_number(left) and is_number(right)):
@@ -87,13 +72,20 @@ def applied(word: str, left: Value, right: Value, where: str) -> Value:
         )
     assert not isinstance(left, str | dict | Unknown)
     assert not isinstance(right, str | dict | Unknown)
-    if word in _COMPARED:
-        return _COMPARED[word](left, right)
-    if word == "/":
-        return _bounded(_quotient(left, right, where), where)
-    if word not in _ARITHMETIC:
+    if word in ORDER:
+        return ORDER[word](left, right)
+    if word not in ("+", "-", "*", "/"):
         raise ProgramError(f"{where}: expected TRUE or FALSE for {word}, got numbers")
-    return _bounded(_ARITHMETIC[word](left, right), where)
+    if not (type(left) is int and type(right) is int):
+        return computed(word, left, right, where)
+    result = computed(word, left, right, where, _LARGEST_INT)
+    if result != int(result):
+        # Whether variables of other files are INT or REAL is not told.
+        raise ProgramError(
+            f"{where}: expected a whole quotient of INT, got {left}/{right}: write {left}.0 for the"
+            " quotient of REAL"
+        )
+    return int(result)
 
 
 def negated(word: str, value: Value, where: str) -> Value:
@@ -126,24 +118,3 @@ def _equal(left: Value, right: Value, where: str) -> bool:
             f" {described(right)}: write brackets around comparisons"
         )
     return left == right
-
-
-def _quotient(left: float, right: float, where: str) -> float:
-    if right == 0:
-        raise ProgramError(f"{where}: expected a divisor other than 0, got 0")
-    if type(left) is int and type(right) is int:
-        if left % right:
-            # Whether variables of other files are INT or REAL is not told.
-            raise ProgramError(
-                f"{where}: expected a whole quotient of INT, got {left}/{right}: write {left}.0 for the"
-                " quotient of REAL"
-            )
-        return left // right
-    return left / right
-
-
-def _bounded(value: float, where: str) -> float:
-    largest = _LARGEST_INT if type(value) is int else _LARGEST_REAL
-    if not abs(value) <= largest:
-        raise ProgramError(f"{where}: expected numbers of at most {largest:g}, got a larger result")
-    return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan2, cos, degrees, hypot, sin
 
 import numpy as np
@@ -12,6 +11,7 @@ from coupling.programs.angles import pose_of_abc
 from coupling.programs.poses import inverse, product
 from coupling.programs.program import Pose
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 FRAME_KEYS = tuple("XYZABC")
 AXIS_KEYS = tuple(f"A{i}" for i in range(1, 7))
@@ -22,20 +22,6 @@ _MM = 1e3
 _LARGEST = 1e8
 # Cosine of B from which on A and C turn about one axis.
 _LOCKED = 1e-9
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """Value that the program does not tell.
-
-    Attributes:
-        text: Words for it, for messages.
-        step: Number of the statement that measured or computed it; 0 where it stays what it is.  Two of
-            one text and step are one value.
-    """
-
-    text: str
-    step: int = 0
 
 
 # A structure; names of its components are upper case.
@@ -52,7 +38,7 @@ class UnknownValueError(Exception):
     """
 
     def __init__(self, value: Unknown) -> None:
-        super().__init__(value.text)
+        super().__init__(value.name)
         self.value = value
 
 
@@ -96,7 +82,7 @@ def number(value: Value, where: str) -> float:
 def described(value: Value) -> str:
     """Return a value as a message shows it."""
     if isinstance(value, Unknown):
-        return value.text
+        return value.name
     if isinstance(value, dict):
         inner = ",".join(f"{key} {described(part)}" for key, part in value.items())
         return shortened("{" + inner + "}")

@@ -1,4 +1,4 @@
-"""Arguments of the routines of a program: what their parameters are given, and give back."""
+"""Arguments of the routines of a program: what their parameters are given."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from coupling.programs.rapid.evaluation import RapidEvaluation
 from coupling.programs.rapid.memory import RapidVariable, RoutineScope
 from coupling.programs.rapid.syntax import (
     Argument,
+    Component,
+    Element,
     Expression,
     Name,
     Parameter,
@@ -35,6 +37,11 @@ def bound(
         if value is None:
             found[key] = RapidVariable(Data("switch", True))
             continue
+        if parameter.is_reference and isinstance(value, Component | Element):
+            raise ProgramError(
+                f"{where}: expected whole data for {parameter.name} of {routine.name}, which may change"
+                " them, got a part: give a copy"
+            )
         if parameter.is_reference and isinstance(value, Name):
             variable = evaluation.memory.variable(value.name, scope)
             found[key] = variable or evaluation.memory.undeclared(value.name)
@@ -49,21 +56,6 @@ def bound(
                 f"{where}: expected an argument {parameter.name} of {routine.name}, got none"
             )
     return found
-
-
-def returned(
-    routine: RapidRoutine,
-    arguments: tuple[Argument, ...],
-    inner: RoutineScope,
-    evaluation: RapidEvaluation,
-    scope: RoutineScope,
-    where: str,
-) -> None:
-    """Give components and elements that a routine may change what it left in its parameters."""
-    for parameter, value in _pairs(routine, arguments, scope, where):
-        if parameter.is_reference and value is not None and not isinstance(value, Name):
-            left = inner.data[parameter.name.upper()].data
-            evaluation.assign(value, left, scope, where)
 
 
 def _pairs(

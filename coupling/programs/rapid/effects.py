@@ -28,9 +28,10 @@ from coupling.programs.rapid.syntax import (
     blocks_of,
     statements_in,
 )
-from coupling.programs.rapid.values import Data, UnknownData
+from coupling.programs.rapid.values import Data
+from coupling.programs.unknown import Unknown
 
-_UNSET = Data("", UnknownData("data of a routine that is not executed"))
+_UNSET = Data("", Unknown("data of a routine that is not executed"))
 # Instructions that give their first argument another value.
 COUNTING = frozenset(["INCR", "DECR", "ADD", "CLEAR"])
 

@@ -20,8 +20,9 @@ from coupling.programs.rapid.syntax import (
     Name,
     OperatorExpression,
 )
-from coupling.programs.rapid.values import Data, UnknownData, Value, numbers_of, shown
+from coupling.programs.rapid.values import Data, Value, numbers_of, shown
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 
 @dataclass
@@ -46,9 +47,7 @@ class RapidEvaluation:
             return Data(expression.kind, expression.value)
         if isinstance(expression, Name):
             variable = self.memory.variable(expression.name, scope)
-            return (
-                Data("", UnknownData(repr(expression.name))) if variable is None else variable.data
-            )
+            return Data("", Unknown(repr(expression.name))) if variable is None else variable.data
         if isinstance(expression, Component):
             record = self.value(expression.record, scope, where)
             return self.memory.kinds.component(record, expression.name, where)
@@ -69,9 +68,9 @@ class RapidEvaluation:
             ProgramError: If it is none.
         """
         data = self.value(expression, scope, where)
-        if isinstance(data.value, UnknownData) or data.rank or data.kind not in ("", kind):
-            got = data.value if isinstance(data.value, UnknownData) else None
-            text = got.reason if got else f"{data.kind} {shown(data.value)}"
+        if isinstance(data.value, Unknown) or data.rank or data.kind not in ("", kind):
+            got = data.value if isinstance(data.value, Unknown) else None
+            text = got.name if got else f"{data.kind} {shown(data.value)}"
             raise ProgramError(
                 f"{where}: expected a {kind} with a value, got {text}{self.memory.missing()}"
             )
@@ -102,9 +101,7 @@ class RapidEvaluation:
         if variable is None:
             variable = self.memory.undeclared(target.name)
             if path:
-                variable.set(
-                    UnknownData(f"{target.name!r}, of which a part is set in {_line(where)}")
-                )
+                variable.set(Unknown(f"{target.name!r}, of which a part is set in {_line(where)}"))
                 return
         if variable.storage == "CONST":
             raise ProgramError(
@@ -122,7 +119,7 @@ class RapidEvaluation:
             if variable is None:
                 variable = self.memory.undeclared(target.name)
             if variable.storage != "CONST":
-                variable.set(UnknownData(f"what {word} returns in {_line(where)}"))
+                variable.set(Unknown(f"what {word} returns in {_line(where)}"))
 
     def _placed(
         self,
@@ -144,7 +141,7 @@ class RapidEvaluation:
                     f"{where}: expected a value of {whole.kind}, got one of {value.kind}"
                 )
             return self.memory.kinds.shaped(whole.kind, value.value, where, whole.rank)
-        if isinstance(whole.value, UnknownData):
+        if isinstance(whole.value, Unknown):
             return whole.value
         step, *rest = path
         if isinstance(step, Component):
@@ -152,7 +149,7 @@ class RapidEvaluation:
             new = self._placed(part, rest, value, scope, where)
             return self.memory.kinds.with_component(whole, step.name, new, where).value
         indices = self._indices(step, whole, scope, where)
-        if isinstance(indices, UnknownData):
+        if isinstance(indices, Unknown):
             return indices
         part = _part(whole, indices)
         new = self._placed(part, rest, value, scope, where)
@@ -160,14 +157,14 @@ class RapidEvaluation:
 
     def _element(self, expression: Element, scope: RoutineScope, where: str) -> Data:
         whole = self.value(expression.array, scope, where)
-        if isinstance(whole.value, UnknownData):
+        if isinstance(whole.value, Unknown):
             return Data("", whole.value)
         indices = self._indices(expression, whole, scope, where)
-        return Data("", indices) if isinstance(indices, UnknownData) else _part(whole, indices)
+        return Data("", indices) if isinstance(indices, Unknown) else _part(whole, indices)
 
     def _indices(
         self, expression: Element, whole: Data, scope: RoutineScope, where: str
-    ) -> list[int] | UnknownData:
+    ) -> list[int] | Unknown:
         """Return the places of an element, from 0."""
         found, inner = [], whole.value
         if len(expression.indices) > whole.rank:
@@ -176,7 +173,7 @@ class RapidEvaluation:
             )
         for index in expression.indices:
             data = self.value(index, scope, where)
-            if isinstance(data.value, UnknownData):
+            if isinstance(data.value, Unknown):
                 return data.value
             place = self.number(index, "an index", scope, where)
             assert isinstance(inner, tuple)
@@ -186,7 +183,7 @@ class RapidEvaluation:
                 )
             found.append(int(place) - 1)
             inner = inner[found[-1]]
-            if isinstance(inner, UnknownData):
+            if isinstance(inner, Unknown):
                 return inner
         return found
 
@@ -230,7 +227,7 @@ class RapidEvaluation:
             raise ProgramError(f"{where}: expected an array and the number of an index of Dim")
         array, which = (a.value for a in call.arguments if a.value is not None)
         whole = self.value(array, scope, where)
-        if isinstance(whole.value, UnknownData):
+        if isinstance(whole.value, Unknown):
             return whole
         index = self.number(which, "the number of an index", scope, where)
         value: Value = whole.value

@@ -7,8 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
+from coupling.programs.budget import Budget
 from coupling.programs.endless import ProgramEnd, end_after_pass
-from coupling.programs.rapid.calls import bound, returned
+from coupling.programs.rapid.calls import bound
 from coupling.programs.rapid.effects import (
     COUNTING,
     calls_in,
@@ -47,12 +48,13 @@ from coupling.programs.rapid.syntax import (
     blocks_of,
 )
 from coupling.programs.rapid.undecided import Undecided
-from coupling.programs.rapid.values import Data, UnknownData, Value, shown
+from coupling.programs.rapid.values import Data, Value, shown
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
-# Statements that are executed beyond those of the text, and routines in each other, at most.
-_MOST_REPEATED, _DEEPEST = 100_000, 25
+# Routines in each other, at most.
+_DEEPEST = 25
 _SIGNS = {"INCR": "+", "DECR": "-", "ADD": "+"}
 
 
@@ -75,7 +77,7 @@ class RapidExecution:
     notes: ReadingNotes
     memory: RapidMemory
     motions: RapidMotions
-    _steps: int = field(default=_MOST_REPEATED)
+    _budget: Budget = field(default_factory=Budget)
     _depth: int = 0
 
     def __post_init__(self) -> None:
@@ -100,7 +102,7 @@ class RapidExecution:
         Raises:
             ProgramError: At the first statement that cannot be executed or left out.
         """
-        self._steps += sum(
+        self._budget.remaining += sum(
             _count(known.body)
             for holder in self.memory.modules
             for known in holder.routines.values()
@@ -128,12 +130,7 @@ class RapidExecution:
 
     def _block(self, block: Block, scope: RoutineScope) -> None:
         for statement in block:
-            self._steps -= 1
-            if self._steps < 0:
-                raise ProgramError(
-                    f"{statement.where}: expected at most {_MOST_REPEATED} statements in loops and"
-                    " calls, got more: read a part of the program"
-                )
+            self._budget.spend(statement.where)
             self._statement(statement, scope)
 
     def _statement(self, statement: Statement, scope: RoutineScope) -> None:
@@ -173,9 +170,7 @@ class RapidExecution:
         if (found := self.memory.routine(word, scope)) is not None and found[0].word == "PROC":
             self._call(*found, arguments, scope, where)
         elif (form := MOVES.get(word)) is not None:
-            procedure = self._moving.move(form, name, arguments, scope, where)
-            if procedure:
-                self._undecided.run_beside(name, procedure, scope, where)
+            self._moving.move(form, name, arguments, scope, where)
         elif word in SETTINGS:
             self._moving.set(name, arguments, scope, where)
         elif word in STOPS:
@@ -184,8 +179,6 @@ class RapidExecution:
             self._count_on(word, arguments, scope, where)
         elif word in LEFT_OUT or word in WRITING:
             self._leave_out(statement, scope)
-        elif word == "CALLBYVAR":
-            self._call_by_number(statement, scope)
         elif word in REFUSED:
             known, reason = REFUSED[word]
             raise ProgramError(f"{where}: expected motions to targets, got {known}, {reason}")
@@ -204,20 +197,6 @@ class RapidExecution:
             )
         return data.value
 
-    def _call_by_number(self, statement: RapidInstruction, scope: RoutineScope) -> None:
-        where = statement.where
-        values = [
-            self._evaluation.value(a.value, scope, where).value
-            for a in statement.arguments
-            if a.value is not None
-        ]
-        match values:
-            case [str(name), float(number)]:
-                self._instruction(RapidInstruction(where, f"{name}{number:g}", ()), scope)
-            case _:
-                got = ", ".join(map(shown, values))
-                raise ProgramError(f"{where}: expected a name and a number of CallByVar, got {got}")
-
     def _call(
         self,
         routine: RapidRoutine,
@@ -227,15 +206,13 @@ class RapidExecution:
         where: str,
     ) -> Data | None:
         inner = RoutineScope(module, bound(routine, arguments, self._evaluation, scope, where))
-        value = self._routine(routine, inner)
-        returned(routine, arguments, inner, self._evaluation, scope, where)
-        return value
+        return self._routine(routine, inner)
 
     def _function(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
         """Return the value of a function of the program."""
         found = self.memory.routine(call.name, scope)
         assert found is not None
-        self._steps -= 1
+        self._budget.spend(where)
         value = self._call(*found, call.arguments, scope, where)
         if value is None:
             raise ProgramError(f"{where}: expected a value of {call.name}, got none")
@@ -281,7 +258,7 @@ class RapidExecution:
                 self._block(block, scope)
                 return
             value = self._evaluation.value(condition, scope, statement.where).value
-            if isinstance(value, UnknownData):
+            if isinstance(value, Unknown):
                 rest = tuple(item for _, inner in statement.branches[at:] for item in inner)
                 self._leave("IF", rest, scope, statement.where, value)
                 return
@@ -293,7 +270,7 @@ class RapidExecution:
         where, body = statement.where, statement.body
         while True:
             value = self._evaluation.value(statement.condition, scope, where).value
-            if isinstance(value, UnknownData):
+            if isinstance(value, Unknown):
                 self._leave("WHILE", body, scope, where, value)
                 return
             if not _truth(value, where):
@@ -308,12 +285,7 @@ class RapidExecution:
                     self.notes,
                     where,
                 )
-            self._steps -= 1
-            if self._steps < 0:
-                raise ProgramError(
-                    f"{where}: expected a loop of at most {_MOST_REPEATED} statements, got WHILE that"
-                    " does not end"
-                )
+            self._budget.spend(where)
 
     def _for(self, statement: For, scope: RoutineScope) -> None:
         where = statement.where
@@ -322,7 +294,7 @@ class RapidExecution:
             bounds.append(statement.step)
         values = [self._evaluation.value(bound, scope, where).value for bound in bounds]
         for value in values:
-            if isinstance(value, UnknownData):
+            if isinstance(value, Unknown):
                 self._leave("FOR", statement.body, scope, where, value)
                 return
         numbers = [
@@ -339,20 +311,15 @@ class RapidExecution:
             scope.data[key] = RapidVariable(Data("num", first + count * step))
             self._block(statement.body, scope)
             count += 1
-            self._steps -= 1
-            if self._steps < 0:
-                raise ProgramError(
-                    f"{where}: expected a loop of at most {_MOST_REPEATED} statements, got FOR from"
-                    f" {first:g} to {last:g}"
-                )
+            self._budget.spend(where)
         scope.data.pop(key, None)
         if hidden is not None:
             scope.data[key] = hidden
 
     def _leave(
-        self, word: str, block: Block, scope: RoutineScope, where: str, cause: UnknownData
+        self, word: str, block: Block, scope: RoutineScope, where: str, cause: Unknown
     ) -> None:
-        self._steps -= _count(block)
+        self._budget.spend(where, _count(block))
         self._undecided.leave(word, block, scope, where, cause)
 
     def _test(self, statement: Test, scope: RoutineScope) -> None:
@@ -362,7 +329,7 @@ class RapidExecution:
             for item in wanted or ():
                 sides = [value, self._evaluation.value(item, scope, where)]
                 equal = operated("=", sides, where).value
-                if isinstance(equal, UnknownData):
+                if isinstance(equal, Unknown):
                     rest = tuple(part for _, inner in statement.cases[at:] for part in inner)
                     self._leave("TEST", rest, scope, where, equal)
                     return

@@ -10,36 +10,34 @@ from coupling.programs.poses import inverse, pose_of_zyx, product
 from coupling.programs.program import Pose
 from coupling.programs.rapid.values import (
     Data,
-    UnknownData,
     Value,
     numbers_of,
     pose_of,
     shown,
-    text_of,
     value_of,
 )
+from coupling.programs.unknown import Unknown
 
 Options = Mapping[str, Value]
 _Function = Callable[[list[Value], Options, str], tuple[str, Value]]
 _ORIGIN: Value = (0.0, 0.0, 0.0)
-_NO_TURN: Value = (1.0, 0.0, 0.0, 0.0)
 
 # What these return depends on the robot, its signals, its operator, files, or the time.
 _CONTROLLER_WORDS = """
 AInput AOutput ArgName BitAnd BitCheck BitLSh BitNeg BitOr BitRSh BitXOr ByteToStr CalcJointT
 CalcRobT CalcRotAxFrameZ CalcRotAxisFrame CDate CJointT ClkRead CorrRead CPos CRobT CSpeedOverride
-CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DOutput EventType ExecHandler
+CTime CTool CWObj DecToHex DefAccFrame DefDFrame DefFrame DInput DotProd DOutput EventType ExecHandler
 ExecLevel FileSize FileTime FSSize GetMecUnitName GetModalPayLoadMode
 GetServiceInfo GetSignalOrigin GetSysInfo GetTaskName GetTime GetTSPStatus GInput GInputDnum GOutput
 GOutputDnum HexToDec IndInpos IndSpeed IOUnitState IsCyclicBool IsFile IsMechUnitActive IsPers
 IsStopMoveAct IsStopStateEvent IsSyncMoveOn IsSysId IsVar MaxRobReach MaxRobSpeed MirPos ModExist
-ModTime MotionPlannerNo ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd PathRecValidFwd
-PFRestart PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor ReadNum ReadStr
-ReadStrBin ReadVar RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc StrDigCmp StrFind
-StrLen StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive TaskIsExecuting TaskRunMec
+ModTime MotionPlannerNo NOrient NumToStr ParIdPosValid ParIdRobValid PathLevel PathRecValidBwd
+PathRecValidFwd PFRestart PoseVect Pow PPMovedInManMode ProgMemFree RawBytesLen ReadBin ReadMotor
+ReadNum ReadStr ReadStrBin ReadVar RMQGetSlotName RobName SocketGetStatus SocketPeek StrDigCalc
+StrDigCmp StrFind StrLen StrMap StrMatch StrMemb StrOrder StrPart StrToByte TaskIsActive TaskIsExecuting TaskRunMec
 TaskRunRob TasksInSync TestDI TestSignRead TextGet TextTabFreeToUse TextTabGet
-TriggDataValid Type UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView UIMessageBox
-UINumEntry UINumTune ValidIO ValToStr
+TriggDataValid Trunc Type VectMagn UIAlphaEntry UIClientExist UIDnumEntry UIDnumTune UIListView
+UIMessageBox UINumEntry UINumTune ValidIO ValToStr
 """
 # These change data that they are given.
 _WRITING_WORDS = "GetNextMechUnit GetNextSym ReadDir StrToVal TestAndSet"
@@ -72,7 +70,7 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     """
     compute = _COMPUTED.get(name.upper())
     if compute is None:
-        return Data("", UnknownData(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
+        return Data("", Unknown(f"{_CONTROLLER[name.upper()]}, which the controller evaluates"))
     for value in (*arguments, *options.values()):
         if (unknown := _unknown_in(value)) is not None:
             return Data("", unknown)
@@ -84,8 +82,8 @@ def called(name: str, arguments: list[Value], options: Options, where: str) -> D
     return Data(kind, result)
 
 
-def _unknown_in(value: Value) -> UnknownData | None:
-    if isinstance(value, UnknownData):
+def _unknown_in(value: Value) -> Unknown | None:
+    if isinstance(value, Unknown):
         return value
     if isinstance(value, tuple):
         return next((found for item in value if (found := _unknown_in(item))), None)
@@ -106,27 +104,12 @@ def _scalar(function: Callable[[float], float]) -> _Function:
     return compute
 
 
-def _rounded(digits_of: Callable[[float, int], float]) -> _Function:
-    def compute(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-        (x,) = _numbers(arguments, 1, where)
-        (decimals,) = numbers_of(options.get("DEC", 0.0), "decimals", where)
-        return "num", digits_of(x, min(max(int(decimals), 0), 15))
-
-    return compute
-
-
-def _half_away(x: float, decimals: int) -> float:
-    scale = 10.0**decimals
-    return math.copysign(math.floor(abs(x) * scale + 0.5) / scale, x)
-
-
-def _cut(x: float, decimals: int) -> float:
-    return math.trunc(x * 10.0**decimals) / 10.0**decimals
-
-
-def _pow(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    base, exponent = _numbers(arguments, 2, where)
-    return "num", math.pow(base, exponent)
+def _round(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
+    """Round to decimals, halves away from zero."""
+    (x,) = _numbers(arguments, 1, where)
+    (decimals,) = numbers_of(options.get("DEC", 0.0), "decimals", where)
+    scale = 10.0 ** min(max(int(decimals), 0), 15)
+    return "num", math.copysign(math.floor(abs(x) * scale + 0.5) / scale, x)
 
 
 def _atan2(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
@@ -197,13 +180,6 @@ def _euler_zyx(arguments: list[Value], options: Options, where: str) -> tuple[st
     return "num", math.degrees(angles[next(iter(options))])
 
 
-def _norient(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    (rotation,) = arguments
-    numbers = numbers_of(rotation, "quaternion", where)
-    length = math.hypot(*numbers)
-    return "orient", tuple(q / length for q in numbers)
-
-
 def _pose_mult(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
     first, second = (pose_of(value, where) for value in arguments)
     return "pose", value_of(product(first, second))
@@ -214,32 +190,9 @@ def _pose_inv(arguments: list[Value], options: Options, where: str) -> tuple[str
     return "pose", value_of(inverse(pose_of(pose, where)))
 
 
-def _pose_vect(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    pose, vector = arguments
-    moved = product(pose_of(pose, where), pose_of((vector, _NO_TURN), where))
-    return "pos", tuple(1e3 * p for p in moved[:3])
-
-
 def _distance(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
     first, second = (_vector(value, where) for value in arguments)
     return "num", math.dist(first, second)
-
-
-def _magnitude(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    (vector,) = arguments
-    return "num", math.hypot(*_vector(vector, where))
-
-
-def _dot(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    first, second = (_vector(value, where) for value in arguments)
-    return "num", sum(a * b for a, b in zip(first, second, strict=True))
-
-
-def _number_text(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    x, decimals = _numbers(arguments, 2, where)
-    if options:
-        raise ValueError("options")
-    return "string", text_of(f"{x:.{min(max(int(decimals), 0), 15)}f}", where)
 
 
 _COMPUTED: dict[str, _Function] = {
@@ -253,21 +206,14 @@ _COMPUTED: dict[str, _Function] = {
     "ACOS": _scalar(lambda x: math.degrees(math.acos(x))),
     "ATAN": _scalar(lambda x: math.degrees(math.atan(x))),
     "ATAN2": _atan2,
-    "POW": _pow,
-    "ROUND": _rounded(_half_away),
-    "TRUNC": _rounded(_cut),
+    "ROUND": _round,
     "OFFS": _offs,
     "RELTOOL": _rel_tool,
     "ORIENTZYX": _orient_zyx,
     "EULERZYX": _euler_zyx,
-    "NORIENT": _norient,
     "POSEMULT": _pose_mult,
     "POSEINV": _pose_inv,
-    "POSEVECT": _pose_vect,
     "DISTANCE": _distance,
-    "VECTMAGN": _magnitude,
-    "DOTPROD": _dot,
-    "NUMTOSTR": _number_text,
     # What a program asks so as to do something else at a desk, or by hand.
     "ROBOS": lambda *_: ("bool", True),
     "NONMOTIONMODE": lambda *_: ("bool", False),

@@ -16,43 +16,23 @@ class MoveForm:
 
     Attributes:
         motion: Motion to the target, its first argument.
-        counts: Numbers of arguments that it may have.
+        count: Number of its arguments.
         tool: Place of the tool among them, from the end.
-        procedure: Place of a procedure's name, from the end; 0 where there is none.
-        weave: Place of weave data, from the start, where all arguments stand; 0 where there are none.
-        weld: Place of the weld data, which hold the speed of the process; 0 where there are none.
     """
 
     motion: Motion
-    counts: tuple[int, ...]
+    count: int
     tool: int = 1
-    procedure: int = 0
-    weave: int = 0
-    weld: int = 0
 
 
-_LINE, _JOINT = MoveForm("linear", (4,)), MoveForm("joint", (4,))
-# Signal and value, or a procedure, stand behind the tool; a trigger behind the speed.
+# Signal and value stand behind the tool; a trigger behind the speed.
 MOVES = {
-    "MOVEL": _LINE,
-    "MOVEJ": _JOINT,
-    "MOVEABSJ": _JOINT,
-    **dict.fromkeys(("MOVELDO", "MOVELAO", "MOVELGO"), MoveForm("linear", (6,), tool=3)),
-    **dict.fromkeys(("MOVEJDO", "MOVEJAO", "MOVEJGO"), MoveForm("joint", (6,), tool=3)),
-    "MOVELSYNC": MoveForm("linear", (5,), tool=2, procedure=1),
-    "MOVEJSYNC": MoveForm("joint", (5,), tool=2, procedure=1),
-    "TRIGGL": MoveForm("linear", (5,)),
-    "TRIGGJ": MoveForm("joint", (5,)),
-    "TRIGGABSJ": MoveForm("joint", (5,)),
-    "TRIGGLIOS": MoveForm("linear", (4, 5, 6)),
-    "ARCLSTART": MoveForm("linear", (6, 7), weave=4),
-    "ARCL": MoveForm("linear", (6, 7), weave=4, weld=3),
-    "ARCLEND": MoveForm("linear", (6, 7), weave=4, weld=3),
-    "SPOTL": MoveForm("linear", (5,)),
-    "SPOTJ": MoveForm("joint", (5,)),
-    "PAINTL": MoveForm("linear", (4,)),
-    "PAINTJ": MoveForm("joint", (4,)),
-    "DISPL": MoveForm("linear", (5,)),
+    "MOVEL": MoveForm("linear", 4),
+    **dict.fromkeys(("MOVEJ", "MOVEABSJ"), MoveForm("joint", 4)),
+    **dict.fromkeys(("MOVELDO", "MOVELAO", "MOVELGO"), MoveForm("linear", 6, tool=3)),
+    **dict.fromkeys(("MOVEJDO", "MOVEJAO", "MOVEJGO"), MoveForm("joint", 6, tool=3)),
+    "TRIGGL": MoveForm("linear", 5),
+    **dict.fromkeys(("TRIGGJ", "TRIGGABSJ"), MoveForm("joint", 5)),
 }
 
 # Options of motions that change neither the way nor its speed.
@@ -98,12 +78,16 @@ _REFUSED_WORDS = {
         ArcC1Start ArcC1End PaintC DispC CapC TriggCIOs""",
     _SEARCH: "SearchL SearchC SearchJ SearchExtJ ArcLSearch FCPressL",
     _MOVING: """MoveExtJ SyncMoveOn SyncMoveOff SyncMoveUndo WaitWObj DropWObj WaitSensor DropSensor
-        SyncToSensor SupSyncSensorOn EOffsOn IndAMove IndRMove IndDMove IndCMove IndReset""",
+        SyncToSensor SupSyncSensorOn EOffsOn EOffsSet IndAMove IndRMove IndDMove IndCMove IndReset""",
     _SENSOR: """CorrCon CorrWrite CorrDiscon CorrClear EGMActPose EGMRunPose EGMActJoint EGMRunJoint
         EGMActMove EGMMoveL SoftAct ContactL FCAct FCDeact FCSPChgTunParam""",
     "motions that depend on a stop": """StopMove StartMove StopMoveReset StorePath RestoPath ClearPath
         PathRecStart PathRecStop PathRecMoveBwd PathRecMoveFwd StepBwdPath""",
-    "a weaving motion: leave the weaving out": "CapL",
+    "a motion with a process, which are not read: write MoveL or MoveJ": """ArcL ArcLStart ArcLEnd
+        CapL DispL PaintL PaintJ SpotL SpotJ TriggLIOs MoveLSync MoveJSync""",
+    "a displacement that hangs on a motion: give it to PDispSet": "PDispOn",
+    "a change of the speed while the robot moves: give speeds to the motions": "SpeedRefresh",
+    "the number of a procedure: write its name": "CallByVar",
     "a module that it loads while it runs: put it beside the program": "Load UnLoad WaitLoad StartLoad",
 }
 REFUSED = {

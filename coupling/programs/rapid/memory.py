@@ -14,8 +14,9 @@ from coupling.programs.rapid.syntax import (
     RapidModule,
     RapidRoutine,
 )
-from coupling.programs.rapid.values import Data, Kinds, UnknownData, Value, numbers_of
+from coupling.programs.rapid.values import Data, Kinds, Value, numbers_of
 from coupling.programs.reading import ReadingNotes
+from coupling.programs.unknown import Unknown
 
 
 @dataclass
@@ -99,7 +100,7 @@ class RapidMemory:
     def undeclared(self, name: str) -> RapidVariable:
         """Return new data of a name that no text declares, which the program gives a value."""
         return self._undeclared.setdefault(
-            name.upper(), RapidVariable(Data("", UnknownData(repr(name))))
+            name.upper(), RapidVariable(Data("", Unknown(repr(name))))
         )
 
     def routine(self, name: str, scope: RoutineScope) -> tuple[RapidRoutine, RapidModule] | None:

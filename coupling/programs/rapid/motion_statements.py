@@ -14,19 +14,15 @@ from coupling.programs.rapid.motions import (
     MoveFrames,
     Pace,
     RapidMotions,
-    displacement_of,
 )
 from coupling.programs.rapid.predefined import speed_of
 from coupling.programs.rapid.syntax import Argument, Expression, Literal, Name
 from coupling.programs.rapid.values import (
-    NO_AXIS,
-    UnknownData,
     Value,
-    numbers_of,
     pose_of,
-    shown,
 )
 from coupling.programs.reading import ReadingNotes
+from coupling.programs.unknown import Unknown
 
 # Options that a path cannot do without, and why they are refused.
 _REFUSED_OPTIONS = {
@@ -36,9 +32,7 @@ _REFUSED_OPTIONS = {
     "SUP": "a supervision that ends a motion",
 }
 _NAMED_SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
-SETTINGS = frozenset(
-    ["PDISPSET", "PDISPON", "PDISPOFF", "VELSET", "SPEEDREFRESH", "SINGAREA", "EOFFSSET"]
-)
+SETTINGS = frozenset(["PDISPSET", "PDISPOFF", "VELSET", "SINGAREA"])
 
 
 @dataclass
@@ -62,8 +56,8 @@ class Moving:
         arguments: tuple[Argument, ...],
         scope: RoutineScope,
         where: str,
-    ) -> str:
-        """Execute a motion, and return the procedure that it calls at its end, if any.
+    ) -> None:
+        """Execute a motion.
 
         Raises:
             ProgramError: If the motion, or an option of it, cannot be executed or left out.
@@ -74,31 +68,23 @@ class Moving:
             for argument in arguments
             if argument.option and _is_given(argument, scope)
         }
-        if len(placed) not in form.counts:
-            counts = " or ".join(map(str, form.counts))
+        if len(placed) != form.count:
             raise ProgramError(
-                f"{where}: expected {counts} arguments of {name}, a target, a speed, a zone and a tool"
-                f" among them, got {len(placed)}"
+                f"{where}: expected {form.count} arguments of {name}, a target, a speed, a zone and a"
+                f" tool among them, got {len(placed)}"
             )
         values = [value for value in placed if value is not None]
         self._require_options(name, options, where)
-        self._require_no_weaving(form, values, name, scope, where)
         to_joints = name.upper().endswith("ABSJ")
         kind = "jointtarget" if to_joints else "robtarget"
         target = self.evaluation.known(values[0], kind, scope, where)
         frames = self._frames(values[-form.tool], options.get("WOBJ"), scope, where)
-        pace = self._pace(form, values, options, name, scope, where)
+        pace = self._pace(values[1], options, scope, where)
         self._note_zone(form, values, options, scope, where)
         if to_joints:
             self.motions.to_joints(target, frames, pace, where)
         else:
             self.motions.to_pose(form.motion, target, frames, pace, where)
-        if not form.procedure:
-            return ""
-        procedure = self.evaluation.value(values[-form.procedure], scope, where).value
-        if not isinstance(procedure, str):
-            raise ProgramError(f"{where}: expected the name of a procedure, got {shown(procedure)}")
-        return procedure
 
     def _require_options(
         self, name: str, options: dict[str, Expression | None], where: str
@@ -116,24 +102,6 @@ class Moving:
                 )
         if "V" in options and "T" in options:
             raise ProgramError(f"{where}: expected a speed \\V or a time \\T, got both")
-
-    def _require_no_weaving(
-        self,
-        form: MoveForm,
-        values: list[Expression],
-        name: str,
-        scope: RoutineScope,
-        where: str,
-    ) -> None:
-        """Refuse weave data of another shape than 0."""
-        if form.weave and len(values) == max(form.counts):
-            data = self.evaluation.value(values[form.weave], scope, where).value
-            shape = data[0] if isinstance(data, tuple) and data else data
-            if shape != 0.0:
-                raise ProgramError(
-                    f"{where}: expected {name} without weaving, got weave data {shown(data)}, whose"
-                    " shape is not 0: leave them out"
-                )
 
     def _frames(
         self,
@@ -160,27 +128,15 @@ class Moving:
 
     def _pace(
         self,
-        form: MoveForm,
-        values: list[Expression],
+        speed: Expression,
         options: dict[str, Expression | None],
-        name: str,
         scope: RoutineScope,
         where: str,
     ) -> Pace:
         time, tcp = (self._option(options, key, scope, where) for key in ("T", "V"))
         if time is not None:
-            return Pace(UnknownData("a time"), time=time)
-        if not form.weld:
-            return Pace(self._speed(values[1], tcp, scope, where), tcp)
-        welding = self.evaluation.value(values[form.weld], scope, where).value
-        speed = welding[0] if isinstance(welding, tuple) and welding else welding
-        if isinstance(speed, float) and speed > 0.0 and speed != NO_AXIS:
-            self.notes.assume(f"{name} goes at the speed of its weld data, in mm/s")
-            return Pace(speed_of(speed), is_process=True)
-        self.notes.assume(
-            f"{name} goes at the speed of its weld data, which are not in the program"
-        )
-        return Pace(UnknownData("weld data"))
+            return Pace(Unknown("a time"), time=time)
+        return Pace(self._speed(speed, tcp, scope, where), tcp)
 
     def _speed(
         self, expression: Expression, tcp: float | None, scope: RoutineScope, where: str
@@ -234,8 +190,6 @@ class Moving:
         elif word == "PDISPSET" and len(placed) == 1:
             value = self.evaluation.known(placed[0], "pose", scope, where)
             self.motions.displace(pose_of(value, where))
-        elif word == "PDISPON":
-            self._displace_by_targets(placed, options, scope, where)
         elif word == "VELSET" and len(placed) == 2:
             share, highest = (
                 self.evaluation.number(item, "VelSet", scope, where) for item in placed
@@ -246,21 +200,8 @@ class Moving:
                     f" {highest:g}"
                 )
             self.motions.override, self.motions.highest = 0.01 * share, highest
-        elif word == "SPEEDREFRESH" and len(placed) == 1:
-            share = self.evaluation.number(placed[0], "SpeedRefresh", scope, where)
-            if share != 100.0:
-                raise ProgramError(
-                    f"{where}: expected SpeedRefresh 100, got {share:g}, which changes the speed while"
-                    " the robot moves: give the speeds to the motions"
-                )
         elif word == "SINGAREA" and options:
             self._take_singular(options)
-        elif word == "EOFFSSET" and len(placed) == 1:
-            offsets = self.evaluation.known(placed[0], "extjoint", scope, where)
-            if any(value not in (0.0, NO_AXIS) for value in _numbers(offsets, where)):
-                raise ProgramError(
-                    f"{where}: expected no offsets of external axes, got EOffsSet: leave it out"
-                )
         else:
             raise ProgramError(f"{where}: expected the arguments of {name}, got {len(placed)}")
 
@@ -273,26 +214,6 @@ class Moving:
                 f"the tool keeps its programmed rotation, from which SingArea\\{option} may deviate"
             )
 
-    def _displace_by_targets(
-        self,
-        placed: list[Expression],
-        options: dict[str, Expression | None],
-        scope: RoutineScope,
-        where: str,
-    ) -> None:
-        executed = options.get("EXEP")
-        if executed is None or not placed:
-            raise ProgramError(
-                f"{where}: expected PDispOn with \\ExeP, got none, and with it the place where the"
-                " robot is: give the displacement to PDispSet"
-            )
-        poses = []
-        for expression in (executed, placed[0]):
-            target = self.evaluation.known(expression, "robtarget", scope, where)
-            assert isinstance(target, tuple)
-            poses.append(pose_of(target[:2], where))
-        self.motions.displace(displacement_of(poses[0], poses[1], "ROT" in options))
-
 
 def _is_given(argument: Argument, scope: RoutineScope) -> bool:
     """Return whether an option is there, which may hang on one of the routine's parameters."""
@@ -300,9 +221,3 @@ def _is_given(argument: Argument, scope: RoutineScope) -> bool:
         return True
     assert isinstance(argument.value, Name)
     return argument.value.name.upper() in scope.data
-
-
-def _numbers(values: Value, where: str) -> list[float]:
-    assert isinstance(values, tuple)
-    known = tuple(value for value in values if value != NO_AXIS)
-    return numbers_of(known, "offsets", where)

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.frames import ControllerFrame, PoseFrames
-from coupling.programs.poses import inverse, product
+from coupling.programs.poses import product
 from coupling.programs.program import HERE, Motion, Pose, ProgramMove
 from coupling.programs.rapid.predefined import HIGHEST
 from coupling.programs.rapid.values import (
     NO_AXIS,
-    UnknownData,
     Value,
     numbers_of,
     pose_of,
     shown,
 )
 from coupling.programs.reading import ReadingNotes
+from coupling.programs.unknown import Unknown
 
 # External axes closer than this stand still [mm or deg].
 _STILL = 1e-3
@@ -49,13 +49,11 @@ class Pace:
         speed: Speed data; not known where only the controller knows them.
         tcp: Speed of the TCP that is written in their place, `\V` [mm/s].
         time: Time of the motion, `\T` [s].
-        is_process: Whether a process sets the speed, which no override changes.
     """
 
     speed: Value
     tcp: float | None = None
     time: float | None = None
-    is_process: bool = False
 
 
 @dataclass
@@ -218,10 +216,10 @@ class RapidMotions:
 
     def _speed(self, motion: Motion, pace: Pace, pose: Pose, where: str) -> float | None:
         """Return the speed of the TCP [m/s], which its turning may slow down; None for vmax."""
-        if isinstance(pace.speed, UnknownData):
+        if isinstance(pace.speed, Unknown):
             return None
         assert isinstance(pace.speed, tuple)
-        share = 1.0 if pace.is_process else self.override
+        share = self.override
         tcp = pace.speed[0] if pace.tcp is None else pace.tcp
         if tcp is HIGHEST:
             return None if self.highest == math.inf else 1e-3 * self.highest
@@ -231,7 +229,7 @@ class RapidMotions:
                 return None
             raise ProgramError(f"{where}: expected a speed > 0, got {millimetres:g}")
         speed = 1e-3 * min(share * millimetres, self.highest)
-        if motion == "linear" and self._last is not None and not pace.is_process:
+        if motion == "linear" and self._last is not None:
             (turning,) = numbers_of(pace.speed[1], "a speed of turning", where)
             speed = min(speed, _slowest(self._last, pose, share * math.radians(turning), speed))
         return speed
@@ -245,11 +243,3 @@ def _slowest(last: Pose, pose: Pose, turning: float, speed: float) -> float:
     if turning <= 0.0 or angle * speed <= length * turning or length == 0.0:
         return speed
     return length * turning / angle
-
-
-def displacement_of(executed: Pose, programmed: Pose, with_rotation: bool) -> Pose:
-    """Return the displacement that brings a programmed pose to where it is executed."""
-    if with_rotation:
-        return product(executed, inverse(programmed))
-    shift = (e - p for e, p in zip(executed[:3], programmed[:3], strict=True))
-    return (*shift, *HERE[3:])

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from coupling.programs.rapid.functions import MODES
-from coupling.programs.rapid.values import Data, UnknownData, Value, single
+from coupling.programs.rapid.values import Data, Value, single
+from coupling.programs.unknown import Unknown
 
 _HERE: Value = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 _LOAD: Value = (0.001, (0.0, 0.0, 0.001), (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 # Highest speed, which is that of the robot's type.
-HIGHEST = UnknownData("vmax, the highest speed of the robot")
+HIGHEST = Unknown("vmax, the highest speed of the robot")
 # mm/s; degrees per second of the tool, speeds of external axes.
 _SPEEDS = """5 10 20 30 40 50 60 80 100 150 200 300 400 500 600 800 1000 1500 2000 2500 3000 4000 5000
 6000 7000"""

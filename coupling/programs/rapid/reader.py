@@ -2,8 +2,8 @@
 
 Text becomes words (`expressions`), statements and modules (`statements`, of `syntax`). They are executed
 (`execution`) on data (`memory`, `values`), whose expressions have values (`evaluation`, `operators`,
-`functions`) of which some are known to the controller alone; motions are collected on the way (`moving`,
-`motions`). What is left out or refused stands in `instructions`.
+`functions`) of which some are known to the controller alone; motions are collected on the way
+(`motion_statements`, `motions`). What is left out or refused stands in `harmless`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from coupling.programs.program import RobotProgram
 from coupling.programs.rapid.entry import entry_of
 from coupling.programs.rapid.execution import RapidExecution
 from coupling.programs.rapid.statements import modules_of
-
-__all__ = ["read"]
 
 
 def read(text: str, name: str = "", others: Mapping[str, str] | None = None) -> RobotProgram:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from coupling.errors import ProgramError
 from coupling.programs.rapid.effects import effects_of, effects_of_routine
 from coupling.programs.rapid.memory import RapidMemory, RoutineScope
-from coupling.programs.rapid.syntax import Block, Connect, RapidInstruction
-from coupling.programs.rapid.values import UnknownData
+from coupling.programs.rapid.syntax import Block, Connect
 from coupling.programs.reading import ReadingNotes
 from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
 
 
 @dataclass
@@ -26,7 +26,7 @@ class Undecided:
     notes: ReadingNotes
 
     def leave(
-        self, word: str, block: Block, scope: RoutineScope, where: str, cause: UnknownData | None
+        self, word: str, block: Block, scope: RoutineScope, where: str, cause: Unknown
     ) -> None:
         """Leave statements out that may be executed or not, if they cannot change the path.
 
@@ -34,28 +34,18 @@ class Undecided:
             ProgramError: If they can.
         """
         effects = effects_of(block, self.memory, scope)
-        reason = cause.reason if cause else "what runs beside the motion"
+        reason = cause.name
         if effects.blocker:
             raise ProgramError(
                 f"{where}: expected a condition that the program decides for {effects.blocker}, got"
                 f" {word} with {reason}: write the way that is wanted"
             )
         for variable in effects.changed:
-            variable.set(UnknownData(f"what depends on {reason.removeprefix('what depends on ')}"))
+            variable.set(Unknown(f"what depends on {reason.removeprefix('what depends on ')}"))
         line = where.rsplit(": ", 1)[-1]
         for stop in effects.stops:
             self.notes.assume(f"{stop} behind {word} in {line} is not reached")
-        if cause:
-            self.notes.leave_out(word)
-
-    def run_beside(self, word: str, name: str, scope: RoutineScope, where: str) -> None:
-        """Leave a procedure out that a motion, `word`, calls at its end.  Raises as `leave`."""
-        if self.memory.routine(name, scope) is None:
-            raise ProgramError(
-                f"{where}: expected a procedure of the program, got {shortened(name)!r}: put its module"
-                " beside the program"
-            )
-        self.leave(word, (RapidInstruction(where, name, ()),), scope, where, None)
+        self.notes.leave_out(word)
 
     def connect(self, statement: Connect, scope: RoutineScope) -> None:
         """Take an interrupt, which may come at any time, if its trap leaves the path."""
@@ -73,7 +63,7 @@ class Undecided:
                 f" {effects.blocker}: leave the interrupt out"
             )
         for variable in effects.changed:
-            variable.set(UnknownData(f"what trap {routine.name} changes"))
+            variable.set(Unknown(f"what trap {routine.name} changes"))
             variable.interrupted = routine.name
         for stop in effects.stops:
             self.notes.assume(f"the interrupt of trap {routine.name}, with {stop}, does not come")

@@ -12,6 +12,7 @@ from coupling.errors import ProgramError
 from coupling.programs.poses import pose_of_quaternion
 from coupling.programs.program import Pose
 from coupling.programs.text import LARGEST, shortened
+from coupling.programs.unknown import Unknown
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
@@ -44,18 +45,7 @@ _RECORDS = {
 _EMPTY: dict[str, Value] = {"num": 0.0, "dnum": 0.0, "bool": False, "string": ""}
 
 
-@dataclass(frozen=True, slots=True)
-class UnknownData:
-    """A value that the program does not tell.
-
-    Attributes:
-        reason: Words for it in messages: a name, or a function of the controller.
-    """
-
-    reason: str
-
-
-Value = float | bool | str | tuple["Value", ...] | UnknownData
+Value = float | bool | str | tuple["Value", ...] | Unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +94,7 @@ class Kinds:
         Raises:
             ProgramError: If it is none of that kind.
         """
-        if isinstance(value, UnknownData) or not kind:
+        if isinstance(value, Unknown) or not kind:
             return value
         if rank:
             if not isinstance(value, tuple) or len(value) > _LARGEST_ARRAY:
@@ -140,7 +130,7 @@ class Kinds:
         fields = self.records.get(kind)
         if fields is not None:
             return tuple(self.empty(part, (), where) for _, part in fields)
-        return _EMPTY.get(kind, UnknownData(f"data of {kind}"))
+        return _EMPTY.get(kind, Unknown(f"data of {kind}"))
 
     def component(self, data: Data, name: str, where: str) -> Data:
         """Return a component of a record.
@@ -148,20 +138,20 @@ class Kinds:
         Raises:
             ProgramError: If it has none of that name.
         """
-        if not data.kind and isinstance(data.value, UnknownData):
+        if not data.kind and isinstance(data.value, Unknown):
             return data
         at, kind = self._place(data, name, where)
-        if isinstance(data.value, UnknownData):
+        if isinstance(data.value, Unknown):
             return Data(kind, data.value)
         assert isinstance(data.value, tuple)
         return Data(kind, data.value[at])
 
     def with_component(self, data: Data, name: str, value: Value, where: str) -> Data:
         """Return a record with another value of a component.  Raises as `component`."""
-        if not data.kind and isinstance(data.value, UnknownData):
+        if not data.kind and isinstance(data.value, Unknown):
             return data
         at, _ = self._place(data, name, where)
-        if isinstance(data.value, UnknownData):
+        if isinstance(data.value, Unknown):
             return data
         assert isinstance(data.value, tuple)
         return Data(data.kind, (*data.value[:at], value, *data.value[at + 1 :]))
@@ -217,7 +207,7 @@ def numbers_of(value: Value, what: str, where: str) -> list[float]:
     """
     items = value if isinstance(value, tuple) else (value,)
     for item in items:
-        if isinstance(item, UnknownData):
+        if isinstance(item, Unknown):
             _refuse(what, item, where)
         if not isinstance(item, float) or item == NO_AXIS or not math.isfinite(item):
             _refuse(f"numbers as {what}", value, where)
@@ -250,8 +240,8 @@ def value_of(pose: Pose) -> Value:
 
 def shown(value: Value) -> str:
     """Return a value for a message."""
-    if isinstance(value, UnknownData):
-        return value.reason
+    if isinstance(value, Unknown):
+        return value.name
     if isinstance(value, bool):
         return str(value).upper()
     if isinstance(value, float):
