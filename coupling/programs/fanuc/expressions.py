@@ -16,6 +16,15 @@ _TOKEN = re.compile(
 )
 # Brackets in each other; the language allows five.
 _DEEPEST = 20
+# How tightly operators bind.
+_COMPARING = 3
+_PRECEDENCE = {
+    "OR": 1,
+    "AND": 2,
+    **dict.fromkeys(("=", "<>", "<", ">", "<=", ">="), _COMPARING),
+    **dict.fromkeys(("+", "-"), 4),
+    **dict.fromkeys(("*", "/", "DIV", "MOD"), 5),
+}
 _CONSTANTS = {"ON": True, "OFF": False, "TRUE": True, "FALSE": False}
 
 
@@ -54,7 +63,7 @@ def evaluate(text: str, lookup: Lookup, where: str) -> Value:
         tokens.append(token[1])
         at = token.end()
     expression = _Expression(tokens, lookup, where, bare)
-    value = expression.disjunction()
+    value = expression.expression()
     if expression.tokens:
         raise expression.error(expression.tokens[0])
     return value
@@ -79,36 +88,34 @@ class _Expression:
             return self.tokens.pop(0).upper()
         return ""
 
-    def disjunction(self) -> Value:
-        value = self._conjunction()
-        while self._next("OR"):
-            other = self._conjunction()
-            value = True if True in (value, other) else _logical(value, other, any)
-        return value
-
-    def _conjunction(self) -> Value:
-        value = self._comparison()
-        while self._next("AND"):
-            other = self._comparison()
-            value = False if _is_off(value) or _is_off(other) else _logical(value, other, all)
-        return value
-
-    def _comparison(self) -> Value:
-        value = self._sum()
-        sign = self._next("=", "<>", "<", ">", "<=", ">=")
-        return _compared(value, sign, self._sum(), self) if sign else value
-
-    def _sum(self) -> Value:
-        value = self._product()
-        while sign := self._next("+", "-"):
-            value = _computed(value, sign, self._product(), self)
-        return value
-
-    def _product(self) -> Value:
+    def expression(self, lowest: int = 0) -> Value:
+        """Go over an expression whose operators bind more tightly than this; return its value."""
         value = self._factor()
-        while sign := self._next("*", "/", "DIV", "MOD"):
-            value = _computed(value, sign, self._factor(), self)
+        while self.tokens and (power := _PRECEDENCE.get(self.tokens[0].upper(), 0)) > lowest:
+            word = self.tokens.pop(0).upper()
+            value = self._joined(value, word, self.expression(power))
+            if power == _COMPARING and self.tokens and _PRECEDENCE.get(self.tokens[0]) == power:
+                raise self.error(self.tokens[0])
         return value
+
+    def _joined(self, left: Value, word: str, right: Value) -> Value:
+        """Return what an operator makes of two values; one of AND, OR may decide alone."""
+        is_logical, decisive = word in ("AND", "OR"), word == "OR"
+        for value in (left, right):
+            if is_logical and not isinstance(value, Unknown) and bool(value) == decisive:
+                return decisive
+        for value in (left, right):
+            if isinstance(value, Unknown):
+                return value
+        if is_logical:
+            return not decisive
+        if word in ("=", "<>") and isinstance(left, str) == isinstance(right, str):
+            return (left == right) == (word == "=")
+        if not isinstance(left, float) or not isinstance(right, float):
+            raise self.error(word)
+        return (
+            ORDER[word](left, right) if word in ORDER else computed(word, left, right, self.where)
+        )
 
     def _factor(self) -> Value:
         self.depth += 1
@@ -121,12 +128,12 @@ class _Expression:
 
     def _value(self, token: str) -> Value:
         if token == "-":
-            return _computed(0.0, "-", self._factor(), self)
+            return self._joined(0.0, "-", self._factor())
         if token == "!":
             value = self._factor()
             return value if isinstance(value, Unknown) else not value
         if token == "(":
-            value = self.disjunction()
+            value = self.expression()
             if not self._next(")"):
                 raise self.error("no )")
             return value
@@ -143,9 +150,9 @@ class _Expression:
         return self._register(token.upper())
 
     def _register(self, name: str) -> Value:
-        values = [self.disjunction()]
+        values = [self.expression()]
         while self._next(","):
-            values.append(self.disjunction())
+            values.append(self.expression())
         if not self._next("]"):
             raise self.error("no ]")
         for value in values:
@@ -168,36 +175,3 @@ def whole_number(value: Value, where: str) -> int:
     if isinstance(value, str) or value != int(value):
         raise ProgramError(f"{where}: expected a whole number, got {shortened(str(value))}")
     return int(value)
-
-
-def _is_off(value: Value) -> bool:
-    return not isinstance(value, Unknown) and not value
-
-
-def _logical(a: Value, b: Value, join: Callable[[tuple[Value, Value]], bool]) -> Value:
-    for value in (a, b):
-        if isinstance(value, Unknown):
-            return value
-    return join((a, b))
-
-
-def _compared(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    if isinstance(a, Unknown):
-        return a
-    if isinstance(b, Unknown):
-        return b
-    if isinstance(a, str) or isinstance(b, str):
-        if type(a) is not type(b) or sign not in ("=", "<>"):
-            raise within.error(sign)
-        return (a == b) == (sign == "=")
-    return ORDER[sign](a, b) if sign in ORDER else (a == b) == (sign == "=")
-
-
-def _computed(a: Value, sign: str, b: Value, within: _Expression) -> Value:
-    if isinstance(a, Unknown):
-        return a
-    if isinstance(b, Unknown):
-        return b
-    if isinstance(a, str) or isinstance(b, str):
-        raise within.error(sign)
-    return computed(sign, float(a), float(b), within.where)
