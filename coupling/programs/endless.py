@@ -41,7 +41,8 @@ def end_after_pass(
     try:
         run_again()
     except ProgramError as cause:
-        raise _refusal(where, f"in its second pass {cause}") from cause
+        inner = str(cause).removeprefix(f"{where.partition(': ')[0]}: ")
+        raise _refusal(where, f"in its second pass, {inner}") from cause
     if moves[end:] != moves[begin:end]:
         raise _refusal(where, "other motions in its second pass")
     del moves[end:]
