@@ -10,10 +10,16 @@ from typing import Literal
 from coupling.errors import ProgramError, one_of
 from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import other_format
-from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
-from coupling.programs.kuka.assignments import CONFIGURATION
-from coupling.programs.kuka.modules import called_names
+from coupling.programs import csv_rows
+from coupling.programs.fanuc import reader as fanuc_reader
+from coupling.programs.fanuc import writer as fanuc
+from coupling.programs.krl import reader as krl_reader
+from coupling.programs.krl import writer as krl
+from coupling.programs.krl.assignments import CONFIGURATION
+from coupling.programs.krl.syntax import called_names
 from coupling.programs.program import ProgramFile, RobotProgram
+from coupling.programs.rapid import reader as rapid_reader
+from coupling.programs.rapid import writer as rapid
 
 Targets = Literal["cartesian", "joints"]
 Posture = Literal["never", "known", "always"]

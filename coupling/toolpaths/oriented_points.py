@@ -59,6 +59,8 @@ class OrientedPoints:
         feed: Speeds to each [m/s], (n,); the first one is not used.
         rests: Whether the tool rests at each, beside corners [1], (n,); None: nowhere.
         waits: Durations of its rests there [s], (n,); None: zeros.
+        duration: Times of the ways to each [s], (n,), which count instead of the feed, NaN where the
+            feed counts; None: it does everywhere.  Starts and stops take longer.
     """
 
     position: np.ndarray
@@ -66,6 +68,7 @@ class OrientedPoints:
     feed: np.ndarray
     rests: np.ndarray | None = None
     waits: np.ndarray | None = None
+    duration: np.ndarray | None = None
 
     @cached_property
     def _steps(self) -> np.ndarray:
@@ -108,6 +111,9 @@ class OrientedPoints:
         """Return largest speeds to the points [m/s or rad/s], and whether the tool rests there."""
         stays = self._lengths <= SAME
         rate = np.where(stays, law.fastest_turn, self.feed[1:])
+        if self.duration is not None:
+            times = self.duration[1:]
+            rate = np.divide(self._ways, times, out=rate, where=np.isfinite(times))
         fastest = np.divide(
             law.fastest_turn * self._ways, self._turns, out=rate.copy(), where=self._turns > SAME
         )

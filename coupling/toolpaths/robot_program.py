@@ -21,7 +21,7 @@ from coupling.toolpaths.remarks import counted
 class ProgramPath(OrientedPath):
     """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
 
-    Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets no speed;
+    Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets neither speed nor time;
     max_turn_deg_s, largest rate at which the tool turns; corner_deg, blend_s, sample_s as for G-code.
     """
 
@@ -49,20 +49,24 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     """Return start and targets of the linear moves; a way to the start by joints is left out."""
     targets: list[Pose] = []
     feeds: list[float] = []
+    times: list[float] = []
     linear = [number for number, move in enumerate(moves, start=1) if move.motion == "linear"]
     for number, move in enumerate(moves, start=1):
         where = move.where or f"{file.name}: motion {number}"
         if move.motion == "linear" and move.pose is not None:
             speed = move.speed or feed
-            if targets and speed is None:
+            if targets and speed is None and move.duration is None:
                 raise CaseError(
-                    f"{where}: expected a speed, or feed_m_s in [tool_path], got neither"
+                    f"{where}: expected a speed, a time, or feed_m_s in [tool_path], got none"
                 )
             if not targets or not _is_same(move.pose, targets[-1]):
                 targets.append(move.pose)
                 feeds.append(speed or 0.0)
+                times.append(move.duration or math.nan)
         elif move.motion == "joint" and len(targets) < 2:
-            targets, feeds = ([], []) if move.pose is None else ([move.pose], [0.0])
+            targets, feeds, times = (
+                ([], [], []) if move.pose is None else ([move.pose], [0.0], [math.nan])
+            )
         elif move.motion == "joint" and number > linear[-1]:
             break  # the way back
         else:
@@ -70,7 +74,12 @@ def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> O
     if len(targets) < 2:
         raise CaseError(f"{file}: expected linear moves from one point to another, got none")
     poses = np.array(targets)
-    return OrientedPoints(poses[:, :3], Rotation.from_quat(poses[:, 3:]), np.array(feeds))
+    return OrientedPoints(
+        poses[:, :3],
+        Rotation.from_quat(poses[:, 3:]),
+        np.array(feeds),
+        duration=np.array(times),
+    )
 
 
 def _is_same(pose: Pose, other: Pose) -> bool:

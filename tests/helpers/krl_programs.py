@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from coupling.programs.krl_reader import read
+from coupling.programs.krl.reader import read
 from coupling.programs.program import ProgramFile
 
 ZERO = "{X 0,Y 0,Z 0,A 0,B 90,C 0}"

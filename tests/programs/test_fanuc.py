@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import ProgramError
-from coupling.programs import fanuc_reader
+from coupling.programs.fanuc import reader as fanuc_reader
 from coupling.programs.languages import read_program
 from coupling.programs.program import ProgramFile
 
@@ -183,8 +183,11 @@ REFUSED = {
     "task that is missing": (f"RUN LOGGER\n{FIRST}", ["LOGGER"]),
     "program by a string": ("CALL SR[2]", ["SR[2]"]),
     "string": ("R[1]=STRLEN SR[1]\nL P[R[1]] 5mm/sec FINE", ["STRLEN SR[1]"]),
-    "endless": (f"LBL[1]\n{FIRST}\nJMP LBL[1]", ["for ever", "LBL[1]"]),
-    "endless with a counter": ("LBL[1]\nR[1]=R[1]+1\nR[1]=3\nR[1]=4\nJMP LBL[1]", ["200000"]),
+    "endless": ("R[1]=1\nLBL[1]\nIF R[1]=1,JMP LBL[1]", ["for ever", "LBL[1]"]),
+    "endless with a counter": (
+        "R[1]=1\nLBL[1]\nR[1]=R[1]+1\nIF R[1]>1,JMP LBL[1]",
+        ["100000"],
+    ),
     "no label": ("JMP LBL[4]", ["LBL[4]"]),
     "label twice": ("LBL[4]\nLBL[4]\nJMP LBL[4]", ["LBL[4]", "once"]),
     "no end of a block": (f"R[1]=1\nIF R[1]=2 THEN\n{FIRST}", ["got none"]),
@@ -199,7 +202,7 @@ REFUSED = {
     ),
     "frame of the controller": ("PR[6]=UFRAME[3]", ["UFRAME[3]"]),
     "division by zero": ("R[1]=0\nR[2]=3/R[1]", ["divisor"]),
-    "huge": ("R[1]=1e7\nFOR R[2]=1 TO 90\nR[1]=R[1]*R[1]\nENDFOR", ["at most 1e+30"]),
+    "huge": ("R[1]=1e7\nFOR R[2]=1 TO 90\nR[1]=R[1]*R[1]\nENDFOR", ["at most 3.4e+38"]),
     "half a register": ("R[1]=1.5\nL P[R[1]] 5mm/sec FINE", ["whole number", "1.5"]),
     "last joints": ("J P[9] 10% FINE\nPR[1]=LPOS", ["LPOS", "joint angles"]),
     "speed of turning without a turn": (f"{FIRST}\nL P[2] 5deg/sec FINE", ["deg/sec"]),

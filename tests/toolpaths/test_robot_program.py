@@ -102,6 +102,50 @@ def test_points_with_a_speed_each_are_passed_without_a_rest(tmp_path):
     assert 0.040 / 0.022 + 0.2 < found.time[-1] < 0.040 / 0.020 + 0.2 + 1e-6
 
 
+def timed(language: str) -> tuple[str, str]:
+    """Return name and text of 100 mm in 2 s, a turn of 30 deg in 3 s, and 100 mm at 50 mm/s."""
+    if language == "krl":
+        poses = [(0, 90), (100, 90), (100, 60), (0, 60)]
+        start, *lines = [f"{{X {x},Y 0,Z 0,A 0,B {b},C 0}}" for x, b in poses]
+        block = ["TIME_BLOCK START", f"SLIN {lines[0]}", "TIME_BLOCK PART=2", f"SLIN {lines[1]}"]
+        ends = ["TIME_BLOCK PART=3", "TIME_BLOCK END=5", "ENDSPLINE", f"LIN {lines[2]}", "END"]
+        return "way.src", "\n".join(
+            ["DEF WAY()", "$VEL.CP=0.05", f"PTP {start}", "SPLINE", *block, *ends]
+        )
+    if language == "rapid":
+        turns = [Rotation.from_euler("y", angle, degrees=True).as_quat() for angle in (90, 60)]
+        upright, tilted = (f"[{w:.9f},{x:.9f},{y:.9f},{z:.9f}]" for x, y, z, w in turns)
+        rest = "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+        moves = [
+            f"MoveJ [[0,0,0],{upright},{rest},v50,fine,tool0;",
+            f"MoveL [[100,0,0],{upright},{rest},v50\\T:=2,fine,tool0;",
+            f"MoveL [[100,0,0],{tilted},{rest},v50\\T:=3,fine,tool0;",
+            f"MoveL [[0,0,0],{tilted},{rest},v50,fine,tool0;",
+        ]
+        return "way.mod", "\n".join(["MODULE way", "PROC way()", *moves, "ENDPROC", "ENDMODULE"])
+    poses = [(0, 90), (100, 90), (100, 60), (0, 60)]
+    data = [
+        f"P[{k}]{{\nGP1:\nUF : 0, UT : 1,\nX = {x} mm, Y = 0 mm, Z = 0 mm,\nW = 0 deg, P = {p} deg,"
+        " R = 0 deg\n};"
+        for k, (x, p) in enumerate(poses, start=1)
+    ]
+    moves = ["J P[1] 100% FINE", "L P[2] 2sec FINE", "L P[3] 3000msec FINE", "L P[4] 50mm/sec FINE"]
+    lines = [f"{k}: {move} ;" for k, move in enumerate(moves, start=1)]
+    return "way.ls", "\n".join(["/PROG WAY", "/MN", *lines, "/POS", *data, "/END"])
+
+
+@pytest.mark.parametrize("language", ["krl", "rapid", "fanuc"])
+def test_a_programmed_time_is_that_of_its_way_before_starts_and_stops(tmp_path, language):
+    """100 mm in 2 s is 50 mm/s, 30 deg in 3 s 10 deg/s; each start with its stop costs 0.2 s."""
+    found = path(tmp_path, *timed(language))
+    assert found.time[-1] == pytest.approx(2.0 + 3.0 + 2.0 + 3 * 0.2, abs=1e-6)
+    steps = np.diff(found.time)
+    speed = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1) / steps
+    turn = (found.rotations[0][1:] * found.rotations[0][:-1].inv()).magnitude() / steps
+    assert speed.max() == pytest.approx(0.05, rel=1e-3)
+    assert np.rad2deg(turn.max()) == pytest.approx(10.0, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -109,7 +153,7 @@ def test_points_with_a_speed_each_are_passed_without_a_rest(tmp_path):
             krl(extra="PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}\nLIN {X 0,Y 0,Z 9,A 0,B 90,C 0}"),
             "way.src: line 8: expected linear moves to poses, got a joint one",
         ),
-        (krl(speed=""), "expected a speed, or feed_m_s"),
+        (krl(speed=""), "expected a speed, a time, or feed_m_s"),
         (krl(speed="$VEL.CP=0.0000001"), "at most 2000000 samples"),
         (krl(POINTS[:1]), "expected linear moves from one point"),
         (krl(extra="CIRC {X 1},{X 2}"), "line"),

@@ -1,0 +1,1 @@
+"""FANUC TP: written and read."""

@@ -1,0 +1,223 @@
+"""Motions of FANUC programs: targets with all offsets, times, and what is done on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import acos, degrees
+
+from coupling.errors import ProgramError
+from coupling.programs.fanuc.harmless import CALL, first_effect, is_harmless, left_out_word
+from coupling.programs.fanuc.memory import LastTarget, Registers
+from coupling.programs.fanuc.motion_statements import MotionInstruction, MotionOption
+from coupling.programs.fanuc.positions import TpPosition, cartesian_of
+from coupling.programs.fanuc.running import RunningProgram
+from coupling.programs.fanuc.syntax import TpText
+from coupling.programs.frames import PoseFrames
+from coupling.programs.poses import product
+from coupling.programs.program import Motion, Pose, ProgramMove
+from coupling.programs.text import shortened
+
+_RADIANS = 0.017453292519943295
+# Speeds in m/s for one unit, and times in seconds.
+_PACES = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
+_TIMES = {"sec": 1.0, "msec": 1e-3}
+# Axes beside the robot's that stand differ by rounding alone [mm], [deg].
+_STANDS = 1e-3
+
+
+@dataclass
+class TpDriver:
+    """Makes moves of motions.
+
+    Attributes:
+        registers: State of the controller.
+        files: Programs that are there, by their names in capitals.
+        moves: Moves up to now.
+        frames: Expresses poses in the first frames.
+        others: Values of the axes beside the robot's.
+    """
+
+    registers: Registers
+    files: Mapping[str, TpText]
+    moves: list[ProgramMove] = field(default_factory=list)
+    frames: PoseFrames = field(default_factory=PoseFrames)
+    others: dict[str, float] = field(default_factory=dict)
+
+    def move(self, running: RunningProgram, motion: MotionInstruction, where: str) -> None:
+        """Make a move of a motion.
+
+        Args:
+            running: The program that it stands in.
+            motion: The motion.
+            where: Its place, for messages.
+
+        Raises:
+            ProgramError: If its target or its pace is not known, or other axes move.
+        """
+        if not running.text.moves_robot:
+            raise ProgramError(
+                f"{where}: expected motions of group 1, the robot, got a program of other groups"
+            )
+        position = self._target(running, motion, where)
+        for option in motion.options:
+            if option.kind == "left out":
+                self.registers.notes.leave_out(option.words)
+            elif option.kind == "call":
+                self._on_the_way(option.argument, where)
+        self._require_standing(position, where)
+        duration, speed = self._pace(running, motion, position, where)
+        registers = self.registers
+        base, tool = registers.frame("UFRAME"), registers.frame("UTOOL")
+        if position.is_joint:
+            if motion.letter == "L":
+                raise ProgramError(
+                    f"{where}: expected X, Y, Z, W, P, R for a line, got joint angles: teach the"
+                    " position as such, or write J"
+                )
+            joints = tuple(_RADIANS * angle for angle in position.values)
+            self.moves.append(
+                ProgramMove("joint", joints=joints, duration=duration, speed=speed, where=where)
+            )
+        else:
+            kind: Motion = "linear" if motion.letter == "L" else "joint"
+            pose = self.frames.express(position.pose, base, tool, kind == "linear", where)
+            self.moves.append(ProgramMove(kind, pose, duration=duration, speed=speed, where=where))
+        registers.last = LastTarget(position, base, tool)
+
+    def _target(self, running: RunningProgram, motion: MotionInstruction, where: str) -> TpPosition:
+        """Return the target of a motion with its offsets."""
+        index = running.index(motion.index, where)
+        if motion.register == "PR":
+            position = self.registers.position(index, where)
+        else:
+            position = running.taught(index, where)
+            self.registers.require_frames(position, where)
+        if any(option.kind == "incremental" for option in motion.options):
+            last = self.registers.last_position(where)
+            self._require_one_kind(last, position, "INC", where)
+            position = position.plus(last.values)
+            # The last target has no other axes; those of an increment are zero where they stand.
+            position = TpPosition(
+                position.values, position.is_joint, others=self._moved_others(position, where)
+            )
+        for option in motion.options:
+            if option.kind == "offset":
+                position = self._offset(running, option, position, where)
+        for option in motion.options:
+            if option.kind == "tool_offset":
+                position = self._tool_offset(running, option, position, where)
+        return position
+
+    def _moved_others(self, position: TpPosition, where: str) -> tuple[tuple[str, float], ...]:
+        for name, value in position.others:
+            if abs(value) > _STANDS:
+                raise ProgramError(
+                    f"{where}: expected {name} to stand, got an increment of {value:g}: the robot"
+                    " alone is moved"
+                )
+        return ()
+
+    def _shift(
+        self, running: RunningProgram, option: MotionOption, word: str, where: str
+    ) -> TpPosition:
+        """Return the position register that an option shifts a target by."""
+        if option.argument:
+            return self.registers.position(running.index(option.argument, where), where)
+        if word not in running.offsets:
+            raise ProgramError(
+                f"{where}: expected {word} CONDITION PR[] before {option.words}, got none"
+            )
+        return self.registers.position(running.offsets[word], where)
+
+    def _offset(
+        self, running: RunningProgram, option: MotionOption, position: TpPosition, where: str
+    ) -> TpPosition:
+        shift = self._shift(running, option, "OFFSET", where)
+        self._require_one_kind(position, shift, "Offset", where)
+        if not shift.is_joint and any(shift.values[3:]):
+            self.registers.notes.assume(
+                "W, P, R of an Offset are added to those of its target ($OFFSET_CART=FALSE)"
+            )
+        return position.plus(shift.values)
+
+    def _tool_offset(
+        self, running: RunningProgram, option: MotionOption, position: TpPosition, where: str
+    ) -> TpPosition:
+        shift = self._shift(running, option, "TOOL_OFFSET", where)
+        if position.is_joint or shift.is_joint:
+            raise ProgramError(
+                f"{where}: expected X, Y, Z, W, P, R with Tool_Offset, got joint angles: teach the"
+                " position as such"
+            )
+        pose = product(position.pose, shift.pose)
+        return TpPosition(cartesian_of(pose), others=position.others)
+
+    def _require_one_kind(self, a: TpPosition, b: TpPosition, word: str, where: str) -> None:
+        if a.is_joint != b.is_joint or len(a.values) != len(b.values):
+            raise ProgramError(
+                f"{where}: expected {word} and its target both as X, Y, Z, W, P, R or both as joint"
+                " angles, got one of each, which the robot alone can add"
+            )
+
+    def _require_standing(self, position: TpPosition, where: str) -> None:
+        """Refuse a target to which other axes than the robot's move."""
+        for name, value in position.others:
+            before = self.others.setdefault(name, value)
+            if abs(value - before) > _STANDS:
+                raise ProgramError(
+                    f"{where}: expected {name} to stand, got a move from {before:g} to {value:g}: the"
+                    " robot alone is moved"
+                )
+
+    def _on_the_way(self, action: str, where: str) -> None:
+        """Take what is done during a motion: outputs, or a program of outputs."""
+        if action.upper() == "P-SPS":
+            return
+        if (call := CALL.fullmatch(action)) is None:
+            self.registers.notes.leave_out(left_out_word(action) or action)
+            return
+        name = call[1]
+        if name.upper() not in self.files:
+            raise ProgramError(
+                f"{where}: expected a file {name}.ls beside the program, got none for {action}: put it"
+                " there, or remove the option if it does not move the robot"
+            )
+        if not is_harmless(name, self.files):
+            raise moving_program(name, self.files, where)
+        self.registers.notes.leave_out("CALL of outputs")
+
+    def _pace(
+        self, running: RunningProgram, motion: MotionInstruction, position: TpPosition, where: str
+    ) -> tuple[float | None, float | None]:
+        """Return time [s] and speed [m/s] of a motion, whichever it has."""
+        if motion.unit == "%":
+            return None, None
+        number = running.known(motion.speed, where)
+        if number <= 0.0:
+            raise ProgramError(f"{where}: expected a speed or a time > 0, got {number:g}")
+        if motion.unit in _TIMES:
+            return _TIMES[motion.unit] * number / self.registers.override, None
+        if motion.unit in _PACES:
+            return None, _PACES[motion.unit] * number * self.registers.override
+        last = self.registers.last_position(where)
+        if last.is_joint or position.is_joint or _angle(last.pose, position.pose) == 0.0:
+            raise ProgramError(
+                f"{where}: expected a turn from the last pose for deg/sec, got none: write mm/sec"
+            )
+        return _angle(last.pose, position.pose) / (number * self.registers.override), None
+
+
+def moving_program(name: str, files: Mapping[str, TpText], where: str) -> ProgramError:
+    """Return the refusal of a program that does more than outputs while the robot moves."""
+    words = first_effect(name, files)
+    return ProgramError(
+        f"{where}: expected outputs and waits alone in {name}, which runs during a motion, got"
+        f" {shortened(words)!r}: call it before or after the motion"
+    )
+
+
+def _angle(a: Pose, b: Pose) -> float:
+    """Return the angle between two poses [deg]."""
+    along = abs(sum(x * y for x, y in zip(a[3:], b[3:], strict=True)))
+    return 2.0 * degrees(acos(min(along, 1.0)))

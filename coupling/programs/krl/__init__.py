@@ -1,0 +1,1 @@
+"""KUKA KRL: written and read."""

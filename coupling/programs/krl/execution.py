@@ -1,0 +1,370 @@
+"""Execution of a KRL program: blocks, assignments and calls."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.budget import Budget
+from coupling.programs.endless import ProgramEnd, end_after_pass
+from coupling.programs.krl.assignments import Assignments
+from coupling.programs.krl.controller import KrlController
+from coupling.programs.krl.expressions import Call, Expression, Reference
+from coupling.programs.krl.harmless import harmless_word, is_harmless_call
+from coupling.programs.krl.interrupts import Interrupts, is_still
+from coupling.programs.krl.memory import Names
+from coupling.programs.krl.motion_statements import MotionStatements
+from coupling.programs.krl.operators import applied
+from coupling.programs.krl.parser import leading, parsed
+from coupling.programs.krl.syntax import KrlBlock, KrlLine, Routine, Statement
+from coupling.programs.krl.values import UnknownValueError, Value, described, number
+from coupling.programs.program import ProgramFile
+from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
+
+# Routines that call each other, at most.
+_DEEPEST = 30
+_LABEL = re.compile(r"[A-Za-z_]\w*\s*:")
+_REFUSED = {
+    "GOTO": "write IF and loops",
+    "RESUME": "read the program without interrupts",
+    "IMPORT": "give the value in the program",
+}
+
+
+class _ExitError(Exception):
+    """EXIT leaves a loop."""
+
+
+class _ReturnError(Exception):
+    """RETURN leaves a routine, with a value."""
+
+    def __init__(self, value: Value | None) -> None:
+        super().__init__()
+        self.value = value
+
+
+@dataclass
+class Interpreter:
+    """Runs routines on a controller.
+
+    Attributes:
+        controller: Its state.
+        routines: All routines of the files at hand.
+        motions: Statements that move.
+    """
+
+    controller: KrlController
+    routines: Sequence[Routine]
+    motions: MotionStatements = field(init=False)
+    _interrupts: Interrupts = field(init=False)
+    _assignments: Assignments = field(init=False)
+    _module: str = ""
+    _depth: int = 0
+    _budget: Budget = field(default_factory=Budget)
+    _names: dict[tuple[str, str], Routine] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for routine in self.routines:
+            name = routine.name.upper()
+            self._names.setdefault((routine.module, name), routine)
+            if routine.is_global:
+                self._names.setdefault(("", name), routine)
+        self._budget.remaining += sum(len(routine.lines) for routine in self.routines)
+        self.controller.call = self._called
+        self.motions = MotionStatements(self.controller)
+        self._assignments = Assignments(self.controller)
+        self._interrupts = Interrupts(self.controller, self._routine)
+        self._executed: dict[str, Callable[[KrlLine], None]] = {
+            **self.motions.executed,
+            "INTERRUPT": self._interrupts.take,
+            "TRIGGER": self._interrupts.trigger,
+            "EXIT": self._exit,
+            "RETURN": self._return,
+        }
+
+    def load(self, file: ProgramFile) -> None:
+        """Take the data of a .dat over.  Raises as `run`."""
+        self._assignments.load(file)
+
+    def run(self, routine: Routine) -> None:
+        """Run the routine that a user starts.
+
+        Raises:
+            ProgramError: With the line, what was expected and what was got.
+        """
+        try:
+            self._run(routine, [])
+        except UnknownValueError as cause:
+            raise ProgramError(
+                f"{self.controller.where}: expected a value that the program tells, got"
+                f" {cause.value.name}"
+            ) from cause
+        except ProgramEnd:
+            pass
+        except RecursionError:
+            raise ProgramError(
+                f"{self.controller.where}: expected fewer blocks and calls in each other, got too many"
+            ) from None
+        except _ExitError:
+            raise ProgramError(
+                f"{self.controller.where}: expected EXIT in a loop, got it alone"
+            ) from None
+        self.motions.finish(self.controller.where)
+
+    def _run(self, routine: Routine, values: Sequence[Value]) -> tuple[Value | None, Names]:
+        """Run a routine with its arguments; return its result and its variables."""
+        if self._depth >= _DEEPEST:
+            raise ProgramError(
+                f"{self.controller.where}: expected at most {_DEEPEST} calls in each other, got more"
+            )
+        local = Names()
+        for k, (name, _) in enumerate(routine.parameters):
+            local.types[name] = ""
+            local.values[name, ()] = values[k] if k < len(values) else Unknown(name)
+        before, module = self.controller.variables.enter(routine.module, local), self._module
+        self._module, self._depth = routine.module, self._depth + 1
+        result = None
+        try:
+            self._execute(routine.statements)
+        except _ReturnError as done:
+            result = done.value
+        self.controller.variables.scopes = before
+        self._module, self._depth = module, self._depth - 1
+        return result, local
+
+    # Blocks
+
+    def _execute(self, statements: Sequence[Statement]) -> None:
+        for statement in statements:
+            if isinstance(statement, KrlLine):
+                self._count(statement)
+                self._take(statement)
+            else:
+                self._count(statement.line)
+                self._block(statement)
+
+    def _count(self, line: KrlLine) -> None:
+        self.controller.where = line.where
+        self.controller.step += 1
+        self._budget.spend(line.where)
+
+    def _block(self, block: KrlBlock) -> None:
+        try:
+            {
+                "IF": self._if,
+                "SWITCH": self._switch,
+                "FOR": self._for,
+                "WHILE": self._while,
+                "REPEAT": self._repeat,
+                "LOOP": self._loop,
+            }[block.line.word](block)
+        except UnknownValueError as cause:
+            line = block.line
+            if line.word in ("IF", "SWITCH", "WHILE", "REPEAT") and is_still(
+                [block], self._routine
+            ):
+                self.controller.notes.leave_out(line.word)
+                return
+            raise ProgramError(
+                f"{line.where}: expected a condition that the program decides, got"
+                f" {shortened(line.text)!r}, and {cause.value.name} is not known: write the statements"
+                " that are executed"
+            ) from cause
+
+    def _if(self, block: KrlBlock) -> None:
+        condition = re.sub(r"\s*\bTHEN\s*$", "", block.line.rest, flags=re.IGNORECASE)
+        if self._holds(condition, block.line):
+            self._execute(block.parts[0][1])
+        elif len(block.parts) > 1:
+            self._execute(block.parts[1][1])
+
+    def _holds(self, text: str, line: KrlLine) -> bool:
+        value = parsed(text, line.where).evaluate(self.controller)
+        if not isinstance(value, bool):
+            raise ProgramError(f"{line.where}: expected TRUE or FALSE, got {described(value)}")
+        return value
+
+    def _switch(self, block: KrlBlock) -> None:
+        selected = parsed(block.line.rest, block.line.where)
+        for line, statements in block.parts[1:]:
+            if line.word == "DEFAULT":
+                self._execute(statements)
+                return
+            for text in line.rest.split(","):
+                case = parsed(text, line.where)
+                if self._equal(selected, case, line):
+                    self._execute(statements)
+                    return
+
+    def _equal(self, selected: Expression, case: Expression, line: KrlLine) -> bool:
+        values = (selected.evaluate(self.controller), case.evaluate(self.controller))
+        return applied("==", *values, line.where) is True
+
+    def _for(self, block: KrlBlock) -> None:
+        name, *texts = block.loop.groups()
+        where = block.line.where
+        begin, end, step = (
+            number(parsed(text or "1", where).evaluate(self.controller), where) for text in texts
+        )
+        if step == 0:
+            raise ProgramError(f"{where}: expected a STEP other than 0, got 0")
+        counter = Reference(name.upper())
+        self.controller.store(counter, begin)
+        while True:
+            value = number(self.controller.value(counter), where)
+            if value > end if step > 0 else value < end:
+                return
+            self._count(block.line)
+            if not self._pass(block.parts[0][1]):
+                return
+            self.controller.where = where
+            self.controller.store(counter, number(self.controller.value(counter), where) + step)
+
+    def _while(self, block: KrlBlock) -> None:
+        if _bare(block.line.rest) == "TRUE":
+            self._loop(block)
+            return
+        while self._holds(block.line.rest, block.line):
+            self._require_change(block)
+            if not self._pass(block.parts[0][1]):
+                return
+            self._count(block.line)
+
+    def _repeat(self, block: KrlBlock) -> None:
+        if _bare(block.end.rest) == "FALSE":
+            self._loop(block)
+            return
+        while self._pass(block.parts[0][1]):
+            self._count(block.end)
+            if self._holds(block.end.rest, block.end):
+                return
+            self._require_change(block)
+
+    def _require_change(self, block: KrlBlock) -> None:
+        """Refuse another pass that cannot change whether there is a further one."""
+        if is_still(block.parts[0][1], self._routine):
+            raise ProgramError(
+                f"{block.line.where}: expected a loop that ends by itself, got"
+                f" {shortened(block.line.text)!r}, which waits for ever: take it out"
+            )
+
+    def _loop(self, block: KrlBlock) -> None:
+        """Execute a loop that EXIT or RETURN alone can end."""
+        statements, motions = block.parts[0][1], self.motions.motions
+        if not _can_leave(statements):
+            begin = len(motions.moves)
+            self._execute(statements)
+
+            def run_again() -> None:
+                motions.begin_again()
+                self._execute(statements)
+
+            end_after_pass(begin, motions.moves, run_again, self.controller.notes, block.line.where)
+        while self._pass(statements):
+            self._count(block.line)
+
+    def _pass(self, statements: Sequence[Statement]) -> bool:
+        """Execute one pass of a loop; return whether it goes on."""
+        try:
+            self._execute(statements)
+        except _ExitError:
+            return False
+        return True
+
+    def _exit(self, line: KrlLine) -> None:
+        raise _ExitError
+
+    def _return(self, line: KrlLine) -> None:
+        value = self.controller.valued(parsed(line.rest, line.where)) if line.rest else None
+        raise _ReturnError(value)
+
+    # Single statements
+
+    def _take(self, line: KrlLine) -> None:
+        executed = self._executed.get(line.word)
+        if executed is not None and not line.rest.startswith("="):
+            executed(line)
+            return
+        if line.word in _REFUSED:
+            raise ProgramError(
+                f"{line.where}: expected statements one after the other, got {line.word}:"
+                f" {_REFUSED[line.word]}"
+            )
+        word = harmless_word(line)
+        if word is not None and self._routine(line.word) is None:
+            self._leave(word, line)
+        elif not (
+            _LABEL.fullmatch(line.text) or self._declares(line) or self._assignments.assign(line)
+        ):
+            self._call(line)
+
+    def _leave(self, word: str, line: KrlLine) -> None:
+        self.controller.notes.leave_out(word)
+        if is_harmless_call(word):
+            call, _ = leading(line.text, line.where)
+            if isinstance(call, Call):
+                self.controller.forget(call.arguments)
+
+    def _declares(self, line: KrlLine) -> bool:
+        """Make what a line declares known; return whether it declares something."""
+        if line.text.upper().split(maxsplit=2)[:2] == ["GLOBAL", "INTERRUPT"]:
+            self._interrupts.take(line)
+            return True
+        return self._assignments.declare(line)
+
+    def _call(self, line: KrlLine) -> None:
+        target, rest = leading(line.text, line.where) if line.word else (None, "")
+        if not isinstance(target, Call) or rest:
+            got = line.word if line.word else line.text
+            raise ProgramError(
+                f"{line.where}: expected a statement of KRL that is known, got {shortened(got)!r}: take"
+                " it out if it does not change the path"
+            )
+        if self._called(target.name, target.arguments) is None:
+            raise ProgramError(
+                f"{line.where}: expected a program that is at hand, got {shortened(target.name)}: put"
+                " its .src beside this one, or take the call out if it does not move the robot"
+            )
+
+    # Calls
+
+    def _routine(self, name: str) -> Routine | None:
+        """Return the routine that a name calls from here."""
+        name = name.upper()
+        return self._names.get((self._module, name)) or self._names.get(("", name))
+
+    def _called(self, name: str, arguments: Sequence[Expression]) -> tuple[Value | None] | None:
+        """Run a routine of the program and return its result; None where there is none of that name."""
+        routine = self._routine(name)
+        if routine is None:
+            return None
+        where = self.controller.where
+        if len(arguments) > len(routine.parameters):
+            raise ProgramError(
+                f"{where}: expected {len(routine.parameters)} arguments of {name}, got {len(arguments)}"
+            )
+        values = [self.controller.valued(part) for part in arguments]
+        result, local = self._run(routine, values)
+        self.controller.where = where
+        for (parameter, is_value), part in zip(routine.parameters, arguments, strict=False):
+            if not is_value and isinstance(part, Reference):
+                self.controller.store(part, local.values[parameter, ()])
+        return (result,)
+
+
+def _bare(condition: str) -> str:
+    return condition.strip("() \t").upper()
+
+
+def _can_leave(statements: Sequence[Statement]) -> bool:
+    """Return whether statements may leave the loop that they stand in."""
+    for statement in statements:
+        if isinstance(statement, KrlLine):
+            if statement.word in ("EXIT", "RETURN", "GOTO"):
+                return True
+        elif any(_can_leave(inner) for _, inner in statement.parts):
+            return True
+    return False

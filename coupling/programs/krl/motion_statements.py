@@ -1,0 +1,311 @@
+"""Statements of KRL that move, and those that set what motions depend on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.krl.controller import KrlController
+from coupling.programs.krl.expressions import Call, Constant, Expression, Reference
+from coupling.programs.krl.harmless import HARMLESS_SPEEDS, HARMLESS_VARIABLES
+from coupling.programs.krl.motions import Motions
+from coupling.programs.krl.parser import leading, parsed
+from coupling.programs.krl.syntax import KrlLine
+from coupling.programs.krl.values import (
+    Aggregate,
+    UnknownValueError,
+    Value,
+    described,
+    null_frame,
+    number,
+)
+from coupling.programs.program import Motion
+from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
+
+_MOTIONS: dict[str, Motion] = {
+    "PTP": "joint",
+    "SPTP": "joint",
+    "LIN": "linear",
+    "SLIN": "linear",
+    "SPL": "spline",
+}
+_RELATIVE: dict[str, Motion] = {
+    "PTP_REL": "joint",
+    "SPTP_REL": "joint",
+    "LIN_REL": "linear",
+    "SLIN_REL": "linear",
+    "SPL_REL": "spline",
+}
+_ARCS = ("CIRC", "SCIRC", "CIRC_REL", "SCIRC_REL")
+_ROUNDED = frozenset(("C_DIS", "C_VEL", "C_ORI", "C_PTP", "C_SPL"))
+_CLAUSES = re.compile(r"\bWITH\b", re.IGNORECASE)
+_BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
+
+
+@dataclass
+class MotionStatements:
+    """Executes motions, spline blocks, and the pendant's routine BAS.
+
+    Attributes:
+        controller: State of the program.
+        motions: Motions so far.
+    """
+
+    controller: KrlController
+    motions: Motions = field(default_factory=Motions)
+    _before_spline: list[Value] = field(default_factory=list)
+
+    @property
+    def executed(self) -> dict[str, Callable[[KrlLine], None]]:
+        """Functions that execute statements, by their words."""
+        return {
+            **dict.fromkeys((*_MOTIONS, *_RELATIVE), self._move),
+            **dict.fromkeys(_ARCS, self._refuse_arc),
+            **dict.fromkeys(("SPLINE", "PTP_SPLINE"), self._open_spline),
+            "ENDSPLINE": self._close_spline,
+            "TIME_BLOCK": self._time,
+            "BAS": self._bas,
+        }
+
+    def finish(self, where: str) -> None:
+        """Refuse what is still open at the end."""
+        name = where.partition(": line")[0]
+        self.motions.require_no_block(name, "the end of the file")
+        if self.motions.spline:
+            raise ProgramError(f"{name}: expected ENDSPLINE, got the end of the file")
+
+    def _refuse_arc(self, line: KrlLine) -> None:
+        raise ProgramError(
+            f"{line.where}: expected motions to points, PTP, LIN, SPL and their like, got {line.word}:"
+            " write the arc as lines"
+        )
+
+    # Motions
+
+    def _move(self, line: KrlLine) -> None:
+        text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
+        if not text.strip():
+            raise ProgramError(f"{line.where}: expected a motion to a point, got {line.word}")
+        target, behind = leading(text, line.where)
+        options = behind.upper().replace(",", " ").split()
+        self._require_options(options, line)
+        try:
+            fields = self._fields(target, text, line)
+        except UnknownValueError as cause:
+            self._leave(line, _written(text, behind), cause)
+            return
+        name = _written(text, behind)
+        if clauses:
+            with self.controller.kept():
+                self._set(clauses[0], line)
+                self._add(line, fields, options, name)
+        else:
+            self._add(line, fields, options, name)
+
+    def _add(self, line: KrlLine, fields: Aggregate, options: list[str], name: str) -> None:
+        motion = {**_MOTIONS, **_RELATIVE}[line.word]
+        if self.motions.spline and line.word in ("SPTP", "SPTP_REL"):
+            motion = "spline"
+        try:
+            settings = self.controller.settings(motion)
+            if line.word in _RELATIVE:
+                in_tool = "#TOOL" in options
+                self.motions.add_relative(motion, fields, in_tool, settings, line.where)
+            else:
+                self.motions.add(motion, fields, settings, line.where)
+        except UnknownValueError as cause:
+            self._leave(line, name, cause)
+
+    def _fields(self, target: Expression, text: str, line: KrlLine) -> Aggregate:
+        value = target.evaluate(self.controller)
+        if not isinstance(value, dict):
+            raise ProgramError(
+                f"{line.where}: expected a motion to a point, got {shortened(described(value))!r}"
+            )
+        return value
+
+    def _require_options(self, options: list[str], line: KrlLine) -> None:
+        """Refuse what a motion is made by and is not known."""
+        allowed = _ROUNDED if line.word in _MOTIONS else {*_ROUNDED, "#BASE", "#TOOL"}
+        others = [word for word in options if word not in allowed]
+        if others:
+            raise ProgramError(
+                f"{line.where}: expected a motion to a point, got {shortened(others[0])!r} behind it"
+            )
+        if line.word not in ("PTP", "SPTP", "PTP_REL", "SPTP_REL"):
+            self._note_rounding(options)
+
+    def _note_rounding(self, options: list[str]) -> None:
+        if _ROUNDED.intersection(options):
+            self.controller.notes.assume(
+                "the tool reaches its targets: corners that C_DIS and its like round are not rounded"
+            )
+
+    def _leave(self, line: KrlLine, target: str, cause: UnknownValueError) -> None:
+        """Leave out a motion that leads to or from the path, to where only the controller knows."""
+        text = f"{line.word} {shortened(target)}"
+        if line.word in ("PTP", "SPTP", "PTP_REL", "SPTP_REL") and self.motions.leave(text):
+            self.controller.notes.leave_out(text)
+            return
+        which = (
+            "" if cause.value.name == target.upper() else f", and {cause.value.name} is not known"
+        )
+        raise ProgramError(
+            f"{line.where}: expected a point that has a value, got {shortened(target)!r}{which}: give"
+            " the .dat"
+        ) from cause
+
+    # Clauses and spline blocks
+
+    def _set(self, clauses: str, line: KrlLine) -> None:
+        """Set what stands behind WITH."""
+        rest = clauses
+        while rest:
+            target, behind = leading(rest, line.where)
+            if not isinstance(target, Reference) or not behind.startswith("="):
+                raise ProgramError(
+                    f"{line.where}: expected variables and values behind WITH, got {shortened(rest)!r}"
+                )
+            value, rest = leading(behind[1:], line.where)
+            if rest and not rest.startswith(","):
+                raise ProgramError(
+                    f"{line.where}: expected a comma between clauses, got {shortened(rest)!r}"
+                )
+            rest = rest[1:].strip()
+            if target.name in HARMLESS_VARIABLES or HARMLESS_SPEEDS.intersection(
+                step for step in target.steps if isinstance(step, str)
+            ):
+                self.controller.notes.leave_out(target.name)
+            else:
+                self.controller.store(target, self.controller.valued(value))
+
+    def _open_spline(self, line: KrlLine) -> None:
+        self.motions.open_spline(True, line.where)
+        self._before_spline = self.controller.saved()
+        text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
+        self._require_rounding(text, line)
+        if clauses:
+            self._set(clauses[0], line)
+
+    def _close_spline(self, line: KrlLine) -> None:
+        self.motions.open_spline(False, line.where)
+        self._require_rounding(line.rest, line)
+        if self._before_spline:
+            self.controller.restore(self._before_spline)
+            self._before_spline = []
+
+    def _require_rounding(self, text: str, line: KrlLine) -> None:
+        options = text.upper().split()
+        if not _ROUNDED.issuperset(options):
+            raise ProgramError(
+                f"{line.where}: expected WITH or C_SPL behind {line.word}, got"
+                f" {shortened(text.strip())!r}"
+            )
+        self._note_rounding(options)
+
+    def _time(self, line: KrlLine) -> None:
+        given = _BLOCK.fullmatch(line.text)
+        if given is None:
+            raise ProgramError(
+                f"{line.where}: expected START, PART or END, got {shortened(line.text)!r}"
+            )
+        kind = given[1].split("=")[0].strip().upper()
+        if kind == "START":
+            self.motions.begin_times(line.where)
+            return
+        try:
+            value = number(parsed(given[2], line.where).evaluate(self.controller), line.where)
+        except UnknownValueError as cause:
+            raise ProgramError(
+                f"{line.where}: expected a time that the program tells, got {cause.value.name}"
+            ) from cause
+        if kind == "PART":
+            self.motions.share_time(value, line.where)
+        else:
+            self.motions.end_times(value, line.where)
+
+    # The pendant's routine
+
+    def _bas(self, line: KrlLine) -> None:
+        call, rest = leading(line.text, line.where)
+        first = call.arguments[0] if isinstance(call, Call) and call.arguments else None
+        command = first.constant if isinstance(first, Constant) else None
+        assert isinstance(call, Call) or command is None
+        argument = call.arguments[1] if isinstance(call, Call) and len(call.arguments) > 1 else None
+        value = None if argument is None else self.controller.valued(argument)
+        if not isinstance(command, str) or rest:
+            raise ProgramError(f"{line.where}: expected BAS(#..), got {shortened(line.text)!r}")
+        if command in ("#ACC_CP", "#ACC_GLUE", "#ACC_PTP", "#VEL_PTP", "#OUT_SYNC", "#OUT_ASYNC"):
+            self.controller.notes.leave_out(f"BAS({command})")
+        elif command == "#INITMOV":
+            self._initialize()
+        elif command in ("#FRAMES", "#PTP_PARAMS"):
+            self._choose_frames()
+        elif command in ("#VEL_CP", "#TOOL", "#BASE", "#CP_PARAMS"):
+            if value is None:
+                raise ProgramError(f"{line.where}: expected a number behind {command}, got none")
+            self._set_by_number(command, value)
+        elif command == "#CP_DAT":
+            data = self._active("LDAT_ACT")
+            self._choose_rotation(data)
+            self.controller.set_speed(
+                data.get("VEL", Unknown("LDAT_ACT.VEL")) if isinstance(data, dict) else data
+            )
+        elif command == "#PTP_DAT":
+            self.controller.notes.leave_out("BAS(#PTP_DAT)")
+        else:
+            raise ProgramError(
+                f"{line.where}: expected a command of BAS that is known, got {shortened(command)}"
+            )
+
+    def _set_by_number(self, command: str, value: Value) -> None:
+        word = command[1:]
+        if word in ("TOOL", "BASE"):
+            self.controller.set_system(f"${word}", self.controller.numbered_frame(word, value))
+            return
+        if word == "CP_PARAMS":
+            self._choose_rotation(self._active("LDAT_ACT"))
+            self._choose_frames()
+        self.controller.set_speed(value)
+
+    def _initialize(self) -> None:
+        """Set what the controller begins with: the world as base, tool 1."""
+        controller = self.controller
+        controller.set_system("$BASE", null_frame())
+        controller.set_system("$TOOL", controller.numbered_frame("TOOL", 1))
+        controller.set_system("$ORI_TYPE", "#VAR")
+        controller.set_system("$IPO_MODE", "#BASE")
+        speed = controller.valued(Reference("DEF_VEL_CP"))
+        if isinstance(speed, Unknown):
+            controller.set_system("$VEL", {})
+        else:
+            controller.set_speed(speed)
+
+    def _active(self, name: str) -> Value:
+        return self.controller.valued(Reference(name))
+
+    def _choose_frames(self) -> None:
+        data = self._active("FDAT_ACT")
+        for word in ("TOOL", "BASE"):
+            value = data
+            if isinstance(data, dict):
+                value = data.get(f"{word}_NO", Unknown(f"FDAT_ACT.{word}_NO"))
+            self.controller.set_system(f"${word}", self.controller.numbered_frame(word, value))
+        if isinstance(data, dict):
+            self.controller.set_system("$IPO_MODE", data.get("IPO_FRAME", "#BASE"))
+
+    def _choose_rotation(self, data: Value) -> None:
+        if isinstance(data, Unknown):
+            self.controller.notes.assume(
+                f"{data.name}, which is not given, turns the tool evenly (#VAR)"
+            )
+        rotation = data.get("ORI_TYP", "#VAR") if isinstance(data, dict) else "#VAR"
+        self.controller.set_system("$ORI_TYPE", rotation)
+
+
+def _written(text: str, behind: str) -> str:
+    """Return a target as it is written, without what stands behind it."""
+    return text.strip().removesuffix(behind).strip()

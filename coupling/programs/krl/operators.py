@@ -1,0 +1,120 @@
+"""Operators of KRL on values that are known."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+
+from coupling.errors import ProgramError
+from coupling.programs.arithmetic import LOGIC, ORDER, computed
+from coupling.programs.krl.values import (
+    UnknownValueError,
+    Value,
+    composed,
+    described,
+    is_number,
+)
+from coupling.programs.unknown import Unknown
+
+# How tightly operators bind; comparisons bind least, below AND and OR.
+PRECEDENCE = {
+    ":": 8,
+    "*": 7,
+    "/": 7,
+    "+": 6,
+    "-": 6,
+    "AND": 5,
+    "B_AND": 5,
+    "EXOR": 4,
+    "B_EXOR": 4,
+    "OR": 3,
+    "B_OR": 3,
+    "==": 2,
+    "<>": 2,
+    "<": 2,
+    ">": 2,
+    "<=": 2,
+    ">=": 2,
+}
+# The mode of operation where a program runs by itself: #AUT and #EX, whichever.
+AUTOMATIC = "#AUT or #EX"
+_MANUAL = ("#T1", "#T2")
+_BITS: dict[str, Callable[[int, int], int]] = {
+    "B_AND": operator.and_,
+    "B_OR": operator.or_,
+    "B_EXOR": operator.xor,
+}
+_LARGEST_INT = 2**31 - 1
+
+
+def applied(word: str, left: Value, right: Value, where: str) -> Value:
+    """Return what an operator makes of two values.
+
+    Raises:
+        ProgramError: If it is not for such values, or the result is too large.
+        UnknownValueError: If one is not known.
+    """
+    for side in (left, right):
+        if isinstance(side, Unknown):
+            raise UnknownValueError(side)
+    if word == ":":
+        return composed(left, right, where)
+    if word in ("==", "<>"):
+        return _equal(left, right, where) == (word == "==")
+    if word in LOGIC and isinstance(left, bool) and isinstance(right, bool):
+        return LOGIC[word](left, right)
+    if word in _BITS and type(left) is int and type(right) is int:
+        return _BITS[word](left, right)
+    if not (is_number(left) and is_number(right)):
+        raise ProgramError(
+            f"{where}: expected values for {word}, got {described(left)} and {described(right)}:"
+            " write brackets around comparisons"
+        )
+    assert not isinstance(left, str | dict | Unknown)
+    assert not isinstance(right, str | dict | Unknown)
+    if word in ORDER:
+        return ORDER[word](left, right)
+    if word not in ("+", "-", "*", "/"):
+        raise ProgramError(f"{where}: expected TRUE or FALSE for {word}, got numbers")
+    if not (type(left) is int and type(right) is int):
+        return computed(word, left, right, where)
+    result = computed(word, left, right, where, _LARGEST_INT)
+    if result != int(result):
+        # Whether variables of other files are INT or REAL is not told.
+        raise ProgramError(
+            f"{where}: expected a whole quotient of INT, got {left}/{right}: write {left}.0 for the"
+            " quotient of REAL"
+        )
+    return int(result)
+
+
+def negated(word: str, value: Value, where: str) -> Value:
+    """Return a value with a minus, NOT or B_NOT before it.  Raises as `applied`."""
+    if isinstance(value, Unknown):
+        raise UnknownValueError(value)
+    if word == "NOT" and isinstance(value, bool):
+        return not value
+    if word == "B_NOT" and type(value) is int:
+        return ~value
+    if word == "-" and is_number(value):
+        assert not isinstance(value, str | dict)
+        return -value
+    raise ProgramError(f"{where}: expected a value for {word}, got {described(value)}")
+
+
+def _equal(left: Value, right: Value, where: str) -> bool:
+    if AUTOMATIC in (left, right):
+        mode = right if left == AUTOMATIC else left
+        if mode not in _MANUAL:
+            raise UnknownValueError(Unknown("$MODE_OP"))
+        return False
+    if isinstance(left, dict) or isinstance(right, dict):
+        raise ProgramError(f"{where}: expected single values beside ==, got a structure")
+    if isinstance(left, bool) != isinstance(right, bool) or isinstance(left, str) != isinstance(
+        right, str
+    ):
+        raise ProgramError(
+            f"{where}: expected values of one kind beside ==, got {described(left)} and"
+            f" {described(right)}: write brackets around comparisons"
+        )
+    return left == right

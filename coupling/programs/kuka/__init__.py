@@ -1,1 +1,0 @@
-"""KUKA's language: a program's statements are executed as far as they say what they do."""

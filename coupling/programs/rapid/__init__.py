@@ -1,0 +1,1 @@
+"""ABB RAPID: written and read."""

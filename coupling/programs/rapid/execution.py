@@ -1,0 +1,351 @@
+"""A RAPID program, executed statement by statement as far as its values are known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.budget import Budget
+from coupling.programs.endless import ProgramEnd, end_after_pass
+from coupling.programs.rapid.calls import bound
+from coupling.programs.rapid.effects import (
+    COUNTING,
+    calls_in,
+    has_end,
+)
+from coupling.programs.rapid.evaluation import RapidEvaluation
+from coupling.programs.rapid.functions import RETURNING
+from coupling.programs.rapid.harmless import (
+    LEFT_OUT,
+    MOVES,
+    REFUSED,
+    STOPS,
+    WRITING,
+)
+from coupling.programs.rapid.memory import RapidMemory, RapidVariable, RoutineScope
+from coupling.programs.rapid.motion_statements import SETTINGS, Moving
+from coupling.programs.rapid.motions import RapidMotions
+from coupling.programs.rapid.operators import operated
+from coupling.programs.rapid.syntax import (
+    Argument,
+    Assignment,
+    Block,
+    Connect,
+    DataDeclaration,
+    For,
+    FunctionCall,
+    If,
+    Literal,
+    RapidInstruction,
+    RapidModule,
+    RapidRoutine,
+    Return,
+    Statement,
+    Test,
+    While,
+    blocks_of,
+)
+from coupling.programs.rapid.undecided import Undecided
+from coupling.programs.rapid.values import Data, Value, shown
+from coupling.programs.reading import ReadingNotes
+from coupling.programs.text import shortened
+from coupling.programs.unknown import Unknown
+
+# Routines in each other, at most.
+_DEEPEST = 25
+_SIGNS = {"INCR": "+", "DECR": "-", "ADD": "+"}
+
+
+class _Returned(Exception):  # noqa: N818 - no error
+    """The end of a routine, with the value of a function."""
+
+    def __init__(self, value: Data | None) -> None:
+        self.value = value
+
+
+@dataclass
+class RapidExecution:
+    """State of a controller while it goes through a program.
+
+    Attributes:
+        notes: Statements left out, and assumptions.
+        motions: Motions up to here.
+    """
+
+    notes: ReadingNotes
+    memory: RapidMemory
+    motions: RapidMotions
+    _budget: Budget = field(default_factory=Budget)
+    _depth: int = 0
+
+    def __post_init__(self) -> None:
+        self._evaluation = RapidEvaluation(self.memory, self._function)
+        self.memory.evaluate = self._evaluation.value
+        self._undecided = Undecided(self.memory, self.notes)
+        self._moving = Moving(self.motions, self._evaluation, self.notes)
+
+    @classmethod
+    def of(cls, modules: list[RapidModule], others: Mapping[str, str]) -> RapidExecution:
+        """Return one at the start of a program of these modules, and of texts of other files."""
+        notes = ReadingNotes()
+
+        def unready(*_: object) -> Data:
+            raise AssertionError("before there is an evaluation")
+
+        return cls(notes, RapidMemory(unready, modules, others, notes), RapidMotions(notes))
+
+    def run(self, routine: RapidRoutine, module: RapidModule) -> None:
+        """Execute a routine and what it calls.
+
+        Raises:
+            ProgramError: At the first statement that cannot be executed or left out.
+        """
+        self._budget.remaining += sum(
+            _count(known.body)
+            for holder in self.memory.modules
+            for known in holder.routines.values()
+        )
+        with suppress(ProgramEnd):
+            self._routine(routine, RoutineScope(module))
+        self.motions.assume_zones()
+
+    def _routine(self, routine: RapidRoutine, scope: RoutineScope) -> Data | None:
+        """Execute a routine, and return the value of a function."""
+        if self._depth >= _DEEPEST:
+            raise ProgramError(
+                f"{routine.where}: expected at most {_DEEPEST} routines that call each other, got more"
+            )
+        if routine.has_handler:
+            self.notes.assume("no error comes up: what stands behind ERROR and UNDO is left out")
+        self._depth += 1
+        try:
+            self._block(routine.body, scope)
+        except _Returned as end:
+            return end.value
+        finally:
+            self._depth -= 1
+        return None
+
+    def _block(self, block: Block, scope: RoutineScope) -> None:
+        for statement in block:
+            self._budget.spend(statement.where)
+            self._statement(statement, scope)
+
+    def _statement(self, statement: Statement, scope: RoutineScope) -> None:
+        if isinstance(statement, RapidInstruction):
+            self._instruction(statement, scope)
+        elif isinstance(statement, Assignment):
+            value = self._evaluation.value(statement.value, scope, statement.where)
+            self._evaluation.assign(statement.target, value, scope, statement.where)
+        elif isinstance(statement, DataDeclaration):
+            scope.data[statement.name.upper()] = self.memory.declared(statement, scope)
+        elif isinstance(statement, If):
+            self._if(statement, scope)
+        elif isinstance(statement, For):
+            self._for(statement, scope)
+        elif isinstance(statement, While):
+            self._while(statement, scope)
+        elif isinstance(statement, Test):
+            self._test(statement, scope)
+        elif isinstance(statement, Return):
+            raise _Returned(self._returned(statement, scope))
+        elif isinstance(statement, Connect):
+            self._undecided.connect(statement, scope)
+        else:
+            raise ProgramError(
+                f"{statement.where}: expected statements one after the other, got {statement.word}"
+            )
+
+    def _returned(self, statement: Return, scope: RoutineScope) -> Data | None:
+        if statement.value is None:
+            return None
+        return self._evaluation.value(statement.value, scope, statement.where)
+
+    def _instruction(self, statement: RapidInstruction, scope: RoutineScope) -> None:
+        where, arguments = statement.where, statement.arguments
+        name = statement.name or self._computed_name(statement, scope)
+        word = name.upper()
+        if (found := self.memory.routine(word, scope)) is not None and found[0].word == "PROC":
+            self._call(*found, arguments, scope, where)
+        elif (form := MOVES.get(word)) is not None:
+            self._moving.move(form, name, arguments, scope, where)
+        elif word in SETTINGS:
+            self._moving.set(name, arguments, scope, where)
+        elif word in STOPS:
+            self._stop(STOPS[word], where)
+        elif word in COUNTING:
+            self._count_on(word, arguments, scope, where)
+        elif word in LEFT_OUT or word in WRITING:
+            self._leave_out(statement, scope)
+        elif word in REFUSED:
+            known, reason = REFUSED[word]
+            raise ProgramError(f"{where}: expected motions to targets, got {known}, {reason}")
+        else:
+            raise ProgramError(
+                f"{where}: expected an instruction or a procedure of the program, got"
+                f" {shortened(name)}{self.memory.missing()}: put its module beside the program"
+            )
+
+    def _computed_name(self, statement: RapidInstruction, scope: RoutineScope) -> str:
+        assert statement.computed_name is not None
+        data = self._evaluation.value(statement.computed_name, scope, statement.where)
+        if not isinstance(data.value, str):
+            raise ProgramError(
+                f"{statement.where}: expected the name of a procedure, got {shown(data.value)}"
+            )
+        return data.value
+
+    def _call(
+        self,
+        routine: RapidRoutine,
+        module: RapidModule,
+        arguments: tuple[Argument, ...],
+        scope: RoutineScope,
+        where: str,
+    ) -> Data | None:
+        inner = RoutineScope(module, bound(routine, arguments, self._evaluation, scope, where))
+        return self._routine(routine, inner)
+
+    def _function(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
+        """Return the value of a function of the program."""
+        found = self.memory.routine(call.name, scope)
+        assert found is not None
+        self._budget.spend(where)
+        value = self._call(*found, call.arguments, scope, where)
+        if value is None:
+            raise ProgramError(f"{where}: expected a value of {call.name}, got none")
+        kind = found[0].kind
+        return Data(
+            kind, self.memory.kinds.shaped(kind, value.value, where, value.rank), value.rank
+        )
+
+    def _stop(self, word: str, where: str) -> None:
+        if word not in ("EXIT", "ExitCycle"):
+            place = where.rsplit(": ", 1)[-1]
+            self.notes.assume(f"it ends at {word} in {place}")
+        raise ProgramEnd
+
+    def _count_on(
+        self, word: str, arguments: tuple[Argument, ...], scope: RoutineScope, where: str
+    ) -> None:
+        values = [argument.value for argument in arguments if argument.value is not None]
+        if len(values) != (2 if word == "ADD" else 1):
+            raise ProgramError(f"{where}: expected data to count with, got {len(values)} arguments")
+        target = values[0]
+        new = Data("num", 0.0)
+        if word != "CLEAR":
+            step = Literal("num", 1.0) if word != "ADD" else values[1]
+            sides = [self._evaluation.value(side, scope, where) for side in (target, step)]
+            new = operated(_SIGNS[word], sides, where)
+        self._evaluation.assign(target, new, scope, where)
+
+    def _leave_out(self, statement: RapidInstruction, scope: RoutineScope) -> None:
+        """Leave an instruction out, but for functions in it that change data."""
+        word, where = statement.name.upper(), statement.where
+        self.notes.leave_out(LEFT_OUT.get(word) or WRITING[word])
+        for call in calls_in(statement):
+            if self.memory.routine(call.name, scope) is not None:
+                self._function(call, scope, where)
+        for argument in statement.arguments:
+            if word in WRITING or argument.option in RETURNING:
+                self._evaluation.forget(argument, statement.name, scope, where)
+
+    def _if(self, statement: If, scope: RoutineScope) -> None:
+        for at, (condition, block) in enumerate(statement.branches):
+            if condition is None:
+                self._block(block, scope)
+                return
+            value = self._evaluation.value(condition, scope, statement.where).value
+            if isinstance(value, Unknown):
+                rest = tuple(item for _, inner in statement.branches[at:] for item in inner)
+                self._leave("IF", rest, scope, statement.where, value)
+                return
+            if _truth(value, statement.where):
+                self._block(block, scope)
+                return
+
+    def _while(self, statement: While, scope: RoutineScope) -> None:
+        where, body = statement.where, statement.body
+        while True:
+            value = self._evaluation.value(statement.condition, scope, where).value
+            if isinstance(value, Unknown):
+                self._leave("WHILE", body, scope, where, value)
+                return
+            if not _truth(value, where):
+                return
+            begin = len(self.motions.moves)
+            self._block(body, scope)
+            if isinstance(statement.condition, Literal) and not has_end(body, self.memory, scope):
+                end_after_pass(
+                    begin,
+                    self.motions.moves,
+                    lambda: self._block(body, scope),
+                    self.notes,
+                    where,
+                )
+            self._budget.spend(where)
+
+    def _for(self, statement: For, scope: RoutineScope) -> None:
+        where = statement.where
+        bounds = [statement.first, statement.last]
+        if statement.step is not None:
+            bounds.append(statement.step)
+        values = [self._evaluation.value(bound, scope, where).value for bound in bounds]
+        for value in values:
+            if isinstance(value, Unknown):
+                self._leave("FOR", statement.body, scope, where, value)
+                return
+        numbers = [
+            self._evaluation.number(bound, "a bound of FOR", scope, where) for bound in bounds
+        ]
+        first, last = numbers[:2]
+        step = numbers[2] if len(numbers) > 2 else (1.0 if first <= last else -1.0)
+        if step == 0.0:
+            raise ProgramError(f"{where}: expected a step of FOR, got 0")
+        key = statement.name.upper()
+        hidden = scope.data.get(key)
+        count = 0
+        while (first + count * step - last) * step <= 0.0:
+            scope.data[key] = RapidVariable(Data("num", first + count * step))
+            self._block(statement.body, scope)
+            count += 1
+            self._budget.spend(where)
+        scope.data.pop(key, None)
+        if hidden is not None:
+            scope.data[key] = hidden
+
+    def _leave(
+        self, word: str, block: Block, scope: RoutineScope, where: str, cause: Unknown
+    ) -> None:
+        self._budget.spend(where, _count(block))
+        self._undecided.leave(word, block, scope, where, cause)
+
+    def _test(self, statement: Test, scope: RoutineScope) -> None:
+        where = statement.where
+        value = self._evaluation.value(statement.value, scope, where)
+        for at, (wanted, block) in enumerate(statement.cases):
+            for item in wanted or ():
+                sides = [value, self._evaluation.value(item, scope, where)]
+                equal = operated("=", sides, where).value
+                if isinstance(equal, Unknown):
+                    rest = tuple(part for _, inner in statement.cases[at:] for part in inner)
+                    self._leave("TEST", rest, scope, where, equal)
+                    return
+                if equal:
+                    self._block(block, scope)
+                    return
+            if wanted is None:
+                self._block(block, scope)
+                return
+
+
+def _truth(value: Value, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise ProgramError(f"{where}: expected a condition, got {shown(value)}")
+    return value
+
+
+def _count(block: Block) -> int:
+    return len(block) + sum(_count(inner) for item in block for inner in blocks_of(item))
