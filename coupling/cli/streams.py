@@ -61,7 +61,7 @@ def lasting_streams() -> Iterator[LastingStream]:
         ):  # characters that its encoding lacks are written out
             stream.reconfigure(errors="backslashreplace")
     output, errors = map(LastingStream, streams)
-    sys.stdout, sys.stderr = output, errors  # type: ignore[assignment]
+    sys.stdout, sys.stderr = output, errors
     try:
         yield output
     finally:

@@ -7,7 +7,6 @@ import numpy as np
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 
-
 # For so long after a start in motion, and before such an end, it is what a tool deviates by [s].
 _SETTLES = 1.0
 

@@ -16,7 +16,8 @@ from filelock import FileLock
 from fmpy.fmi2 import FMU2Slave
 from places import TESTS
 
-from coupling.fmu_export.compiler import SOURCES, _cache, _version, host_platform
+from coupling.fmu_export.cache import cache_folder
+from coupling.fmu_export.compiler import SOURCES, _version, host_platform
 from elastic_robot.fmi.variables import POSE
 
 POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
@@ -106,7 +107,7 @@ def compiled(folders: Sequence[Path], *arguments: str) -> Path:
     for folder in folders:
         for file in sorted(folder.rglob("*.[ch]")):
             digest.update(file.relative_to(folder).as_posix().encode() + file.read_bytes())
-    made = _cache() / "tests" / digest.hexdigest()[:24]
+    made = cache_folder() / "tests" / digest.hexdigest()[:24]
     if not made.is_file():
         made.parent.mkdir(parents=True, exist_ok=True)
         with (
