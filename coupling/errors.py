@@ -108,8 +108,8 @@ def shortened(words: str) -> str:
     """Return a message without the middle of what it quotes at length.
 
     Example:
-        >>> shortened("name: expected a word, got '" + 10_000_000 * "a" + "'")[490:540]
-        'aaaaaaaaaa[... 9999228 characters ...]aaaaaaaaaaaa'
+        >>> shortened("expected a word, got " + 10_000_000 * "a")[495:535]
+        'aaaaa[... 9999221 characters ...]aaaaaaa'
     """
     if len(words) <= _LONGEST_LINE:
         return words

@@ -17,7 +17,7 @@ class LastingStream:
         stream: The stream.
 
     Attributes:
-        failure: Why text was lost; None where none was, or where its reader wanted no more.
+        failure: Reason for which text was lost; None where none was, or its reader wanted no more.
     """
 
     def __init__(self, stream: Any) -> None:

@@ -24,11 +24,12 @@ def read_bounded(file: Path, most: int, error: type[Exception]) -> bytes:
         ValueError: /dev/zero: expected a file, got a device: name a file
     """
     try:
+        mode = file.stat().st_mode
         with file.open("rb") as stream:
-            require_no_device(file, error)
-            content = stream.read(most + 1)
+            content = b"" if _is_device(mode) else stream.read(most + 1)
     except (OSError, ValueError) as cause:  # a name with a null character
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
+    _require_no_device(file, mode, error)
     if len(content) > most:
         raise _too_large(file, most, error)
     return content
@@ -46,7 +47,7 @@ def require_bounded(file: Path, most: int, error: type[Exception]) -> None:
             raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
     except (OSError, ValueError) as cause:
         raise error(f"{file}: cannot be read: {reason_of(cause)}") from cause
-    require_no_device(file, error)
+    _require_no_device(file, status.st_mode, error)
     if stat.S_ISFIFO(
         status.st_mode
     ):  # is read again for its numbers, and one nobody writes to waits
@@ -55,14 +56,12 @@ def require_bounded(file: Path, most: int, error: type[Exception]) -> None:
         raise _too_large(file, most, error)
 
 
-def require_no_device(file: Path, error: type[Exception]) -> None:
-    """Refuse a device, many of which have no end.
+def _is_device(mode: int) -> bool:
+    return stat.S_ISCHR(mode) or stat.S_ISBLK(mode)  # many of which have no end
 
-    Raises:
-        Exception: The error that is given.
-    """
-    mode = file.stat().st_mode
-    if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
+
+def _require_no_device(file: Path, mode: int, error: type[Exception]) -> None:
+    if _is_device(mode):
         raise error(f"{file}: expected a file, got a device: name a file")
 
 

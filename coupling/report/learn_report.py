@@ -60,9 +60,9 @@ def _sizes(found: LearnedResult) -> list[Table]:
             one.run,
             f"{one.rows}",
             f"{one.from_s:.2f} to {one.to_s:.2f}",
-            ", ".join(f"{UM * value:.0f}" for value in one.frame_shift_m),
+            ", ".join(f"{round(UM * value) + 0}" for value in one.frame_shift_m),
             ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
-            f"{1e3 * one.clock_s:.1f}",
+            f"{1e3 * one.clock_s:+.1f}",
         )
         for one in found.runs
     ]

@@ -190,7 +190,9 @@ class InverseCorrection(Schema):
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
         elif is_near_moving_end(desired, worst):
-            advice = "the path moves there, where the robot is at rest: let it accelerate from rest"
+            advice = (
+                "the path is in motion there and the robot at rest: let it accelerate from rest"
+            )
         else:
             advice = "see which limit or cycle is the cause (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):

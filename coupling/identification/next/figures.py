@@ -37,8 +37,11 @@ def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResu
 def _run(run: MeasuredRun) -> NextRunResult:
     forecast, time = run.source.forecast, run.measured.time
     thin = slice(None, None, max(1, len(time) // 2000))
+    shift, turn = run.measured.frame_offset(run.shift, run.turn)
     return NextRunResult.of(
         run,
+        frame_shift_m=shift,
+        frame_turn_rad=turn,
         from_s=time[0],
         to_s=time[-1],
         forecast=forecast and forecast.model_copy(update={"robots": ()}),

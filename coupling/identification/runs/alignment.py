@@ -52,7 +52,7 @@ def aligned(
     _require_length_unit(measured, model)
     path = SimulatedPath(model)
     offset = clock_offset(measured, model) if offset is None else offset
-    measured = replace(measured, time=measured.time + offset)
+    measured = replace(measured, time=measured.time + offset, clock=measured.clock + offset)
     inside = (measured.time >= model.time[0]) & (measured.time <= model.time[-1])
     measured = measured.at_rows(np.flatnonzero(inside))
     covered = float(np.ptp(measured.time)) if len(measured.time) else 0.0
@@ -179,7 +179,10 @@ def _turned(measured: Measurement, there: np.ndarray) -> Measurement:
             f"{measured.name}: expected a path that is not a line, to determine the measuring frame,"
             " got a line: measure in the robot's base frame"
         )
-    return measured.transformed(Frame.fitted(measured.position, there))
+    base_from_device = Frame.fitted(measured.position, there)
+    return replace(
+        measured.transformed(base_from_device), device_from_base=base_from_device.inverse()
+    )
 
 
 def _require_same_pace(measured: Measurement, path: SimulatedPath) -> None:

@@ -42,6 +42,8 @@ class Measurement:
         rotation: Orientations of the tool, (n,), behind a turn on it that is the same all along; None
             where not measured.
         motors: Angles and torques of motors; None where not recorded.
+        clock: Time that was added to those of the file [s].
+        device_from_base: Frame of the robot's base in that of the file, where it lies anywhere.
     """
 
     name: str
@@ -49,6 +51,15 @@ class Measurement:
     position: np.ndarray
     rotation: Rotation | None = None
     motors: MeasuredMotors | None = None
+    clock: float = 0.0
+    device_from_base: Frame | None = None
+
+    def frame_offset(self, shift: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return shift [m] and turn [rad] of the file's frame, with what is left of them here, (3,)."""
+        if self.device_from_base is None:
+            return shift, turn
+        frame = self.device_from_base
+        return frame.position + shift, frame.rotation.as_rotvec() + turn
 
     def at_rows(self, rows: np.ndarray) -> Measurement:
         """Return its rows of given numbers, (k,)."""

@@ -55,14 +55,15 @@ def _run(found: Learned, number: int) -> LearnedRunResult:
     size = (len(found.fit.z) - len(found.parameters)) // len(found.runs)
     own = found.fit.z[len(found.parameters) + size * number :][:size]
     rest, slow = found.before[number], found.fit.slow[number]
+    shift, turn = one.measured.frame_offset(own[:3], own[3:6])
     return LearnedRunResult.of(
         one,
         run=source.folder,
         from_s=one.measured.time[0],
         to_s=one.measured.time[-1],
-        frame_shift_m=own[:3],
-        frame_turn_rad=own[3:6],
-        clock_s=own[6],
+        frame_shift_m=shift,
+        frame_turn_rad=turn,
+        clock_s=one.measured.clock + own[6],
         orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
         motors=_of_motors(one),
         time=SlowPart.of(one.measured.time).time,

@@ -1,0 +1,48 @@
+"""Files without end, pipes and devices are refused before they fill the memory."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from coupling.errors import CaseError
+from coupling.files.bounded_file import read_bounded
+from coupling.files.csv_table import read_header, read_table
+from coupling.files.measured_table import MeasuredTable
+from coupling.files.toml_file import load_toml
+
+READERS = {
+    "toml": lambda file: load_toml(file, CaseError),
+    "header": lambda file: read_header(file, CaseError),
+    "table": lambda file: read_table(file, ("time",), CaseError),
+    "measured": lambda file: MeasuredTable.read(file, CaseError),
+}
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="needs endless devices")
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/urandom", "/dev/null"])
+@pytest.mark.parametrize("reader", READERS)
+def test_a_device_is_no_file(reader, device):
+    with pytest.raises(CaseError, match=f"^{device}: expected a file, got a device"):
+        READERS[reader](Path(device))
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_huge_file_is_refused(reader, tmp_path):
+    file = tmp_path / "huge"
+    with file.open("wb") as stream:
+        stream.truncate(2**40)  # sparse: it takes no room
+    with pytest.raises(CaseError, match=r"expected a file of at most \d+ MB, got more"):
+        READERS[reader](file)
+
+
+def test_as_much_as_is_allowed_is_read_from_a_pipe():
+    read, write = os.pipe()
+    os.write(write, b"12345")
+    os.close(write)
+    if not Path(f"/dev/fd/{read}").exists():
+        pytest.skip("needs names of open pipes")
+    assert read_bounded(Path(f"/dev/fd/{read}"), 5, CaseError) == b"12345"
+    os.close(read)
