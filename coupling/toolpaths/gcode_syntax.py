@@ -10,14 +10,17 @@ from coupling.programs.text import shortened
 # Statements of Siemens' that move nothing: messages, the blank's size, smoothing, a tilt that is reset.
 _IDLE_STATEMENT = re.compile(
     r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)|CYCLE800\s*\(\s*\)"
-    r"|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
+    r"|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC|TRAFOOF|TRANS|ROT|SCALE|MIRROR)\s*(?:;.*)?",
     re.IGNORECASE | re.DOTALL,
 )
 # The tool by its name, and words of a numbered spindle.
 _TOOL_NAME = re.compile(r'T\d*="[^"]*"|T\d*=\d+|[SM]\d=\d+')
 _HOMING = ("$H", "$X")
 # Axes that printers name without a number, to home them or to switch them off, and their messages.
-_NAMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29|M17|M18|M84)(?=[A-Z\d.+-]*$)")
+_HOMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29)(?=[A-Z\d.+-]*$)")
+_FREED_AXES = re.compile(r"((?:N\d+)?(?:M17|M18|M84))[XYZE]+")
+# A place as SIEMENS' posts may write it.
+_PLACE_BY_SIGN = re.compile(r"(?<![A-Z])([A-Z])=(?=[-+]?[\d.])")
 _MESSAGE = re.compile(r"\s*(M(?:117|118|16|862\.3|486|555|23|32))\b.*", re.IGNORECASE | re.DOTALL)
 
 _VARIABLES = "let the post-processor write numbers"
@@ -82,7 +85,9 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> str:
         return ""
     if re.fullmatch(r"N\d+%.*", code):  # the last line of DIN/ISO, with the program's name
         return "M30"
-    if _NAMED_AXES.match(code):
+    if freed := _FREED_AXES.fullmatch(code):
+        return freed[1]
+    if _HOMED_AXES.match(code):
         return re.sub(r"([A-Z])(?=[A-Z]|$)", r"\g<1>0", code)
     if code in _HOMING:
         # A return to the reference point, as G28; $X only unlocks.
@@ -91,6 +96,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> str:
     without, count = _TOOL_NAME.subn("", code)
     if count:
         notes.leave_out("T=" if "T" in code else "S=")
+    without = _PLACE_BY_SIGN.sub(r"\1", without)
     return without.replace("CR=", "R").replace("SUPA", "G53")
 
 
