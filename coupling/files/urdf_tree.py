@@ -20,6 +20,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import one_of
+from elastic_robot.chain import spatial_inertia
 from elastic_robot.errors import RobotFileError
 
 # A description of links and joints has no such size and no such depth; meshes are files of their own.
@@ -150,7 +151,7 @@ class UrdfTree:
         except ValueError as cause:
             raise ValueError(f"link {link!r}: inertial: {cause}") from cause
         matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        return placement.act(pin.Inertia(mass, np.zeros(3), matrix))
+        return placement.act(spatial_inertia(mass, np.zeros(3), matrix))
 
 
 def read_tree(file: Path) -> UrdfTree:
