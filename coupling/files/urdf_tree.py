@@ -21,6 +21,7 @@ import pinocchio as pin
 
 from coupling.errors import one_of
 from coupling.files.bounded_file import read_bounded
+from elastic_robot.chain import spatial_inertia
 from elastic_robot.errors import RobotFileError
 
 # A description of links and joints has no such size and no such depth; meshes are files of their own.
@@ -151,7 +152,7 @@ class UrdfTree:
         except ValueError as cause:
             raise ValueError(f"link {link!r}: inertial: {cause}") from cause
         matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        return placement.act(pin.Inertia(mass, np.zeros(3), matrix))
+        return placement.act(spatial_inertia(mass, np.zeros(3), matrix))
 
 
 def read_tree(file: Path) -> UrdfTree:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 MOTIONS = (0.0, 1.0, 2.0, 3.0)
-UNITS = {20.0: 0.0254, 21.0: 0.001, 70.0: 0.0254, 71.0: 0.001}  # [m]
+UNITS = {  # [m]
+    **dict.fromkeys((20.0, 70.0, 700.0), 0.0254),
+    **dict.fromkeys((21.0, 71.0, 710.0), 0.001),
+}
 # Returns to a reference point, probes of the bed, and moves in machine coordinates: where the tool is
 # in the part is not known behind them.
 RETURNS = {
@@ -23,12 +26,13 @@ IDLE_G: dict[float, str] = {
     5.1: "QPR",  # look-ahead; with coordinates a spline
     8.0: "P",  # look-ahead, or radii on a lathe
     9.0: "",
-    15.0: "",
+    15.0: "",  # polar coordinates off; with H a work offset of OKUMA's
     40.0: "",
     43.0: "",
     49.0: "",
     50.0: "",  # scaling off, or the spindle's limit; with coordinates a shift
     50.1: "",
+    60.0: "",  # exact stop; with coordinates a positioning from one side
     61.0: "",
     61.1: "",
     62.0: "",
@@ -135,6 +139,40 @@ TIP_M = {128.0, 129.0}
 # Words from which on they are, and those that end it; those of tilted planes.
 TIP_ON, TIP_OFF = {43.4, 43.5, 234.0}, {43.0, 49.0}
 PLANE_WORDS = {53.1, 68.2}
+# Those with a limit, a place, a current or a gain for each axis, by its letter or by I, K.
+_PRINTER_M_OF_AXES = frozenset(
+    map(
+        float,
+        (
+            201,
+            202,
+            203,
+            205,
+            207,
+            208,
+            217,
+            218,
+            240,
+            301,
+            304,
+            420,
+            566,
+            593,
+            600,
+            603,
+            701,
+            702,
+            900,
+            906,
+            907,
+            913,
+            914,
+            915,
+            970,
+        ),
+    )
+)
+_COORDINATES = frozenset("XYZIJK")
 # Letters of the M-words of mills: P, Q, L, E of outputs, inputs and stops.
 PARAMETERS_OF_M = "PQLE"
 
@@ -164,9 +202,14 @@ def refused_g(value: float) -> str:
     return f"expected no G{value:g}, got {name}: {remedy}"
 
 
-def is_of_printers(m: Sequence[float]) -> bool:
-    """Return whether a line is a printer's, whose other words are those of its M-word."""
-    return any(value in _PRINTER_M for value in m)
+def are_of_printers(m: Sequence[float], letters: Collection[str]) -> bool:
+    """Return whether words without a G-word belong to a printer's M-word in their line.
+
+    X, Y, Z, I, J, K are coordinates of a move but with a few: mills have functions by the same numbers.
+    """
+    if any(value in _PRINTER_M_OF_AXES for value in m):
+        return True
+    return any(value in _PRINTER_M for value in m) and _COORDINATES.isdisjoint(letters)
 
 
 def require_functions(m: Sequence[float]) -> None:

@@ -22,7 +22,7 @@ from coupling.toolpaths.gcode_codes import (
     TIP_ON,
     UNITS,
     WORK_OFFSETS,
-    is_of_printers,
+    are_of_printers,
     refused_g,
     require_functions,
     require_one_of_each,
@@ -41,9 +41,10 @@ _DIRECTING, _FEEDS = TIP_ON | TIP_OFF | PLANE_WORDS | TIP_M | {69.0}, (93.0, 94.
 # Other words that change nothing of a path of the tool's tip, and those of them with many values.
 _IDLE, _MANY = frozenset("TSHDOE"), "SE"
 # Words without a place, which with one are something else: a spline, a shift, or no one's.
-_ALONE = frozenset((5.1, 50.0, 80.0))
-# Idle words that belong to another word of their line: a printer's wait, and HAAS's smoothing.
-_WORDS_OF = {"S": 4.0, "E": 187.0}
+_ALONE = frozenset((5.1, 50.0, 60.0, 80.0))
+# Idle words that belong to another word of their line: a printer's wait, HAAS's smoothing, and OKUMA's
+# work offset.
+_WORDS_OF = {"S": 4.0, "E": 187.0, "H": 15.0}
 # No robot goes farther [m], or waits longer [s].
 _FARTHEST, _LONGEST = 100.0, 3600.0
 # A longer wait may be one in milliseconds [s].
@@ -139,7 +140,7 @@ class _Machine:
         """
         values = block.values
         require_functions(block.m)
-        if not block.g and is_of_printers(block.m):
+        if not block.g and are_of_printers(block.m, values):
             values = {}  # theirs alone
         idle = self._idle_words(block, values)
         self._feed.begin_line()
@@ -196,6 +197,8 @@ class _Machine:
                 self._feed.set_mode(value)
             elif value in IDLE_G:
                 self._idle(value, g, values)
+            elif value == 5.0 and values.keys() == {"P"}:
+                self._notes.leave_out(f"G5 P{values.pop('P'):g}")  # look-ahead of FANUC's
             elif value in (10.0, 11.0, 92.0) and not values:
                 # A printer's retraction, its filament's zero, the spindle's limit.
                 self._notes.leave_out(f"G{value:g}")
@@ -217,7 +220,10 @@ class _Machine:
         for letter in IDLE_G[value]:
             if letter in values:
                 word += f" {letter}{values.pop(letter):g}"
-        if value in WORK_OFFSETS:
+        is_offset = value in WORK_OFFSETS
+        if value == 15.0 and "H" in values:
+            is_offset, word = True, f"G15 H{values.pop('H'):g}"
+        if is_offset:
             if word != self._offset and self.has_moved:
                 raise ValueError(
                     f"expected one work offset, got {word} behind moves in {self._offset}: give each its"
@@ -232,8 +238,10 @@ class _Machine:
 
     def _dwell(self, line: int, values: dict[str, float]) -> Dwell:
         """Return a wait: by P, by X as FANUC, or by F as Siemens has it [s]."""
-        given = [letter for letter in "PXF" if letter in values]
-        if "S" in values:
+        # A printer's S is in seconds; of others it may be turns of the spindle.
+        letters = "PSXF" if "E" in self._notes.left_out else "PXF"
+        given = [letter for letter in letters if letter in values]
+        if "S" in values and "S" not in letters:
             raise ValueError(
                 "expected a wait G4 P in seconds, got S, revolutions or seconds: write it with P"
             )
@@ -245,7 +253,7 @@ class _Machine:
         duration = _bounded(letter, values.pop(letter), 0.0, _LONGEST, "s")
         if letter != "P":
             self._notes.assume(f"G4 {letter} is a wait in seconds")
-        if duration > _LONG or (duration > 1.0 and "E" in self._notes.left_out):
+        if duration > _LONG or (duration > 1.0 and letter == "P" and "E" in self._notes.left_out):
             self._long_waits.append(
                 f"line {line}: G4 {letter}{duration:g} waits {duration:g} s; where it is from a control"
                 f" that takes milliseconds, write G4 {letter}{duration / 1000.0:g}"

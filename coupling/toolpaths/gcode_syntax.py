@@ -11,7 +11,7 @@ from coupling.programs.text import shortened
 # Statements of Siemens' that move nothing: messages, the blank's size, smoothing.
 _IDLE_STATEMENT = re.compile(
     r"\s*(?:N\d+\s*)?((?:MSG|WORKPIECE|CYCLE832|GROUP_BEGIN|GROUP_END)\s*\(.*\)"
-    r"|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
+    r"|TRANS|ROT|SCALE|MIRROR|STOPRE|FFWON|FFWOF|SOFT|BRISK|COMPOF|COMPON|COMPCAD|COMPCURV|COMPSURF|CFTCP|CFC)\s*(?:;.*)?",
     re.IGNORECASE | re.DOTALL,
 )
 # The tool by its name, and words of a numbered spindle.
@@ -25,7 +25,10 @@ _TILTED_PLANE = re.compile(
 _COMPONENT = re.compile(r"([ABC]3)=([+-]?(?:\d+(?:\.\d*)?|\.\d+))(?![\dE.])")
 _HOMING = ("$H", "$X")
 # Axes that printers name without a number, to home them or to switch them off, and their messages.
-_NAMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29|M17|M18|M84)(?=[A-Z\d.+-]*$)")
+_HOMED_AXES = re.compile(r"(?:N\d+)?(?:G28|G29)(?=[A-Z\d.+-]*$)")
+_FREED_AXES = re.compile(r"((?:N\d+)?(?:M17|M18|M84))[XYZE]+")
+# A place as SIEMENS' posts may write it.
+_PLACE_BY_SIGN = re.compile(r"(?<![A-Z])([A-Z])=(?=[-+]?[\d.])")
 _MESSAGE = re.compile(r"\s*(M(?:117|118|16|862\.3|486|555|23|32))\b.*", re.IGNORECASE | re.DOTALL)
 
 _VARIABLES = "let the post-processor write numbers"
@@ -125,7 +128,9 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
         return CommonWords("")
     if re.fullmatch(r"N\d+%.*", code):  # the last line of DIN/ISO, with the program's name
         return CommonWords("M30")
-    if _NAMED_AXES.match(code):
+    if freed := _FREED_AXES.fullmatch(code):
+        return CommonWords(freed[1])
+    if _HOMED_AXES.match(code):
         return CommonWords(re.sub(r"([A-Z])(?=[A-Z]|$)", r"\g<1>0", code))
     if code in _HOMING:
         # A return to the reference point, as G28; $X only unlocks.
@@ -140,7 +145,7 @@ def common_words(line: str, code: str, notes: ReadingNotes) -> CommonWords:
             "expected TRAORI without a base orientation, got further numbers: give it in the tool's data"
         )
     components = tuple((name, float(value)) for name, value in _COMPONENT.findall(without))
-    words = _COMPONENT.sub("", _STATEMENT.sub("", without))
+    words = _PLACE_BY_SIGN.sub(r"\1", _COMPONENT.sub("", _STATEMENT.sub("", without)))
     return CommonWords(words.replace("CR=", "R").replace("SUPA", "G53"), statements, components)
 
 

@@ -14,6 +14,7 @@ from coupling.files.bounded_file import read_bounded
 from coupling.files.formats import binary_name, other_format
 from coupling.programs.reading import ReadingNotes
 from coupling.toolpaths.gcode_syntax import common_words, refusal
+from coupling.toolpaths.gcode_tnc import begins_tnc_program, is_blank
 
 # What a file may hold at most [bytes].
 _LARGEST = 64_000_000
@@ -25,6 +26,10 @@ _DELETED = re.compile(r"(N\d+)?/\d?")
 # What DIN/ISO posts and printers' hosts write at the end of a line: an asterisk, and a check sum.
 _LINE_END = re.compile(r"\*\d*$")
 _PROGRAM_ENDS = (2.0, 30.0)
+_END_OF_FILE = "\x1a"  # as DOS marks it
+# Coordinates that end with a point, and whole ones without: the latter are increments on some controls.
+_POINTED = re.compile(r"^[^(;\n]*[XYZIJKR][-+]?\d+\.(?!\d)", re.MULTILINE | re.IGNORECASE)
+_POINTLESS = re.compile(r"^[^(;\n]*[XYZIJKR][-+]?0*[1-9]\d*(?![\d.])", re.MULTILINE | re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +67,10 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
     if binary_name(content):
         raise CaseError(f"{file}: expected G-code, {other_format(content, ())}")
     # Comments are in any encoding; words are ASCII, and anything else in them is refused.
-    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1").rstrip(_END_OF_FILE)
+    _note_points(text, notes)
     lines, begun = enumerate(io.StringIO(text, newline=None), start=1), False
+    is_tnc = False
     for number, line in lines:
         if line[0] in "%:$" and (mark := _mark(line.strip(), begun, notes)):
             if mark == "end":
@@ -71,10 +78,15 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
                 return
             begun = True
             if unit := re.search(r"\bG(7[01])\b", line):  # as DIN/ISO has it behind the name
-                yield Block(number, (float(unit[1]),), (), {})
+                is_tnc = begins_tnc_program(line)
+                centres = (90.1,) if is_tnc else ()
+                yield Block(number, (float(unit[1]), *centres), (), {})
             continue
         try:
             block = _block(number, line, notes)
+            if is_tnc and block is not None and is_blank(block.g):
+                notes.leave_out("G30, G31 of a blank")
+                continue
         except ValueError as cause:
             if other := other_format(content, ["gcode"]):
                 raise CaseError(f"{file}: expected G-code, {other}") from cause
@@ -85,6 +97,16 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
             if any(m in _PROGRAM_ENDS for m in block.m):
                 _leave_out_rest(lines, "the program's end", notes)
                 return
+
+
+def _note_points(text: str, notes: ReadingNotes) -> None:
+    """Note a coordinate without a point where others end with one: FANUC may take it for increments."""
+    if _POINTED.search(text) and (word := _POINTLESS.search(text)):
+        line = text.count("\n", 0, word.start()) + 1
+        last = re.split(r"\s", word[0])[-1]
+        notes.assume(
+            f"line {line}: {last} is a whole number of millimetres or inches, as if a point ended it"
+        )
 
 
 def _content(file: Path) -> bytes:

@@ -152,8 +152,23 @@ def build_chain(robot: Robot) -> Chain:
     return chain
 
 
+def spatial_inertia(mass: float, com: np.ndarray, moments: np.ndarray) -> pin.Inertia:
+    """Return a body's inertia as Pinocchio has it, whatever its moments.
+
+    Pinocchio's own constructor refuses moments that are below zero by rounding.
+
+    Args:
+        mass: Mass [kg], >= 0.
+        com: Centre of mass [m], (3,).
+        moments: Inertia about it [kg m^2], (3, 3).
+    """
+    inertia = pin.Inertia(mass, com, np.eye(3))
+    inertia.inertia = moments
+    return inertia
+
+
 def _append_body(model: pin.Model, joint: int, body: Body) -> None:
-    inertia = pin.Inertia(body.mass, np.array(body.com), body.inertia_matrix)
+    inertia = spatial_inertia(body.mass, np.array(body.com), body.inertia_matrix)
     model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
 
 

@@ -39,6 +39,10 @@ def test_what_is_changed_is_read_back_and_all_comments_stay(name, tmp_path):
     assert [
         c for c in map(_own_comment, start.read_text().splitlines()) if c and c not in lines
     ] == []
+    # The range of a stiffness that was typical of a class goes with it.
+    assert not any(
+        joint.get("stiffness_range") for joint in tomllib.loads("\n".join(lines))["joint"]
+    )
     before, after = (_without_springs(file) for file in (start, target))
     assert before == after
 
@@ -49,12 +53,13 @@ def _own_comment(line: str) -> str:
 
 
 def _without_springs(file) -> dict:
-    """Return the content of a robot file but for its springs, its sources and where its URDF is."""
+    """Return the content of a robot file but for its springs, their ranges, its sources and where its URDF is."""
     content = copy.deepcopy(tomllib.loads(file.read_text()))
     content.pop("sources", None)
     content.get("urdf", {}).pop("file", None)
     for joint in content["joint"]:
         joint.pop("stiffness", None)
+        joint.pop("stiffness_range", None)
         for tilt in joint.get("tilt", []):
             tilt.pop("stiffness")
     return content

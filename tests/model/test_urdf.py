@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from coupling.files.robot_file import load_robot
 from coupling.files.urdf import find_urdf
 from coupling.fmu_export.compiler import host_platform
 from elastic_robot.chain import Chain, build_chain
-from elastic_robot.description import Robot
+from elastic_robot.description import Body, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
@@ -400,6 +401,12 @@ MISTAKES = {
         link("forearm").replace('ixx="1"', 'ixx="9"'),
         ["joint 'elbow'", "principal moments", "by more than 2 %"],
     ),
+    "negative inertia": (
+        "urdf",
+        link("forearm"),
+        link("forearm").replace('ixx="1"', 'ixx="-9"'),
+        ["joint 'elbow'", "principal moments"],
+    ),
     "no axis": ("urdf", '"0 1 0"', '"0 0 0"', ["joint 'shoulder'", "axis"]),
     "inverted limits": ("urdf", 'lower="-2"', 'lower="3"', ["'shoulder'", "limits", "low < high"]),
     "place that is no number": ("urdf", 'xyz="0 0 0.5"', 'xyz="0 0 nan"', ["nan"]),
@@ -437,6 +444,21 @@ def test_the_arm_without_mistakes_is_read(tmp_path):
     assert [joint.name for joint in robot.joints] == ["shoulder", "elbow"]
     assert robot.joints[1].body.mass == 10.0  # the forearm carries the finger
     np.testing.assert_allclose(robot.tcp_position, [0.0, 0.0, 0.5], atol=1e-15)
+
+
+def test_a_moment_below_zero_by_rounding_is_read(tmp_path):
+    """Pinocchio's own constructor refuses it."""
+    slender = link("forearm").replace('izz="1"', 'izz="-1e-12"')
+    assert slender != link("forearm")
+    robot = load_robot(write_arm(tmp_path, urdf=ARM_URDF.replace(link("forearm"), slender)))
+    robot = replace(
+        robot,
+        joints=(
+            replace(robot.joints[0], body=Body(1.0, (0.0,) * 3, (1.0, 1.0, -1e-12))),
+            *robot.joints[1:],
+        ),
+    )
+    build_chain(robot)
 
 
 def test_urdfs_are_found_in_ros_and_python_packages(tmp_path, monkeypatch):

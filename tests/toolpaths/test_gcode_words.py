@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.toolpaths.gcode import GcodePath
-from coupling.toolpaths.gcode_moves import GcodeMove, GcodeProgram
+from coupling.toolpaths.gcode_moves import Dwell, GcodeMove, GcodeProgram
 from coupling.toolpaths.gcode_program import read_program
 
 PART = Frame(np.zeros(3), Rotation.identity())
@@ -50,6 +50,10 @@ def ends_mm(read: GcodeProgram) -> list[list[float]]:
         ("G92 S3000", ["G92", "S"]),
         ("G5.1 Q1", ["G5.1 Q1"]),
         ("G08 P1", ["G8 P1"]),
+        ("G05 P10000", ["G5 P10000"]),
+        ("G60", ["G60"]),
+        ("N5 TRANS ; none", ["TRANS"]),
+        ("M301 P22 I1.1 D100", ["M301"]),
         ("G187 P1 E0.1", ["G187 P1 E0.1"]),
         ("M64 P1", ["M64"]),
         ("M104 S200 T0", ["M104"]),
@@ -89,6 +93,12 @@ def test_words_that_change_no_path_are_listed(tmp_path, line, words):
         ("G2 X20 Y10 I10 P1", [20.0, 10.0, 0.0]),
         ("G2 X20 Y10 CR=10", [20.0, 10.0, 0.0]),
         ("G70 G1 X1", [25.4, 0.0, 0.0]),
+        ("G700 X1", [25.4, 0.0, 0.0]),
+        ("G1 X=20 Y=-1.5", [20.0, -1.5, 0.0]),
+        ("X20 Y5 M21", [20.0, 5.0, 0.0]),
+        ("M106 X20", [20.0, 0.0, 0.0]),
+        ("X20 M84", [20.0, 0.0, 0.0]),
+        ("X20\n\x1a", [20.0, 0.0, 0.0]),
     ],
 )  # fmt: skip
 def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
@@ -106,6 +116,9 @@ def test_other_ways_to_write_a_move_are_read(tmp_path, line, end):
         ("G2 X20 Y10 I10 P3", "an arc of one turn at most, got P3"),
         ("G55", "expected one work offset, got G55 behind moves in G54"),
         ("G54.1 P2", "expected one work offset, got G54.1 P2 behind moves in G54"),
+        ("G15 H2", "expected one work offset, got G15 H2 behind moves in G54"),
+        ("G5 X5 P1", "no G5, got a spline"),
+        ("G1 X=IC(5)", "a parameter or an assignment"),
         ("G4 P1 X5", "expected G4 without coordinates"),
         ("G1 X20 /G1 Y5", "a / within a line"),
         ("G1 X20 A5", "rotary axis A to stand still at 0, got A5"),
@@ -267,3 +280,31 @@ def test_work_grows_in_proportion_to_length(tmp_path):
 def test_a_line_of_two_hundred_thousand_digits_is_refused(tmp_path):
     with pytest.raises(CaseError, match="line 4: "):
         program(tmp_path, *START, "G1 X" + 200_000 * "1")
+
+
+def test_a_heading_of_tnc_means_a_blank_and_places_of_centres(tmp_path):
+    """The circle about (10, 10) through (20, 10); as an offset its centre would be (30, 20)."""
+    head = ("%PART G71 *", "N1 G30 G17 X+0 Y+0 Z-9*", "N2 G31 G90 X+99 Y+99 Z+0*")
+    start = ("N3 G00 G40 G90 Z+0*", "N4 X+20 Y+10*")
+    read = program(tmp_path, *head, *start, "N5 G03 X+20 Y+10 I+10 J+10 F300*", "N9 %PART G71 *")
+    (circle,) = (step for step in read.steps if isinstance(step, GcodeMove))
+    assert circle.arc is not None
+    np.testing.assert_allclose(circle.arc.centre, [0.01, 0.01])
+    for line, said in (("G28 X", "a mirror"), ("G54 X+5", "a shift"), ("G91 X+5", "write places")):
+        with pytest.raises(CaseError, match=f"line 6: .*{said}"):
+            program(tmp_path, *head, *start, line)
+
+
+def test_a_printer_waits_seconds_by_s(tmp_path):
+    read = program(tmp_path, *START, "G1 X20 E1", "G4 S3", "G1 X30")
+    assert [step.duration for step in read.steps if isinstance(step, Dwell)] == [3.0]
+
+
+def test_a_coordinate_without_a_point_among_pointed_ones_is_told(tmp_path):
+    """FANUC and HAAS may take Y5 for 5 increments."""
+    (sentence,) = program(
+        tmp_path, "G21 G90 (Y7)", "G0 X0. Y0. Z0.", "G1 F9 X10.", "Y5"
+    ).assumptions
+    assert sentence.startswith("line 4: Y5 is a whole number")
+    for lines in (START, ("G21 G90", "G0 X0. Y0 Z0.", "G1 X1.5 Y5. F1")):
+        assert not program(tmp_path, *lines).assumptions
