@@ -53,7 +53,7 @@ def _own_comment(line: str) -> str:
 
 
 def _without_springs(file) -> dict:
-    """Return the content of a robot file but for its springs, their ranges, its sources and where its URDF is."""
+    """Return a robot file but for springs and their ranges, sources and the place of its URDF."""
     content = copy.deepcopy(tomllib.loads(file.read_text()))
     content.pop("sources", None)
     content.get("urdf", {}).pop("file", None)
