@@ -48,15 +48,16 @@ def _alternatives(node: Node, whole: Node) -> Iterator[str]:
     elif node.get("type") == "array":
         yield _array(node, whole)
     elif node.get("type") != "null":
-        yield ", ".join([_word(node), *_bounds(node)])
+        yield ", ".join([_word(node, whole), *_bounds(node)])
 
 
-def _word(node: Node) -> str:
+def _word(node: Node, whole: Node) -> str:
     if node.get("format") == "path":
         return "path"
     values = node.get("additionalProperties")
     if node["type"] == "object" and isinstance(values, Mapping) and "type" in values:
-        return f"table of {_WORDS[values['type']]}s"
+        entry = type_text(values, whole)
+        return f"table of {entry if entry.endswith('s') else f'{entry}s'}"
     return _WORDS[node["type"]]
 
 
