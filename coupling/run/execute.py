@@ -76,7 +76,8 @@ class Run:
         drives: Demands of the command on the drives of every robot.
         motors: Demands on their motors; None for a robot without any, or that was not simulated.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
-        remarks: Sentences on unusual values of the case or the process's response.
+        remarks: Sentences on unusual values of the case or the process's response, and on what the
+            reader of a program left out or assumed.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
         gears: Torques and reversals of the gears of every robot along its path.
@@ -254,7 +255,12 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
-            remarks=(*moving, *remarks(case, loads), *(() if noise is None else noise.remarks)),
+            remarks=(
+                *moving,
+                *remarks(case, loads),
+                *case.task.remarks,
+                *(() if noise is None else noise.remarks),
+            ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,

@@ -81,6 +81,7 @@ def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
         found += [f"robot {placed.description.name}: {text}" for text in placed.provenance.remarks]
         found += unsure_stiffness(placed)
         found += _upward_gravity(placed.description, placed.world_from_base.rotation)
+        found += _home_beyond_limits(placed)
     return tuple(dict.fromkeys((*found, *_of_rigid_robots(case), *_of_ideal_drives(case))))
 
 
@@ -112,6 +113,20 @@ def _of_rigid_robots(case: Case) -> Iterator[str]:
             yield (
                 f"robot {own.description.name}: no joint is elastic, so that its deviation is zero under"
                 " any force: add stiffness and damping under [[joint]] of its file"
+            )
+
+
+def _home_beyond_limits(placed: PlacedRobot) -> Iterator[str]:
+    """Yield a sentence for each joint whose angle at home is one that it cannot take."""
+    table = "robot" if placed.name == "forming" else placed.name
+    for number, (joint, angle) in enumerate(
+        zip(placed.description.joints, np.rad2deg(placed.home).tolist(), strict=True), start=1
+    ):
+        low, high = (-np.inf, np.inf) if joint.limits is None else np.rad2deg(joint.limits).tolist()
+        if not low <= angle <= high:
+            yield (
+                f"robot {placed.description.name}: home_deg of joint {number}: expected {low:.4g} to"
+                f" {high:.4g} deg, its limits, got {angle:.4g}: give [{table}] another home posture"
             )
 
 

@@ -116,8 +116,9 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ShareResult, ...
     if width == 0 or not enough:
         return None
     degree = enough[0]
+    # Equal figures may have a variance by rounding.
     variance = float(np.var(figure))
-    if variance == 0.0:
+    if np.ptp(figure) == 0.0:
         return (ShareResult(share=0.0, rank_correlation=0.0),) * width
     parts = [np.polynomial.legendre.legvander(2.0 * x - 1.0, degree)[:, 1:] for x in points.T]
     terms = np.column_stack([np.ones(count), *parts])

@@ -225,6 +225,20 @@ def test_a_gear_with_slip_angles_in_arc_minutes_is_remarked_upon(tmp_path):
     )
 
 
+def test_a_home_posture_beyond_the_limits_is_remarked_upon(tmp_path):
+    """It is where inverse kinematics starts, no more: the path may be planned from it all the same."""
+    limited = JOINT_2 + "limits = [-1.0, 1.0]\n"
+    (tmp_path / "robot.toml").write_text(ICME.read_text().replace(JOINT_2, limited))
+    text = moving_line(('"icme2008"', '"robot.toml"'))
+    home = tomllib.loads(text)["robot"]["home_deg"]
+    assert abs(home[1]) < 57.0
+    (tmp_path / "line.toml").write_text(text)
+    assert not any("home_deg" in said for said in remarks(load_case(tmp_path / "line.toml")))
+    (tmp_path / "line.toml").write_text(text.replace(str(home), str([home[0], 90.0, *home[2:]])))
+    (said,) = remarks(load_case(tmp_path / "line.toml"))
+    assert "home_deg of joint 2: expected -57.3 to 57.3 deg, its limits, got 90" in said
+
+
 def test_drives_are_remarked_upon_where_they_are_not_usual_and_where_they_do_not_move(tmp_path):
     """A rotor in kg cm2, a position gain in m/min/mm, a rate gain of another rotor."""
     drive = "drive = {{ rotor_inertia_kg_m2 = {}, gear_ratio = 200.0, servo = {{ {} }} }}\n"

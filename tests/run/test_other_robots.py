@@ -119,6 +119,23 @@ def test_a_robot_without_elastic_joints_is_rigid_and_says_so(tmp_path):
     assert "add stiffness and damping under [[joint]]" in " ".join(refused.stderr.split())
 
 
+def test_what_a_program_leaves_out_is_in_the_report_of_its_run_once(tmp_path):
+    case = written(tmp_path, [""] * 6)
+    head, rest = case.read_text().split("[tool_path]\n")
+    case.write_text(
+        f'{head}[tool_path]\nkind = "gcode"\nfile = "part.nc"\n[process]{rest.split("[process]")[1]}'
+    )
+    (tmp_path / "part.nc").write_text(
+        "G21 G90 G54\nG0 X0. Y0. Z2.\nG1 Z-2. F900 M8\nX3.\nY1\nG0 Z2."
+    )
+    done = command("couple", case, "-o", tmp_path / "run", "--no-store")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "run" / "report.html").read_text()
+    for said in ("part.nc: read and left out: G54, M8", "part.nc: line 5: Y1 is a whole number"):
+        assert " ".join(done.stdout.split()).count(said) == 1
+        assert page.count(said) == 1
+
+
 @pytest.mark.parametrize("more", [["", TILT, "", "", TILT, ""], ["", "", ELASTIC, "", "", ""]])
 def test_robots_that_give_way_in_some_joints_or_tilts_alone_run_all_commands(tmp_path, more):
     case = written(tmp_path, more)
