@@ -74,6 +74,8 @@ def evaluate_hanging(file: Path, numbers: Path) -> None:
     """Evaluate the wall that hangs, in a process that a test kills."""
     import os
 
+    # What was started by nohup ignores the end of its terminal, and so would this.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     os.environ["HANGING"] = str(numbers)
     hanging_table(file).process(task()).evaluate(task().desired)
 
@@ -84,7 +86,8 @@ def test_an_fmu_that_hangs_ends_with_its_run_however_that_ends(number, wall, tmp
     numbers = numbers_in(tmp_path / "numbers")
     assert all(map(runs, numbers))
     psutil.Process(run.pid).send_signal(number)
-    run.join()
+    run.join(SOON)
+    assert not run.is_alive()
     require_end(numbers)
 
 
