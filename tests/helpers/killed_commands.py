@@ -72,10 +72,7 @@ class KilledCommand:
             _end(self.words, folder)
         found = _files(folder)
         assert {name: found.get(name) for name in theirs} == theirs
-        assert {name: text for name, text in found.items() if name not in theirs} == {
-            name: text.replace(b"undisturbed", folder.name.encode())
-            for name, text in self.files.items()
-        }
+        assert {name: text for name, text in found.items() if name not in theirs} == self.files
         return kills
 
 
@@ -92,7 +89,7 @@ def _end(words: tuple[str, ...], folder: Path) -> None:
 def _files(folder: Path) -> dict[str, bytes]:
     """Return what a command has left, but for what tells of the run itself and pages' random names."""
     return {
-        str(file.relative_to(folder)): file.read_bytes()
+        str(file.relative_to(folder)): file.read_bytes().replace(bytes(folder), b"{out}")
         for file in sorted(folder.rglob("*"))
         if file.is_file() and file.name not in _OF_THE_RUN and file.suffix not in (".html", ".lock")
     }
