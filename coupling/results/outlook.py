@@ -50,7 +50,7 @@ class DrawnFrom:
 
     Attributes:
         drawn: Ranges that are stated, in words.
-        missing: What has none, and stays as in the model.
+        missing: Parameters without a range, which stay as in the model.
         is_whole: Whether the stiffness of every gear and the force have one.
     """
 

@@ -21,6 +21,7 @@ from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
+from coupling.files.written_files import LIST
 from coupling.path.joint_path import JointPath
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.programs.program import RobotProgram
@@ -302,7 +303,7 @@ def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
     done = command("export", out, "--to", "rapid")
     assert done.returncode == 0, done.stderr
     names = {file.name for file in (out / "rapid").iterdir()}
-    assert names == {"pair_forming.mod", "pair_support.mod", "export.json"}
+    assert names == {"pair_forming.mod", "pair_support.mod", "export.json", LIST}
     robots = json.loads((out / "rapid" / "export.json").read_text())["robots"]
     assert [robot["robot"] for robot in robots] == ["forming", "support"]
     assert max(robot["loss_m"] for robot in robots) <= 5e-6
@@ -394,7 +395,7 @@ def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, comman
     assert "holds programs already: add --overwrite" in again.stderr
     done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
     assert done.returncode == 0
-    assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json"}
+    assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json", LIST}
     done = command("export", run, "--to", "krl", "-o", place, "--overwrite")
     assert done.returncode == 0
     assert (place / "stroke.src").read_bytes() == first  # byte for byte

@@ -19,6 +19,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case.file import load_case
 from coupling.errors import BuildError, CaseError
+from coupling.files.written_files import LIST
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
@@ -386,7 +387,8 @@ def test_equal_robots_face_to_face_sag_alike(finished):
 def test_a_cell_leaves_one_folder_for_each_robot(finished):
     _, run, out = finished
     assert {f.name for f in out.iterdir()} == {
-        *("case.toml", "result.json", "gap.csv", "report.html", "forming", "support")
+        *("case.toml", "result.json", "gap.csv", "report.html", "forming", "support"),
+        LIST,
     }
     for name in ("forming", "support"):
         files = {f.name for f in (out / name).iterdir()}

@@ -106,7 +106,7 @@ def test_place_looks_at_the_postures_that_a_placed_case_is_planned_in(tmp_path):
 def test_a_robot_without_elastic_joints_is_rigid_and_says_so(tmp_path):
     case = written(tmp_path, [""] * 6)
     for words in (
-        ("check", case, "-o", tmp_path / "c"),
+        ("check", case, "-o", tmp_path / "c.html"),
         ("couple", case, "-o", tmp_path / "a", "--no-store"),
         ("compensate", case, "-o", tmp_path / "b", "--no-store"),
     ):
@@ -140,7 +140,7 @@ def test_what_a_program_leaves_out_is_in_the_report_of_its_run_once(tmp_path):
 def test_robots_that_give_way_in_some_joints_or_tilts_alone_run_all_commands(tmp_path, more):
     case = written(tmp_path, more)
     for words in (
-        ("check", case, "-o", tmp_path / "c"),
+        ("check", case, "-o", tmp_path / "c.html"),
         ("compensate", case, "-o", tmp_path / "b", "--no-store"),
     ):
         done = command(*words)
