@@ -22,11 +22,10 @@ from coupling.errors import CouplingError
 from coupling.events import unwatched
 from coupling.path.deviation import measure
 from coupling.results.outlook import DrawnDeviation
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
 from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
-from coupling.run.robustness import differing
 
 CASES = Path(__file__).parents[1] / "examples" / "cases"
 SHIPPED = ("cone", "gcode_groove", "measured_line", "bm3", "iso9283")
@@ -60,15 +59,16 @@ def deviations(case: Case, plants: int, coupled: bool) -> tuple[DrawnDeviation, 
     with Models(case.fmu) as fmus:
         cell, models = cell_of(case.robots, fmus)
         for _ in range(plants):
-            differences = []
-            for placed in case.robots:
+            robots = []
+            for placed, model in zip(case.robots, models, strict=True):
                 factors = [1.0] * len(placed.description.joints)
                 for number, (low, high) in placed.provenance.stiffness_ranges.items():
                     stiffness = placed.description.joints[number - 1].stiffness
                     assert stiffness is not None
                     factors[number - 1] = low * (high / low) ** chance.random() / stiffness
-                differences.append(ModelMismatch(stiffness=tuple(factors)))
-            plant = differing(cell, models, differences, "a plant")
+                difference = RobotDifference({"stiffness": tuple(factors)})
+                robots.append(model.differing(difference, "a plant"))
+            plant = cell.with_robots(robots)
             force, loads = 1.0 + error * chance.uniform(-1.0, 1.0), found.response.wrench
             loads = loads.scaled(force)
             if coupled:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.files.robot_edit import RobotEdit, place_of
-from coupling.files.robot_file import axes_of_file
+from coupling.files.robot_file import axes_of_file, load_robot
+from coupling.robot.parameters import place_of
+from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
 
 # What [sources] says of values by the command that has fitted them.
@@ -56,7 +57,7 @@ def fitted_text(
     Raises:
         RobotFileError: If the start file cannot be read.
     """
-    file, source = RobotEdit(start, robot), f"{SAYS[command]}, {measured}"
+    file, source = RobotEdit(start, load_robot(start)), f"{SAYS[command]}, {measured}"
     for entry in entries:
         joint, tilt, _ = place_of(entry.name)
         if entry.added and tilt:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import BinaryIO
 
 import numpy as np
@@ -22,6 +21,9 @@ from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
+from coupling.robot.differences import RobotDifference
+from coupling.robot.unpacked_robot import UnpackedRobot
+from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
@@ -91,6 +93,9 @@ class RobotFmu:
         watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
 
+    Attributes:
+        parameters: Start values of the FMU's parameters that are not its own, by name.
+
     Raises:
         SimulationError: If the file is no robot FMU or cannot run here.
     """
@@ -104,6 +109,11 @@ class RobotFmu:
     ) -> None:
         self.torque_curve = torque_curve
         self.drive = drive
+        self.parameters: dict[str, float | str] = {
+            "torque_curve": torque_curve,
+            "tcp_tolerance": _TOLERANCE,
+            "drive": drive,
+        }
         self.file = file
         self._watch = watch
         self._folder = ScratchFolder()
@@ -115,6 +125,7 @@ class RobotFmu:
         with _simulation_errors(f"{file}: "):
             unpack(file, self._folder.path)
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
+        self._robot = UnpackedRobot(self._folder.path)
         self._processes: list[WorkerProcess] = []
         self._saved: JointPath | None = None
         self._started(1)
@@ -135,7 +146,7 @@ class RobotFmu:
         command: JointPath,
         wrench: WrenchHistory,
         mode: Mode,
-        changed: Mapping[str, float] = MappingProxyType({}),
+        robot: Robot | None = None,
         what: str = "",
     ) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
@@ -144,14 +155,14 @@ class RobotFmu:
             command: Motion of the drives, which covers the history's times.
             wrench: Wrench on the tool; the path is given at its instants.
             mode: "dynamic" or "quasistatic".
-            changed: Values of the FMU's parameters other than the robot's own, by name.
+            robot: Robot with other numbers than the FMU's; None: the FMU's.
             what: Remark on what is simulated, for who watches.
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
-        rows = self._run(command, wrench, {"mode": mode, **changed}, what=what)
+        rows = self._run(command, wrench, mode, robot=robot, what=what)
         return ToolPath(wrench.instants, rows)
 
     def deflected(
@@ -169,42 +180,27 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
+        rows = self._run(command, wrench, "dynamic", coordinates)
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
-
-    def motors(
-        self, command: JointPath, wrench: WrenchHistory, joints: Sequence[int]
-    ) -> MotorHistory:
-        """Run a command in dynamic mode and return what motors do at the wrench's instants.
-
-        Args:
-            command, wrench: As for `simulate`.
-            joints: Joints that have the motors, from 0.
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
-        """
-        return self.with_motors(command, wrench, joints)[1]
 
     def with_motors(
         self,
         command: JointPath,
         wrench: WrenchHistory,
         joints: Sequence[int],
-        changed: Mapping[str, float] = MappingProxyType({}),
+        robot: Robot | None = None,
         what: str = "",
     ) -> tuple[ToolPath, MotorHistory]:
         """Run a command in dynamic mode and return the TCP's path and what motors do on it.
 
         Args:
-            command, wrench, changed, what: As for `simulate`.
+            command, wrench, robot, what: As for `simulate`.
             joints: Joints that have the motors, from 0.
 
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        values: dict[str, float | str] = {"mode": "dynamic", **changed}
-        rows = self._run(command, wrench, values, joints=joints, what=what)
+        rows = self._run(command, wrench, "dynamic", joints=joints, robot=robot, what=what)
         path = ToolPath(wrench.instants, rows[:, : len(POSE)])
         blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
         return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
@@ -213,9 +209,10 @@ class RobotFmu:
         self,
         command: JointPath,
         wrench: WrenchHistory,
-        values: Mapping[str, float | str],
+        mode: Mode,
         coordinates: int = 0,
         joints: Sequence[int] = (),
+        robot: Robot | None = None,
         what: str = "",
     ) -> np.ndarray:
         """Return poses, and elastic coordinates or motors' values behind them, (n, 7 + m)."""
@@ -223,14 +220,8 @@ class RobotFmu:
         if command is not self._saved:
             save_trajectory(trajectory, command)
             self._saved = command
-        mode = str(values["mode"])
-        parameters = {
-            "trajectory": str(trajectory),
-            "torque_curve": self.torque_curve,
-            "tcp_tolerance": _TOLERANCE,
-            "drive": self.drive,
-            **values,
-        }
+        self._robot.describe(robot)
+        parameters = {"mode": mode, "trajectory": str(trajectory), **self.parameters}
         instants = wrench.instants
         (first,) = self._started(1)
         remembers = mode == "dynamic" or not first.variables.isdisjoint(_OF_HYSTERESIS)
@@ -278,27 +269,43 @@ class RobotFmu:
 
 
 @dataclass(frozen=True)
-class ChangedRobot:
-    """The robot of an FMU with parameters other than its own.
+class SimulatedModel:
+    """A robot with the FMU that simulates it, which may be that of one with other numbers.
 
     Attributes:
-        robot: The FMU.
-        changed: Values of parameters by their names in the FMU.
-        what: Difference of it, in words.
+        robot: Its description.
+        torque_curve: Name of its gears' torque curve.
+        fmu: The FMU.
+        drive: "ideal", or "servo": its motors follow the command as their servos do.
+        what: What it differs in from the FMU's robot, in words.
     """
 
-    robot: RobotFmu
-    changed: Mapping[str, float]
-    what: str
+    robot: Robot
+    torque_curve: str
+    fmu: RobotFmu
+    drive: str = IDEAL
+    what: str = ""
+
+    def differing(self, difference: RobotDifference, what: str) -> SimulatedModel:
+        """Return the model of a robot that differs, in words; it has the same `robot` if nothing shows.
+
+        Raises:
+            SimulationError: If no robot has such numbers.
+        """
+        try:
+            robot = difference.applied(self.robot, self.torque_curve, self.drive)
+        except ValueError as cause:
+            raise SimulationError(str(cause)) from cause
+        return replace(self, robot=robot, what=what)
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the path that the TCP takes.
 
         Raises:
-            SimulationError: If the FMU refuses a value or a step.
+            SimulationError: If the FMU refuses the robot or a step.
             HostError: If the FMU's process has ended.
         """
-        return self.robot.simulate(command, wrench, mode, self.changed, self.what)
+        return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:

@@ -9,8 +9,9 @@ from scipy.stats.qmc import Sobol
 
 from coupling.results.outlook import DrawnFrom, Replay
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import ModelMismatch
-from coupling.run.robustness import SimulatedModel, StiffnessRanges, differing
+from coupling.robot.differences import RobotDifference
+from coupling.robot.robot_fmu import SimulatedModel
+from coupling.run.robustness import StiffnessRanges
 from coupling.solve.correction import Correction
 
 # Robots that are drawn, by kind of FMU: the one in Python takes as long for one as the native one for
@@ -66,7 +67,7 @@ def drawn_differences(
     force_error: float | None,
     count: int,
     seed: int,
-) -> Iterator[tuple[list[ModelMismatch], float]]:
+) -> Iterator[tuple[list[RobotDifference], float]]:
     """Yield differences of all robots, and a factor of the force.
 
     The logarithm of a stiffness and the factor of the force are uniform in their ranges, each for
@@ -90,7 +91,7 @@ def drawn_differences(
                 along = float(next(ahead))
                 if stiffness is not None:
                     factors[number - 1] = low * (high / low) ** along / stiffness
-            differences.append(ModelMismatch(stiffness=tuple(factors)))
+            differences.append(RobotDifference({"stiffness": tuple(factors)}))
         yield differences, 1.0 + (force_error or 0.0) * (2.0 * float(share[-1]) - 1.0)
 
 
@@ -121,7 +122,10 @@ def drawn_replays(
         return ()
     replays = []
     for differences, force in drawn_differences(models, ranges, force_error, count, _SEED):
-        robots = differing(cell, models, differences, "a robot drawn from its ranges")
-        path = robots.simulate(found.joints, loaded.scaled(force), "dynamic")
+        robots = [
+            model.differing(difference, "a robot drawn from its ranges")
+            for model, difference in zip(models, differences, strict=True)
+        ]
+        path = cell.with_robots(robots).simulate(found.joints, loaded.scaled(force), "dynamic")
         replays.append(Replay.of("drawn", path, found.desired))
     return tuple(replays)

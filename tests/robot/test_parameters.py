@@ -10,12 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_robots import driven, make_robot
 
-from coupling.robot.parameters import PARAMETER_KINDS, value_of, with_values
+from coupling.robot.parameter_table import PARAMETER_KINDS
+from coupling.robot.parameters import apply_values, value_of
 from elastic_robot.description import Robot
 
-# A balancer's number is a factor of what there is.
+# Some numbers, as a balancer's, are factors of what there is.
 _OF_PAYLOAD = tuple(kind for kind in PARAMETER_KINDS if kind.startswith(("mass", "com.")))
-_OF_JOINT = [kind for kind in PARAMETER_KINDS if kind not in ("balancer", *_OF_PAYLOAD)]
+_OF_JOINT = [
+    key
+    for key, kind in PARAMETER_KINDS.items()
+    if "the start's" not in kind.unit and key not in _OF_PAYLOAD
+]
 # The sum of what there is in motion and what there is more of it at rest.
 _AT_REST, _IN_DRIVE = "].friction", (".coulomb_Nm", ".more_at_rest")
 
@@ -50,7 +55,7 @@ def test_what_is_written_is_read_again_and_nothing_else_changes(seed, joints, fa
     robot = _robot(seed, joints)
     before = {name: value_of(robot, name) for name in _names(robot)}
     for name, value in before.items():
-        changed = with_values(robot, {name: factor * value})
+        changed = apply_values(robot, {name: factor * value})
         assert value_of(changed, name) == pytest.approx(factor * value, rel=1e-12)
         for other, known in before.items():
             if other != name and not (_is_sum(name, other) or _is_sum(other, name)):
@@ -70,5 +75,5 @@ def test_a_value_that_no_model_can_have_becomes_the_nearest_one_that_it_can(kind
     robot = _robot(2, 4)
     name = next(name for name in _names(robot) if name.endswith(f"].{kind}"))
     bounds = PARAMETER_KINDS[kind].least, PARAMETER_KINDS[kind].most
-    found = value_of(with_values(robot, {name: value}), name)
+    found = value_of(apply_values(robot, {name: value}), name)
     assert found == pytest.approx(np.clip(value, *bounds), rel=1e-12)

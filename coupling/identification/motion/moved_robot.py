@@ -12,11 +12,10 @@ from coupling.files.scratch import ScratchFolder
 from coupling.fmu.job import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.fmu_export.build import build_fmu
-from coupling.fmu_export.native_fmu import ROBOT_ENTRY
-from coupling.fmu_export.robot_text import robot_text
 from coupling.identification.motion.recording import SmoothedMotion
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import save_trajectory
+from coupling.robot.unpacked_robot import UnpackedRobot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -24,8 +23,6 @@ from elastic_robot.description import Robot
 _TOLERANCE = 5e-7
 # Simulations that are kept: those of one Jacobian, with which the next fit begins.
 _KEPT = 48
-# What ends the robot's own lines.
-_END = "\nend\n"
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class MovedRobot:
     def __init__(self, robot: Robot) -> None:
         self._torsions = build_chain(robot).torsions
         self._folder = ScratchFolder()
-        self._kept: deque[tuple[str, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
+        self._kept: deque[tuple[Robot, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
         self._saved: SmoothedMotion | None = None
         self._worker: WorkerProcess | None = None
         file = build_fmu(robot, self._folder.path / "moved.fmu")
@@ -72,10 +69,7 @@ class MovedRobot:
         except FmuError as cause:
             self.close()
             raise SimulationError(f"{robot.name}: {cause}") from cause
-        self._text = self._folder.path / "fmu" / ROBOT_ENTRY
-        # Behind the robot's own lines follow those of the variables, which stay.
-        own, self._variables = self._text.read_text(encoding="utf-8").split(_END, maxsplit=1)
-        self._guid = own.splitlines()[1].split(maxsplit=1)[1]
+        self._unpacked = UnpackedRobot(self._folder.path / "fmu")
 
     def __enter__(self) -> MovedRobot:
         return self
@@ -101,12 +95,10 @@ class MovedRobot:
             SimulationError: If the FMU refuses the robot or a step.
         """
         assert self._worker is not None
-        # An instance reads the robot's numbers when it is made.
-        own, _ = f"{robot_text(robot, self._guid)}\n".split(_END)
-        for text, moved, gears in self._kept:
-            if text == own and moved is motion:
+        for known, moved, gears in self._kept:
+            if moved is motion and known == robot:
                 return gears
-        self._text.write_text(own + _END + self._variables, encoding="utf-8")
+        self._unpacked.describe(robot)
         trajectory = self._folder.path / "trajectory.npz"
         if motion is not self._saved:
             command = JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,))
@@ -133,5 +125,5 @@ class MovedRobot:
             rows = self._worker.receive(lambda done, total: None)
         except (FmuError, WorkerEndedError) as cause:
             raise SimulationError(f"{robot.name}: {cause}") from cause
-        self._kept.append((own, motion, GearMotion(rows)))
+        self._kept.append((robot, motion, GearMotion(rows)))
         return GearMotion(rows)

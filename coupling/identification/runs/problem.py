@@ -10,8 +10,9 @@ import numpy as np
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import prior_of
-from coupling.robot.parameters import RobotParameter
+from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Robot
 
 # Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
 # probe's turn on the tool, with motors how late these were recorded.
@@ -53,6 +54,7 @@ class FitProblem:
 
     Attributes:
         fmus: FMUs of the robot of the file, one or more to run side by side.
+        robot: The robot of the file.
         parameters: Parameters that are learned.
         runs: The measured runs.
         effects: Effects of the parameters in each of them.
@@ -60,6 +62,7 @@ class FitProblem:
     """
 
     fmus: tuple[RobotFmu, ...]
+    robot: Robot
     parameters: tuple[RobotParameter, ...]
     runs: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
@@ -93,6 +96,10 @@ class FitProblem:
         """Standard deviations of all unknowns before anything is measured [1, m, rad, s], (U,)."""
         own = self.frame.prior[: self.frame_size]
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.runs)])
+
+    def robot_at(self, x: np.ndarray) -> Robot:
+        """Return the robot with log factors x [1], (P,)."""
+        return apply_values(self.robot, scaled_values(self.parameters, x))
 
     def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every measured run."""
