@@ -28,8 +28,8 @@ class UnpackedRobot:
         """Let instances that are made from now on be of a robot.
 
         Args:
-            robot: The robot, with as many joints, tilts, gears' elements and motors as the FMU's; None: the
-                FMU's.
+            robot: The robot, with as many joints, tilts, gears' elements and motors as the FMU's; None:
+                the FMU's.
 
         Raises:
             RobotFileError: If it is larger than a native FMU holds.

@@ -22,6 +22,7 @@ from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
+from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
@@ -238,7 +239,8 @@ def test_the_supporting_robot_has_a_table_of_its_own(tmp_path):
     text += "\n[plant]\nstiffness_factor = 0.9\n[plant.support]\npayload_kg = 3.0\n"
     (tmp_path / "cell.toml").write_text(text)
     first, second = load_case(tmp_path / "cell.toml").plant.robots
-    assert (first.difference.stiffness, second.difference.stiffness) == ((0.9,), (1.0,))
+    stiffness = [robot.difference.amounts["stiffness"] for robot in (first, second)]
+    assert stiffness == [(0.9,), (1.0,)]
     assert (first.difference.payload, second.difference.payload) == (0.0, 3.0)
 
 
