@@ -21,8 +21,8 @@ class RobotDifference:
     """Differences of one robot from its description.
 
     Attributes:
-        amounts: Factors of parameters, and shifts [rad], by the names of `VARIED`: one for all joints, or
-            one for each, (joints,); those of gears are those of the tilts at their joints as well.
+        amounts: Factors of parameters, and shifts [rad], by the names of `VARIED`: one for all joints,
+            or one for each, (joints,); those of gears are those of the tilts at their joints as well.
         payload: Mass that the last body carries in addition, as a point [kg], >= 0.
         payload_position: Place of that mass in the last body's frame [m], (3,); None: at the TCP.
 
@@ -32,7 +32,8 @@ class RobotDifference:
     Example:
         >>> from coupling.files.robot_file import find_robot, load_robot
         >>> robot = load_robot(find_robot("icme2008"))
-        >>> RobotDifference({"stiffness": (0.5,)}).values(robot, "backlash")["joint[1].tilt[1].stiffness"]
+        >>> softer = RobotDifference({"stiffness": (0.5,)}).values(robot, "backlash")
+        >>> softer["joint[1].tilt[1].stiffness"]
         15000000.0
         >>> RobotDifference().applied(robot, "backlash") is robot
         True

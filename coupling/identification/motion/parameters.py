@@ -121,6 +121,6 @@ def _kinds_of(part: Joint | Body, parts: Mapping[str, bool]) -> Iterator[str]:
     """Yield the kinds that a joint or payload has, of those parts that are looked at."""
     for key, kind in PARAMETER_KINDS.items():
         term = kind.motion
-        if term is not None and parts.get(term.part, False):
-            if term.size is not None or kind.read(part) > 0.0:
-                yield key
+        is_looked_at = term is not None and parts.get(term.part, False)
+        if term and is_looked_at and (term.size is not None or kind.read(part) > 0.0):
+            yield key
