@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from coupling.files.usual_range import UsualRange
 from elastic_robot.description import Joint
 from elastic_robot.gear_parts import Drive
 from elastic_robot.torque_curves import CurveClass
+
+
+@dataclass(frozen=True)
+class UsualRange:
+    """Range in which the magnitude of a value usually is.
+
+    Attributes:
+        low, high: Its ends.
+        unit: Unit of both; "" for a number without one.
+        why: Things that have these values.
+        or_none: Whether 0 says that there is none of it, which is usual as well.
+    """
+
+    low: float
+    high: float
+    unit: str
+    why: str
+    or_none: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Return whether a value is usual."""
+        return self.low <= abs(value) <= self.high or (self.or_none and value == 0.0)
 
 
 @dataclass(frozen=True)
@@ -184,3 +205,27 @@ def drive_field_kind(key: str, unit: str, **further: Any) -> ParameterKind:
         lambda drive, value: replace(drive, **{key: value}),
         **further,
     )
+
+
+def entries_kind(
+    entries: str, key: str, unit: str, total: Callable[[Iterable[float]], float], **further: Any
+) -> ParameterKind:
+    """Return the kind of a number of all entries of a gear, as elements of hysteresis, changed alike.
+
+    Args:
+        entries: Name of their tuple in a joint and of their list under `gear` in a robot file.
+        key: Name of the number in an entry.
+        total: Function that gives the parameter of these numbers.
+    """
+
+    def read(part: Any) -> float:
+        values = [float(getattr(entry, key)) for entry in getattr(part, entries, ())]
+        return total(values) if values else 0.0
+
+    def write(joint: Joint, value: float) -> Joint:
+        factor = value / read(joint)
+        existing = getattr(joint, entries) if factor > 0.0 else ()
+        scaled = (replace(entry, **{key: factor * getattr(entry, key)}) for entry in existing)
+        return replace(joint, **{entries: tuple(scaled)})
+
+    return ParameterKind(unit, read, write, scaled_in_file=(f"gear.{entries}[].{key}",), **further)

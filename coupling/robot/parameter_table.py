@@ -5,19 +5,19 @@ Cases, studies, replays, usual ranges, fits, robot files and reports go by these
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from coupling.files.usual_range import UsualRange
 from coupling.robot.parameter_kind import (
     MotionTerm,
     ParameterKind,
+    UsualRange,
     Variation,
     drive_field_kind,
     drive_kind,
+    entries_kind,
     field_kind,
 )
 from elastic_robot.description import Body, Joint
@@ -72,26 +72,6 @@ def _coulomb(joint: Joint) -> dict[str, object]:
     return {"drive.friction.coulomb_Nm": dry_friction(joint.drive)[0], **_stiction(joint)}
 
 
-def _slip_torque(part: Any) -> float:
-    return float(sum(stop.slip_torque for stop in getattr(part, "hysteresis", ())))
-
-
-def _with_slip_torque(joint: Joint, torque: float) -> Joint:
-    factor = torque / _slip_torque(joint)
-    stops = (replace(stop, slip_torque=factor * stop.slip_torque) for stop in joint.hysteresis)
-    return replace(joint, hysteresis=tuple(stops))
-
-
-def _slip_angle(part: Any) -> float:
-    return max((stop.slip_angle for stop in getattr(part, "hysteresis", ())), default=0.0)
-
-
-def _with_slip_angle(joint: Joint, angle: float) -> Joint:
-    factor = angle / _slip_angle(joint)
-    stops = (replace(stop, slip_angle=factor * stop.slip_angle) for stop in joint.hysteresis)
-    return replace(joint, hysteresis=tuple(stops))
-
-
 def _scaled_balancer(joint: Joint, factor: float) -> Joint:
     points = joint.balancer or ()
     return replace(joint, balancer=tuple((angle, factor * torque) for angle, torque in points))
@@ -106,27 +86,9 @@ def _scaled_gains(drive: Drive, factor: float) -> Drive:
     )
 
 
-def _scaled_errors(joint: Joint, factor: float) -> Joint:
-    errors = (
-        replace(sine, amplitude=factor * sine.amplitude)
-        for sine in joint.kinematic_error
-        if factor > 0.0
-    )
-    return replace(joint, kinematic_error=tuple(errors))
-
-
 def _shifted_errors(joint: Joint, shift: float) -> Joint:
     errors = (replace(sine, phase=sine.phase + shift) for sine in joint.kinematic_error)
     return replace(joint, kinematic_error=tuple(errors))
-
-
-def _has_errors(part: Any, curve: CurveClass) -> bool:
-    return bool(getattr(part, "kinematic_error", ()))
-
-
-def _number_of_start(value: float, has: Callable[[Any], bool]) -> Callable[[Any], float]:
-    """Return a reader of what is told from the start: a factor 1 or a shift 0 where there is any."""
-    return lambda part: value if has(part) else 0.0
 
 
 def _centre(k: int) -> ParameterKind:
@@ -186,10 +148,11 @@ PARAMETER_KINDS = {
         },
     ),
     # The torque at which all elements of a gear slip; they keep their shares of it.
-    "hysteresis": ParameterKind(
+    "hysteresis": entries_kind(
+        "hysteresis",
+        "slip_torque",
         "N m",
-        _slip_torque,
-        _with_slip_torque,
+        sum,
         least=1e-9,
         at_rest=True,
         prior=0.3,
@@ -200,24 +163,23 @@ PARAMETER_KINDS = {
                 1e-3, 1e4, "N m", "friction in gears, from small arms to the heaviest robots", True
             )
         },
-        scaled_in_file=("gear.hysteresis[].slip_torque",),
     ),
     # The largest slip angle of a gear's elements, to which the others are in proportion.
-    "slip_angle": ParameterKind(
+    "slip_angle": entries_kind(
+        "hysteresis",
+        "slip_angle",
         "rad",
-        _slip_angle,
-        _with_slip_angle,
+        max,
         at_rest=True,
         usual={
             "joint.gear.hysteresis.slip_angle": UsualRange(
                 1e-7, 3e-3, "rad", "up to the width of a loop of 10 arc minutes"
             )
         },
-        scaled_in_file=("gear.hysteresis[].slip_angle",),
     ),
     "balancer": ParameterKind(
         "of the start's",
-        _number_of_start(1.0, lambda part: getattr(part, "balancer", None) is not None),
+        lambda part: float(getattr(part, "balancer", None) is not None),
         _scaled_balancer,
         motion=MotionTerm("balancer", "balancer"),
         usual={
@@ -299,11 +261,12 @@ PARAMETER_KINDS = {
             "servo_gain", 0.8, 1.2, replays=(1.2, 0.8), above_zero=True, place="motors"
         ),
     ),
-    "gear.kinematic_error.amplitude": ParameterKind(
-        "of the start's",
-        _number_of_start(1.0, lambda part: bool(getattr(part, "kinematic_error", ()))),
-        _scaled_errors,
-        acts=_has_errors,
+    # The largest amplitude of its sines, to which the others are in proportion.
+    "gear.kinematic_error.amplitude": entries_kind(
+        "kinematic_error",
+        "amplitude",
+        "rad",
+        max,
         variation=Variation("kinematic_error", 0.7, 1.3, place="gears"),
         usual={
             "joint.gear.kinematic_error.amplitude": UsualRange(
@@ -315,7 +278,7 @@ PARAMETER_KINDS = {
         "rad from the start's",
         lambda _: 0.0,
         _shifted_errors,
-        acts=_has_errors,
+        acts=lambda part, curve: bool(getattr(part, "kinematic_error", ())),
         # The mean square of what a sine does more with any phase is that of one a quarter turn on.
         variation=Variation(
             "kinematic_error_phase",

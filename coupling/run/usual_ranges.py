@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from coupling.files.gear_table import ARCMIN
-from coupling.files.usual_range import UsualRange
+from coupling.robot.parameter_kind import UsualRange
 from coupling.robot.parameter_table import PARAMETER_KINDS, VARIED
 
 _STEP = UsualRange(2e-5, 5e-3, "m", "steps between the contours of a formed wall")

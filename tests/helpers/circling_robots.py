@@ -100,7 +100,7 @@ class Robots:
     def fitter(self, one: MeasuredPath) -> Fitter:
         """What fits a run."""
         effect = ParameterEffect(self.robot, "backlash", self.parameters, one)
-        return Fitter(FitProblem((self.fmu,), self.robot, self.parameters, (one,), (effect,)))
+        return Fitter(FitProblem((self.fmu,), self.parameters, (one,), (effect,)))
 
     def drawn(self, seed: int, times: float) -> np.ndarray:
         """Log factors up to so many prior standard deviations off; dampers of tilts as they are."""

@@ -11,7 +11,7 @@ from coupling.errors import IdentifyError
 from coupling.identification.motion.identification import MotionIdentification
 from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
-from coupling.identification.robot_file import SAYS, fitted_head
+from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.verdict import KEPT, interval_words
 from coupling.results.motion_result import (
     LinesResult,
@@ -21,7 +21,6 @@ from coupling.results.motion_result import (
     TermResult,
     WindUpShareResult,
 )
-from coupling.robot.robot_edit import RobotEdit
 
 
 def motion_figures(found: MotionIdentification) -> MotionResult:
@@ -139,20 +138,14 @@ def moved_text(
     """
     if found.refusal:
         raise IdentifyError(f"{target}: not written: {found.refusal}")
-    file = RobotEdit(start, found.robot)
-    says = f"{SAYS['identify']}, {source}"
     of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
-    for result in figures.parameters:
-        if result.name in of_robot:
-            if result.identified and result.value is not None:
-                file.change(result.name, result.value, says)
-            file.remark(result.name, _remark(result))
-    kept = [
-        p.name
-        for p in figures.parameters
-        if not p.identified and p.name.startswith(("joint", "payload"))
+    entries = [
+        FileEntry(result.name, result.value if result.identified else None, _remark(result))
+        for result in figures.parameters
+        if result.name in of_robot
     ]
-    return file.text(fitted_head(start, "identify", source, _left(figures), kept), target)
+    left = _left(figures)
+    return fitted_text(start, found.identified_robot, entries, "identify", source, left, target)
 
 
 def _left(figures: MotionResult) -> str:

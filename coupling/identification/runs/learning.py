@@ -241,7 +241,7 @@ def fitted(
             known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
         effects.append(known)
         runs.append(_weighed(one, known, fmus[0], first.robot))
-    problem = FitProblem(fmus, first.robot, parameters, tuple(runs), tuple(effects), options.frame)
+    problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     watch(Progress("learning: fit", 0, 1))
     return FittedRuns(tuple(sources), problem, start, Fitter(problem).fit(start))

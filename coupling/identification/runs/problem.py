@@ -10,7 +10,7 @@ import numpy as np
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import prior_of
-from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
+from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 
@@ -54,7 +54,6 @@ class FitProblem:
 
     Attributes:
         fmus: FMUs of the robot of the file, one or more to run side by side.
-        robot: The robot of the file.
         parameters: Parameters that are learned.
         runs: The measured runs.
         effects: Effects of the parameters in each of them.
@@ -62,7 +61,6 @@ class FitProblem:
     """
 
     fmus: tuple[RobotFmu, ...]
-    robot: Robot
     parameters: tuple[RobotParameter, ...]
     runs: tuple[MeasuredPath, ...]
     effects: tuple[ParameterEffect, ...]
@@ -99,7 +97,7 @@ class FitProblem:
 
     def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot with log factors x [1], (P,)."""
-        return apply_values(self.robot, scaled_values(self.parameters, x))
+        return self.effects[0].robot(x)
 
     def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every measured run."""

@@ -51,7 +51,7 @@ def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -
 def fitter(robots: Robots, one: MeasuredPath) -> Fitter:
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, one)
     one = _weighed(one, effect, robots.fmu, robots.robot)
-    return Fitter(FitProblem((robots.fmu,), robots.robot, robots.parameters, (one,), (effect,)))
+    return Fitter(FitProblem((robots.fmu,), robots.parameters, (one,), (effect,)))
 
 
 def test_what_friction_does_to_motors_is_what_simulations_do(robots):
