@@ -13,6 +13,7 @@ from random_robots import driven, make_robot
 from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.robot.parameters import apply_values, value_of
 from elastic_robot.description import Robot
+from elastic_robot.gear_parts import KinematicError
 
 # Some numbers, as a balancer's, are factors of what there is.
 _OF_PAYLOAD = tuple(kind for kind in PARAMETER_KINDS if kind.startswith(("mass", "com.")))
@@ -26,13 +27,15 @@ _AT_REST, _IN_DRIVE = "].friction", (".coulomb_Nm", ".more_at_rest")
 
 
 def _robot(seed: int, joints: int) -> Robot:
-    """Return a robot with motors that lose of what they carry, hysteresis and a payload."""
+    """Return a robot with motors that lose of what they carry, hysteresis, sines and a payload."""
     rng = np.random.default_rng(seed)
     robot = driven(make_robot(seed, joints), rng)
     lossy = [
         own if own.drive is None else replace(own, drive=replace(own.drive, load_friction=0.2))
         for own in robot.joints
     ]
+    sines = KinematicError(1e-5, 3.0), KinematicError(2e-5, 7.0, 0.1)
+    lossy = [replace(joint, kinematic_error=sines) for joint in lossy]
     return replace(robot, joints=tuple(lossy), payload=robot.joints[0].body)
 
 
