@@ -180,7 +180,9 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, "dynamic", coordinates)
+        rows = self._run(
+            command, wrench, "dynamic", lambda signals: signals.deflection(coordinates), coordinates
+        )
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
     def with_motors(
@@ -200,22 +202,48 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, "dynamic", joints=joints, robot=robot, what=what)
+        count = len(_OF_MOTORS) * len(joints)
+        rows = self._run(
+            command, wrench, "dynamic", lambda signals: signals.motors(joints), count, robot, what
+        )
         path = ToolPath(wrench.instants, rows[:, : len(POSE)])
         blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
         return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
+
+    def gears(
+        self, command: JointPath, time: np.ndarray, coordinates: Sequence[int], robot: Robot
+    ) -> np.ndarray:
+        """Run a command without a wrench in dynamic mode and return what gears do.
+
+        Args:
+            command: Motion of the drives.
+            time: Times [s], (n,).
+            coordinates: Numbers of the gears' elastic coordinates, of every joint, from 0.
+            robot: As for `simulate`.
+
+        Returns:
+            Wind-ups [rad], then torques of the gears [N m], (n, 2 joints).
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        names = [f"deflection[{k + 1}]" for k in coordinates]
+        names += [f"gear_torque[{i + 1}]" for i in range(len(coordinates))]
+        none = WrenchHistory.none(time)
+        rows = self._run(command, none, "dynamic", lambda signals: tuple(names), len(names), robot)
+        return rows[:, len(POSE) :]
 
     def _run(
         self,
         command: JointPath,
         wrench: WrenchHistory,
         mode: Mode,
-        coordinates: int = 0,
-        joints: Sequence[int] = (),
+        further: Callable[[Signals], tuple[str, ...]] = lambda signals: (),
+        count: int = 0,
         robot: Robot | None = None,
         what: str = "",
     ) -> np.ndarray:
-        """Return poses, and elastic coordinates or motors' values behind them, (n, 7 + m)."""
+        """Return poses, and the values of so many further signals behind them, (n, 7 + count)."""
         trajectory = Path(self._folder.path, "trajectory.npz")
         if command is not self._saved:
             save_trajectory(trajectory, command)
@@ -229,17 +257,9 @@ class RobotFmu:
         processes = self._started(len(parts))
         signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
-        outputs = (*signals.pose, *signals.deflection(coordinates), *signals.motors(joints))
-        width = len(POSE) + coordinates + len(_OF_MOTORS) * len(joints)
+        outputs, width = (*signals.pose, *further(signals)), len(POSE) + count
         jobs = [
-            SimulationJob(
-                parameters,
-                instants[part],
-                inputs,
-                _inputs(wrench, part),
-                outputs,
-                width,
-            )
+            SimulationJob(parameters, instants[part], inputs, _inputs(wrench, part), outputs, width)
             for part in parts
         ]
 

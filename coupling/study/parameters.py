@@ -100,7 +100,7 @@ class StudyParameters:
         entries: list[StudyParameter] = []
         silent = []
         for key, spread in table.spreads().items():
-            names = _names(key, table, case) if _shows(key, case, loaded) else ()
+            names = _names(key, table, case, loaded)
             # Without elements or motors a default is none of the case's: nothing is left out.
             optional = key in _VARIED and VARIED[_VARIED[key]][1].place
             if not names and (not optional or getattr(table, key) is not None):
@@ -164,29 +164,17 @@ def _who(robot: str, robots: int) -> str:
     return f"{robot} " if robots > 1 else ""
 
 
-def _names(key: str, table: StudyTable, case: Case) -> tuple[str, ...]:
-    """Return the names of a key's parameters."""
-    if table.joints == "alike" or key not in _VARIED:
-        return (key,)
-    return tuple(
+def _names(key: str, table: StudyTable, case: Case, loaded: bool) -> tuple[str, ...]:
+    """Return the names of a key's parameters, none if they change nothing in a case."""
+    if key not in _VARIED:
+        return (key,) if key != "force_factor" or loaded else ()
+    each = tuple(
         f"{_who(robot.name, len(case.robots))}{key}[{i + 1}]"
         for robot in case.robots
         for i in range(len(robot.description.joints))
         if _changes(robot, key, i)
     )
-
-
-def _shows(key: str, case: Case, loaded: bool) -> bool:
-    """Return whether a parameter changes anything in a case."""
-    if key == "force_factor":
-        return loaded
-    if key not in _VARIED:
-        return True
-    return any(
-        _changes(robot, key, i)
-        for robot in case.robots
-        for i in range(len(robot.description.joints))
-    )
+    return each if table.joints == "each" or not each else (key,)
 
 
 def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
