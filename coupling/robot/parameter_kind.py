@@ -222,10 +222,10 @@ def entries_kind(
         values = [float(getattr(entry, key)) for entry in getattr(part, entries, ())]
         return total(values) if values else 0.0
 
-    def write(joint: Joint, value: float) -> Joint:
-        factor = value / read(joint)
-        existing = getattr(joint, entries) if factor > 0.0 else ()
+    def write(part: Any, value: float) -> Any:
+        factor = value / read(part)
+        existing = getattr(part, entries) if factor > 0.0 else ()
         scaled = (replace(entry, **{key: factor * getattr(entry, key)}) for entry in existing)
-        return replace(joint, **{entries: tuple(scaled)})
+        return replace(part, **{entries: tuple(scaled)})
 
     return ParameterKind(unit, read, write, scaled_in_file=(f"gear.{entries}[].{key}",), **further)
