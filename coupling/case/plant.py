@@ -54,7 +54,7 @@ else:
     _DifferingParameters = create_model(
         "_DifferingParameters",
         __base__=_DifferingRobot,
-        **{own.key: (_amounts(own), [own.neutral]) for _, own in VARIED.values()},
+        **{kind.key: (_amounts(kind), [kind.neutral]) for _, kind in VARIED.values()},
     )
 
 
@@ -115,9 +115,10 @@ class _PlantRobotTable(_DifferingParameters):
         difference = RobotDifference(amounts, self.payload_kg, place)
         plant = PlantRobot(robot, self.torque_curve or torque_curve, difference, moved_by)
         try:
-            plant.robot  # noqa: B018  (kinematic errors that no gear has are refused)
+            plant.robot  # noqa: B018  (numbers that no robot has are refused)
         except ValueError as cause:
-            raise CaseError(f"kinematic_error_factor: {cause}") from cause
+            key = "kinematic_error_factor: " if "kinematic_error" in str(cause) else ""
+            raise CaseError(f"{key}{cause}") from cause
         return plant
 
     def resolved(self, folder: Path) -> dict[str, Any]:
@@ -239,7 +240,7 @@ else:
     _UncertainParameters = create_model(
         "_UncertainParameters",
         __base__=_Sampling,
-        **{own.key: (Uncertain, None) for _, own in VARIED.values()},
+        **{kind.key: (Uncertain, None) for _, kind in VARIED.values()},
     )
 
 
@@ -263,8 +264,8 @@ class StudyTable(_UncertainParameters):
 
     @model_validator(mode="after")
     def _are_possible(self) -> StudyTable:
-        above_zero = [own.key for _, own in VARIED.values() if own.above_zero]
-        shifts = [own.key for _, own in VARIED.values() if own.is_shift]
+        above_zero = [kind.key for _, kind in VARIED.values() if kind.above_zero]
+        shifts = [kind.key for _, kind in VARIED.values() if kind.is_shift]
         for name, spread in self.spreads().items():
             if name in above_zero and spread.least <= 0.0:
                 raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
@@ -274,7 +275,7 @@ class StudyTable(_UncertainParameters):
 
     def spreads(self) -> dict[str, Distribution]:
         """Return the uncertain parameters, by key: as given, or the defaults where none is."""
-        keys = (*(own.key for _, own in VARIED.values()), "force_factor", "payload_kg")
+        keys = (*(kind.key for _, kind in VARIED.values()), "force_factor", "payload_kg")
         spreads = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
-        usual = {own.key: Distribution(low=own.low, high=own.high) for _, own in VARIED.values()}
+        usual = {v.key: Distribution(low=v.low, high=v.high) for _, v in VARIED.values()}
         return spreads or {**usual, "force_factor": Distribution(low=0.95, high=1.05)}
