@@ -25,6 +25,7 @@ def basis_of(
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
     force_factors: tuple[float, float] | None,
+    has_force: bool = True,
 ) -> DrawnFrom:
     """Return what robots and forces can be drawn from, and what has no stated range.
 
@@ -32,6 +33,7 @@ def basis_of(
         models: Simulation of each robot.
         ranges: Stiffness of their gears that are not known better.
         force_factors: Lowest and highest real force over the process's, by its source; None: unknown.
+        has_force: Whether the process has a force at all.
     """
     drawn, missing = [], []
     joints = [
@@ -45,9 +47,9 @@ def basis_of(
         drawn.append(f"the stated stiffness of {stated} gears")
     if stated < len(joints):
         missing.append(f"the stiffness of {len(joints) - stated} gears")
-    if force_factors is None:
+    if has_force and force_factors is None:
         missing.append("the force")
-    else:
+    elif has_force and force_factors is not None:
         low, high = (100.0 * factor for factor in force_factors)
         drawn.append(f"{low:.3g} to {high:.3g} % of the force")
     elastic = [joint for _, joint in joints]
@@ -59,7 +61,7 @@ def basis_of(
         missing.append("errors of its friction and servos")
     if not any(joint.kinematic_error for joint in elastic):
         missing.append("kinematic errors of the gears")
-    is_whole = bool(joints) and stated == len(joints) and force_factors is not None
+    is_whole = bool(joints) and stated == len(joints) and not (has_force and force_factors is None)
     return DrawnFrom(tuple(drawn), tuple(missing), is_whole)
 
 
@@ -121,9 +123,10 @@ def drawn_replays(
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
-    basis = basis_of(models, ranges, force_factors)
     loaded = found.response.wrench
-    pushes = force_factors is not None and bool(np.any(loaded.wrench))
+    has_force = bool(np.any(loaded.wrench))
+    basis = basis_of(models, ranges, force_factors, has_force)
+    pushes = has_force and force_factors is not None
     if not (pushes or any(ranges)) or all(model.robot.is_rigid for model in models):
         return DrawnReplays(basis)
 
