@@ -39,8 +39,8 @@ _ADVICE = (
     "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"
     " place the part where no gear reverses (elastic-robot place)."
 )
-# Percentiles between which a deviation is expected: of n robots the values of rank p (n + 1), as far as
-# there are any, between which as large a share of further robots lies on average (Weibull).
+# Percentiles between which a deviation is expected: of n robots the values of rank p n + 1/2 (Hazen), as
+# far as there are any: the robots are spread evenly, so that each stands for an n-th of all of them.
 _INTERVAL = (5.0, 95.0)
 
 
@@ -98,8 +98,8 @@ class DeviationInterval(ResultPart):
             return None
         whole = [replay.deviation.maximum for replay in replays]
         rest = [replay.deviation.maximum_less_constant for replay in replays]
-        low, high = np.percentile(whole, _INTERVAL, method="weibull")
-        less_low, less_high = np.percentile(rest, _INTERVAL, method="weibull")
+        low, high = np.percentile(whole, _INTERVAL, method="hazen")
+        less_low, less_high = np.percentile(rest, _INTERVAL, method="hazen")
         return cls(
             samples=len(replays),
             low=float(low),
@@ -110,9 +110,9 @@ class DeviationInterval(ResultPart):
 
     @property
     def share(self) -> float:
-        """Share of further robots that lie between low and high on average."""
-        ranks = [0.01 * percent * (self.samples + 1) for percent in _INTERVAL]
-        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / (self.samples + 1)
+        """Share of all robots that lies between low and high."""
+        ranks = [0.01 * percent * self.samples + 0.5 for percent in _INTERVAL]
+        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / self.samples
 
     @property
     def words(self) -> str:
