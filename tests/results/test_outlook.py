@@ -92,9 +92,9 @@ def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
     assert found.gains
     assert found.sentence.startswith(
-        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.75 um less a constant (90 %"
-        " of the robots, by 100 of them, drawn from the stated stiffness of 6 gears and 84 to 100 % of the"
-        " force). Not in it: backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
+        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.75 um less a constant"
+        " (90 % of the robots, by 100 of them, drawn from the stated stiffness of 6 gears and 84 to"
+        " 100 % of the force). Not in it: backlash. Sensitivity to one parameter: up to 7 um"
     )
     assert DrawnDeviation.among(DrawnReplays(basis)) is None
     few = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn[:8])))
