@@ -1,4 +1,4 @@
-"""The robot's FMU that runs in Python, on PythonFMU's binaries."""
+"""The robot's FMU in Python, on PythonFMU's binaries: to be read."""
 
 from __future__ import annotations
 

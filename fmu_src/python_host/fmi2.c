@@ -3,7 +3,6 @@
  * Different from there: an exception in Python is fmi2Error, as the instance can go on; what PythonFMU would
  * not survive is refused with a sentence.
  */
-#include <stdlib.h>
 #include <string.h>
 
 #include "component.h"

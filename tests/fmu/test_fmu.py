@@ -159,12 +159,12 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
-def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
-    example, run_fmu, tmp_path
-):
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
     """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
-    fmu = build_fmu(example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()})
+    fmu = build_fmu(
+        example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()}
+    )
     job = {
         "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
         "time": [0.0, 0.1],
@@ -371,7 +371,9 @@ def test_fingerprint_tells_robots_apart(example, tmp_path):
     other = replace(example, gravity=(0.0, 0.0, -1.6))
     prints = set()
     for k, robot in enumerate([example, example, other]):
-        folder = fmpy.extract(str(build_fmu(robot, tmp_path / f"{k}.fmu")), unzipdir=tmp_path / str(k))
+        folder = fmpy.extract(
+            str(build_fmu(robot, tmp_path / f"{k}.fmu")), unzipdir=tmp_path / str(k)
+        )
         prints.add(fingerprint(tmp_path / str(k) / "resources"))
         del folder
     assert len(prints) == 2

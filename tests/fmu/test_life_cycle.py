@@ -45,15 +45,9 @@ FMI3 = {
 del FMI3["SetupExperiment"], FMI3["GetRealStatus"]
 
 
-@pytest.mark.parametrize(
-    ("fmi", "table"), [("2", FMI2), ("3", FMI3)]
-)
-def test_calls_are_taken_where_the_standard_allows_them(
-    example, tmp_path, run_host, fmi, table
-):
-    file = build_fmu(
-        example, tmp_path / "Robot.fmu", BuildOptions(fmi=fmi, arrays=fmi == "3")
-    )
+@pytest.mark.parametrize(("fmi", "table"), [("2", FMI2), ("3", FMI3)])
+def test_calls_are_taken_where_the_standard_allows_them(example, tmp_path, run_host, fmi, table):
+    file = build_fmu(example, tmp_path / "Robot.fmu", BuildOptions(fmi=fmi, arrays=fmi == "3"))
     run_host("life_cycle", file, tmp_path / "found.json")
     found = json.loads((tmp_path / "found.json").read_text())
     assert found.pop("pairs") == table

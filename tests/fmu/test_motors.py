@@ -1,4 +1,4 @@
-"""Motors through the FMU of either kind: they move as the model's, and refuse what cannot be."""
+"""Motors through the FMU: they move as the model's, and refuse what cannot be."""
 
 from __future__ import annotations
 
