@@ -187,6 +187,8 @@ class MasterValues:
         if not strings["trajectory"]:
             return None
         path = Path(strings["trajectory"])
-        packed = Path(self._resources, path)  # of use where a master unpacks it no one knows where
-        file = packed if os.path.exists(packed) and not os.path.exists(path) else path
+        packed = Path(
+            self._resources, path
+        )  # not replaced by a file in the master's working folder
+        file = packed if os.path.exists(packed) else path
         return read_trajectory(file, len(self._robot.joints))
