@@ -222,7 +222,7 @@ class ElasticRobotSlave(Fmi2Slave):
         return robot
 
     def _read_trajectory(self) -> Trajectory | None:
-        """Return the drives' motion from a file, where the host finds it or among the resources."""
+        """Return the drives' motion from a file among the resources, or else where the host finds it."""
         if not self._strings["trajectory"]:
             return None
         file = Path(self._strings["trajectory"])
