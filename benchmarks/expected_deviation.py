@@ -31,7 +31,7 @@ from coupling.path.deviation import measure
 from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.execute import Run, run_compensation
 from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of

@@ -27,7 +27,7 @@ from coupling.inverse.windows import solve_links
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.outlook import Replay
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.robustness import VARIATIONS
 
 # Longest distance of the times at which the tool is looked at [s], that of a controller's rows.

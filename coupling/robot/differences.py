@@ -141,7 +141,7 @@ class PlantRobot:
     Attributes:
         description: Its description.
         torque_curve: "linear", "backlash" or "spline".
-        difference: What it differs in from its description.
+        difference: Differences of it from its description.
         drive: "ideal", or "servo": its motors follow the command as their servos do.
     """
 

@@ -48,8 +48,8 @@ class Variation:
         replay_words: Name of the replay where it is not by a percentage.
         is_shift: Whether it is an angle that is added, not a factor.
         above_zero: Whether no robot has 0 of it.
-        place: What has it, where a sentence is said of robots that have any: "gears" or "motors"; ""
-            for what every robot has.
+        place: Parts that have it, in sentences on robots that have any: "gears" or "motors"; "" for what
+            every robot has.
     """
 
     name: str
@@ -142,8 +142,8 @@ class ParameterKind:
         inverse: Whether fits count by its inverse, of which deflections are linear.
         prior: Standard deviation of the logarithm of a factor before anything is measured; None for what
             is not learned from measured runs.
-        motion: How a motion identifies it, if it does.
-        variation: How robots differ in it from their description, if that is looked at.
+        motion: Fit by which a motion identifies it, if it does.
+        variation: Differences of robots in it from their description, if these are looked at.
         usual: Usual ranges of its numbers, by their places in a robot file.
         in_file: Function of the changed part that returns its numbers by their places in the part's
             table of a robot file.

@@ -293,10 +293,7 @@ PARAMETER_KINDS = {
         usual={"joint.gear.kinematic_error.phase": _RADIANS},
     ),
     "mass": field_kind(
-        "mass",
-        "kg",
-        least=1e-6,
-        motion=MotionTerm("payload", "payload", is_needed=True),
+        "mass", "kg", least=1e-6, motion=MotionTerm("payload", "payload", is_needed=True)
     ),
     **{f"com.{axis}": _centre(k) for k, axis in enumerate("xyz")},
 }

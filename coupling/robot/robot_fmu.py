@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,7 +21,6 @@ from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
-from coupling.robot.differences import RobotDifference
 from coupling.robot.unpacked_robot import UnpackedRobot
 from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
@@ -286,46 +285,6 @@ class RobotFmu:
     def _end(self) -> None:
         while self._processes:
             self._processes.pop().close()
-
-
-@dataclass(frozen=True)
-class SimulatedModel:
-    """A robot with the FMU that simulates it, which may be that of one with other numbers.
-
-    Attributes:
-        robot: Its description.
-        torque_curve: Name of its gears' torque curve.
-        fmu: The FMU.
-        drive: "ideal", or "servo": its motors follow the command as their servos do.
-        what: What it differs in from the FMU's robot, in words.
-    """
-
-    robot: Robot
-    torque_curve: str
-    fmu: RobotFmu
-    drive: str = IDEAL
-    what: str = ""
-
-    def differing(self, difference: RobotDifference, what: str) -> SimulatedModel:
-        """Return the model of a robot that differs, in words; it has the same `robot` if nothing shows.
-
-        Raises:
-            SimulationError: If no robot has such numbers.
-        """
-        try:
-            robot = difference.applied(self.robot, self.torque_curve, self.drive)
-        except ValueError as cause:
-            raise SimulationError(str(cause)) from cause
-        return replace(self, robot=robot, what=what)
-
-    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the path that the TCP takes.
-
-        Raises:
-            SimulationError: If the FMU refuses the robot or a step.
-            HostError: If the FMU's process has ended.
-        """
-        return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:

@@ -10,7 +10,7 @@ from scipy.stats.qmc import Sobol
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.robustness import StiffnessRanges
 from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction

@@ -23,7 +23,7 @@ from coupling.results.outlook import DrawnReplays, Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import DRAWS, drawn_replays
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import at_samples, diagnose_robots

@@ -15,7 +15,8 @@ from coupling.inverse.inversion import MovingRobot
 from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
-from coupling.robot.robot_fmu import RobotFmu, SimulatedModel
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 

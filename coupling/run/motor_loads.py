@@ -15,7 +15,7 @@ from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
 from coupling.robot.parameters import with_joints
 from coupling.robot.robot import LimitWarning
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 

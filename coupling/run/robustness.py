@@ -14,7 +14,7 @@ from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.differences import AS_THE_MODEL, RobotDifference
 from coupling.robot.parameter_table import VARIED
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.solve.correction import Correction
 
 

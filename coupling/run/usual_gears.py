@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from math import pi
 
 from coupling.files.gear_table import ARCMIN, sheet_elements
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Joint, Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.torque_curves import TORQUE_CURVES

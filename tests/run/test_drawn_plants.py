@@ -15,7 +15,7 @@ from coupling.process import PROCESSES
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
-from coupling.robot.robot_fmu import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import basis_of, drawn_differences
 from coupling.run.execute import run_compensation
 

@@ -30,7 +30,8 @@ from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member
 from coupling.robot.differences import RobotDifference
-from coupling.robot.robot_fmu import RobotFmu, SimulatedModel
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
