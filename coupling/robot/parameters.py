@@ -135,9 +135,9 @@ def apply_values(robot: Robot, values: Mapping[str, float]) -> Robot:
     The elements of a gear keep their shares, and the ratios of their slip angles.
 
     Example:
-        >>> body = Body(1.0, (0.0, 0.0, 0.0), (0.1, 0.1, 0.1))
-        >>> soft = Robot("r", (Joint((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body, stiffness=1e5),))
-        >>> value_of(apply_values(soft, {"joint[1].stiffness": 2e5}), "joint[1].stiffness")
+        >>> from coupling.files.robot_file import find_robot, load_robot
+        >>> softer = apply_values(load_robot(find_robot("icme2008")), {"joint[1].stiffness": 2e5})
+        >>> value_of(softer, "joint[1].stiffness")
         200000.0
     """
     joints, payload = list(robot.joints), robot.payload
