@@ -70,15 +70,15 @@ def _problem(response: object, path: ToolPath) -> str:
         return ""
     tools, samples = path.pose.shape[:2]
     whole = (samples, 3 * tools, 3 * tools)
-    found = np.shape(response.stiffness)
-    if found != whole:
-        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
+    shape = np.shape(response.stiffness)
+    if shape != whole:
+        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {shape}"
     if not np.all(np.isfinite(response.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
     size = float(np.abs(response.stiffness).max())
-    own = own_blocks(response.stiffness)
-    skew = np.abs(own - own.swapaxes(-1, -2)).max()
-    lowest = float(np.linalg.eigvalsh(own).min())
+    tool_blocks = own_blocks(response.stiffness)
+    skew = np.abs(tool_blocks - tool_blocks.swapaxes(-1, -2)).max()
+    lowest = float(np.linalg.eigvalsh(tool_blocks).min())
     if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
         return (
             "stiffness: expected symmetric matrices without negative eigenvalues for what a tool feels"
