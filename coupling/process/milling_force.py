@@ -119,7 +119,7 @@ class Milling:
         cos, sin = feed.T[..., None]
         f, n, z = np.moveaxis(wrench.reshape(-1, 2, 3), 2, 0)
         in_part = np.stack([cos * f - sin * n, sin * f + cos * n, z], axis=2)
-        return self.part.turned(in_part).reshape(-1, 6)
+        return self.part.rotate(in_part).reshape(-1, 6)
 
 
 def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:

@@ -123,7 +123,7 @@ class SheetFem(WithIdentity):
         that of the stiffness that it feels, (n, 3, 3).  One that would pull is none.
         """
         between = self.force_factor * self.schedule.interpolated(forces)
-        between = self.part.turned(between)
+        between = self.part.rotate(between)
         offset = away - self.schedule.interpolated(away[self.schedule.positions])
         force = between - np.einsum("nij,nj->ni", felt, offset)
         holds = np.sum(force * between, axis=1) > 0.0
@@ -133,7 +133,7 @@ class SheetFem(WithIdentity):
         self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray
     ) -> WrenchHistory:
         """Return the wrench at a TCP of the force along the path and moments at the positions."""
-        contact_moment = self.part.turned(self.force_factor * self.schedule.interpolated(moments))
+        contact_moment = self.part.rotate(self.force_factor * self.schedule.interpolated(moments))
         center = self.part.points(centers)
         moment = contact_moment + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
