@@ -45,6 +45,8 @@ _LOOK = 0.1
 # For a program to end on SIGTERM, before it is killed [s].
 _GRACE = 2.0
 _LAST_LINES = 12
+# These are within as much of the output, which may be more than memory holds [bytes].
+_LAST_BYTES = 100_000
 
 
 def run_program(
@@ -167,7 +169,9 @@ def require_success(name: str, folder: Path, overdue: float | None = None) -> No
 
 def last_lines(folder: Path) -> str:
     """Return the end of what the program in a folder has printed."""
-    lines = (folder / OUTPUT).read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    with (folder / OUTPUT).open("rb") as said:
+        said.seek(max(said.seek(0, os.SEEK_END) - _LAST_BYTES, 0))
+        lines = said.read().decode(errors="replace").rstrip().splitlines()
     return "\n".join(lines[-_LAST_LINES:])
 
 
