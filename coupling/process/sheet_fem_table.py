@@ -38,8 +38,8 @@ class SheetFemTable(ProcessSchema):
     prestrain the hardening is Hollomon's.  An anisotropic sheet is rolled along the x of the part.
     """
 
-    # The computed force was 37 % too high, never too low.
-    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = (1.0 / 1.37, 1.0)
+    # By 37 % it missed one measured force; on another sheet it may miss to the other side.
+    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = (0.63, 1.37)
 
     model: Literal["sheet-fem"]
     sheet_size_m: Annotated[list[Positive], Field(min_length=2, max_length=2)]
