@@ -192,8 +192,8 @@ class ProcessSchema(Schema, ABC):
         for values in _arrays_of(task):
             add(values.tobytes())
         code = Path(inspect.getfile(type(self)))
-        own = [] if code.is_relative_to(Path(__file__).parent) else [code]
-        for file in (*own, *self.own_files()):
+        code_files = [] if code.is_relative_to(Path(__file__).parent) else [code]
+        for file in (*code_files, *self.own_files()):
             try:
                 add(file.read_bytes())
             except OSError as cause:

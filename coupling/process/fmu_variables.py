@@ -200,8 +200,8 @@ _SI_NAMES = {
 
 def _is_of(base: BaseUnit, dimension: tuple[int, int, int]) -> bool:
     """Return whether a unit has these exponents of kg, m, s and none of others but rad."""
-    rest = (base.A, base.K, base.mol, base.cd)
-    return (base.kg, base.m, base.s) == dimension and not any(rest)
+    other_exponents = (base.A, base.K, base.mol, base.cd)
+    return (base.kg, base.m, base.s) == dimension and not any(other_exponents)
 
 
 # What a start value can be given to.
