@@ -40,8 +40,8 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     is_table = isinstance(found, type) and issubclass(found, ProcessSchema)
     if found is None or not is_table or inspect.isabstract(found):
         raise CaseError(
-            f"{file}: expected a class {table} derived from coupling.process.ProcessTable, with a"
-            f" method process(task), got {'none' if found is None else found}"
+            f"{file}: expected a class {table} derived from elastic_robot.coupling.process.ProcessTable,"
+            f" with a method process(task), got {'none' if found is None else found}"
         )
     return f"{file}:{table}", found
 
