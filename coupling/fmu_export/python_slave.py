@@ -106,11 +106,18 @@ class PythonSlave:
             entry.write_bytes((FMU_SOURCES / "slave_entry.py").read_bytes())
             file = Path(folder, f"{self.class_name}.fmu")
             own = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
-            FmuBuilder.build_FMU(entry, dest=file, project_files=[*own, *files])
+            needed = [*self._copy_imports(Path(folder)), *own, *files]
+            FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
-                built = {self._named(name): archive.read(name) for name in archive.namelist()}
-        imported = {f"resources/{name}": file.read_bytes() for name, file in self.files.items()}
-        return built | imported
+                return {self._named(name): archive.read(name) for name in archive.namelist()}
+
+    def _copy_imports(self, folder: Path) -> set[Path]:
+        """Copy what is imported into a folder, and return the folders and files that are then in it."""
+        for name, source in self.files.items():
+            copy = folder / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(source.read_bytes())
+        return {folder / Path(name).parts[0] for name in self.files}
 
     def _named(self, entry: str) -> str:
         """Return the path of an entry; a library bears the name of the model, not of the class."""

@@ -20,7 +20,7 @@ from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
 from coupling.fmu_export.core_library import library_name
 
-DESK = "elastic_robot/coupling"
+DESK = "elastic_robot/coupling/"
 SHIPPED = f"{DESK}fmu_export/fmu_src/"
 LIBRARIES = f"{DESK}fmu_export/libraries/"
 COMMAND = ("-m", "elastic_robot.coupling.cli")
@@ -96,7 +96,7 @@ print(len([name for name in sys.modules if name.startswith("elastic_robot.coupli
 
 def test_a_study_sends_its_classes_to_workers_and_takes_theirs(wheel, tmp_path):
     run_installed(wheel, tmp_path, [*COMMAND, "init", "cell", "--process", "measured"], "")
-    study = ["study", "cell/case.toml", "-o", "out", "--samples", "2", "--workers", "2"]
+    study = ["study", "cell/case.toml", "-o", "out", "--samples", "19", "--workers", "2"]
     run_installed(wheel, tmp_path, [*COMMAND, *study], os.environ["PATH"])
     assert (tmp_path / "out" / "samples.csv").is_file()
 
