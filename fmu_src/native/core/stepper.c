@@ -10,6 +10,8 @@
 
 /* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */
 #define ERROR_EXPONENT (1.0 / 6.0)
+/* Steps are at least this part of a communication step that is itself hardly longer than the shortest. */
+#define PART_OF_SHORT 1e-3
 
 void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time)
 {
@@ -74,8 +76,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     er_guess(r, state, h, step);
     for (;;) {
         double shorter;
-        if (r->work->tries < 1.0 ||
-            (h < settings->shortest_step * settings->longest_step && !reaches_target))
+        if (r->work->tries < 1.0 || (h < r->work->shortest && !reaches_target))
             return false;
         if (!er_try_step(r, state, h, means->iteration * tolerance, step)) {
             er_relinearise(r->work);
@@ -158,8 +159,7 @@ static bool give_up(const er_run *r, double elapsed, double length, double speed
     if (r->work->tries < 1.0)
         snprintf(needs, sizeof needs, "more than %ld tries of a step at %.3g m/s", r->work->made, speed);
     else
-        snprintf(needs, sizeof needs, "steps below %.1g s",
-                 r->settings->shortest_step * r->settings->longest_step);
+        snprintf(needs, sizeof needs, "steps below %.1g s", r->work->shortest);
     return er_fail(failure, "the motion, %.3g s into a step of %.6g s, needs %s", elapsed, length, needs);
 }
 
@@ -170,9 +170,10 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     er_run r = {system, settings, means, work, system->robot->elastics,
                 system->drive == ER_IDEAL ? 0 : system->robot->motors};
     const double start = state->time, length = end - start;
-    /* What is left after a crossing just before the end may be less than any step. */
-    double longest = settings->longest_step;
-    double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
+    const double shortest = settings->shortest_step * settings->longest_step;
+    /* What is left after a crossing just before the end may be less than any step, unless that is all. */
+    const double negligible = fmin(fmax(shortest, 8.0 * DBL_EPSILON * fabs(end)), 0.5 * length);
+    work->shortest = fmin(shortest, PART_OF_SHORT * length);
     work->tries = most_tries(settings, means->tolerance, length);
     work->made = 0;
     er_linearise_as(&r, state);
