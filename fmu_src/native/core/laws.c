@@ -24,16 +24,11 @@ static void interpolate(int m, double start, double ratio, const er_lanes *known
     }
 }
 
-/* Ratio of a step to the last one from which on the last acceleration is held: rounding, continued by a cubic that
- * many times as far, would be all that is left. */
-#define LONGEST_CONTINUATION 1e3
-
 void er_guess(const er_run *r, const er_state *state, double h, er_step *step)
 {
     if (state->predictor_step > 0.0) {
-        double ratio = h / state->predictor_step;
-        if (ratio > LONGEST_CONTINUATION)
-            ratio = 0.0;
+        /* Of a step that is hardly one the acceleration at its end is held: its polynomial is rounding. */
+        double ratio = er_command_counts(r->system->robot, state->predictor_step) ? h / state->predictor_step : 0.0;
         interpolate(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
         interpolate(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
     } else {
