@@ -149,6 +149,8 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
 void er_model_take_parameters(er_model *model, const er_parameters *parameters)
 {
     er_state *state = &model->memory.state;
+    if (memcmp(&model->memory.parameters, parameters, sizeof *parameters) == 0)
+        return; /* the integration goes on as it was */
     model->memory.parameters = *parameters;
     derive(model);
     er_state_start(state, &model->robot, &model->gears, state->time);
