@@ -83,6 +83,46 @@ static void serialise(const saved_state *saved, void *bytes)
     memcpy((unsigned char *)bytes + sizeof *saved, &checksum, sizeof checksum);
 }
 
+/* Whole numbers of a saved state: where they are, bytes of each and from one to the next, how many, their range. */
+typedef struct {
+    size_t place, size, stride;
+    int count, least, most;
+} whole_numbers;
+
+#define PLACE(member) offsetof(saved_state, member)
+#define FLAG(member) {PLACE(member), sizeof(bool), sizeof(bool), 1, 0, 1}
+#define NUMBERS(member, count, least, most) {PLACE(member), sizeof(int), sizeof(int), count, least, most}
+#define LAWS(member, least, most)                                                                    \
+    {PLACE(member), sizeof(int), sizeof(er_servo_law), ER_MAX_JOINTS, least, most}
+#define OF_STATE(owner)                                                                              \
+    NUMBERS(owner.region, ER_MAX_ANGLES, -1, 1), NUMBERS(owner.touching, 1, -1, 1),                  \
+        NUMBERS(owner.stops.slipping, ER_MAX_ELEMENTS, -1, 1), LAWS(owner.motors.law[0].side, -1, 1), \
+        LAWS(owner.motors.law[0].integral, ER_GROWS, ER_KEEPS), FLAG(owner.linearisation.has_mass)
+
+/* Whether a state can be one that was saved: what chooses among few things does. */
+static bool is_possible(const saved_state *saved)
+{
+    const whole_numbers all[] = {
+        NUMBERS(memory.options.curve, 1, 0, er_gear_laws - 1), FLAG(memory.options.quasistatic),
+        NUMBERS(memory.options.initial, 1, 0, ER_INITIALS - 1), NUMBERS(memory.options.drive, 1, 0, ER_DRIVES - 1),
+        FLAG(memory.opposite[0]), FLAG(memory.opposite[1]), OF_STATE(memory.state),
+        FLAG(progress.computed), FLAG(progress.parameters_changed),
+        NUMBERS(progress.phase, 1, ER_INSTANTIATED, ER_TERMINATED),
+        FLAG(step_start.stepped), OF_STATE(step_start.state),
+        FLAG(exchange.on), FLAG(exchange.held), NUMBERS(exchange.piece, ER_MAX_JOINTS, 0, ER_MAX_KNOTS),
+    };
+    bool good = memchr(saved->memory.options.trajectory, '\0', ER_MAX_PATH) != NULL;
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        for (int i = 0; i < all[k].count; i++) {
+            const char *at = (const char *)saved + all[k].place + (size_t)i * all[k].stride;
+            int number = *(const unsigned char *)at;
+            if (all[k].size == sizeof number)
+                memcpy(&number, at, sizeof number);
+            good &= number >= all[k].least && number <= all[k].most;
+        }
+    return good;
+}
+
 static bool deserialise(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
 {
     uint64_t checksum;
@@ -95,6 +135,8 @@ static bool deserialise(er_instance *instance, const void *bytes, size_t size, s
     if (checksum != er_hash(saved, sizeof *saved))
         return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
                        (unsigned long)size);
+    if (!is_possible(saved))
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, got numbers that none has");
     return require_own(instance, saved);
 }
 
