@@ -35,7 +35,7 @@ def library() -> ctypes.CDLL:
     lib.probe_next_kink.restype = ctypes.c_double
     lib.probe_newton.restype = ctypes.c_double
     lib.probe_contact.restype = ctypes.c_long
-    for name in ("reset", "step", "outputs", "run", "drives", "read", "parse"):
+    for name in ("reset", "step", "outputs", "run", "drives", "read", "parse", "uri"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
@@ -53,6 +53,12 @@ def read_data(file: Path) -> None:
     """Read an FMU's robot.txt, the robot and the variables, as an instance does."""
     if not library().probe_read(file.read_bytes()):
         raise CoreError(library().probe_failure().decode())
+
+
+def folder_from_uri(uri: str, windows: bool) -> str | None:
+    """The folder that a URI names; None if it names none."""
+    folder = ctypes.create_string_buffer(200)
+    return folder.value.decode() if library().probe_uri(uri.encode(), windows, folder) else None
 
 
 def _array(values: np.ndarray | None) -> ctypes.c_void_p | None:

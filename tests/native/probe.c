@@ -1,5 +1,6 @@
 /* The C core behind plain arrays, for tests through ctypes. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,6 +69,15 @@ bool probe_read(const char *text)
     free(interface);
     free(robot);
     return good;
+}
+
+/* The folder that a URI names, cut to 200 bytes; false if it names none. */
+bool probe_uri(const char *uri, bool windows, char folder[200])
+{
+    char *path = er_folder_from_uri(uri, windows);
+    snprintf(folder, 200, "%s", path != NULL ? path : "");
+    free(path);
+    return path != NULL;
 }
 
 void probe_free(er_model *model)

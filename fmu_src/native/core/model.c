@@ -39,6 +39,7 @@ void er_model_free(er_model *model)
     if (model == NULL)
         return;
     er_trajectory_free(&model->trajectory);
+    free(model->resources);
     free(((void **)model)[-1]);
 }
 

@@ -81,7 +81,7 @@ typedef struct {
     er_memory memory;
     er_kernel kernel;
     er_trajectory trajectory;
-    char resources[ER_MAX_PATH];   /* folder, ending in /, where relative paths are sought as well */
+    char *resources; /* folder where relative paths are sought as well, or NULL; freed with the model */
     char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
     size_t hint;                   /* place in the trajectory */
     /* What means and gears were derived from. */

@@ -2,7 +2,7 @@
 #include "model.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../io/file.h"
@@ -61,12 +61,12 @@ bool er_model_find_held(const er_model *model, const er_drives *drives, double t
 static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
                             er_failure *failure)
 {
-    char packed[2 * ER_MAX_PATH];
-    snprintf(packed, sizeof packed, "%s%s", model->resources, path);
-    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
-        snprintf(packed, sizeof packed, "%s", path);
-    return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
-                              failure);
+    char *packed = model->resources != NULL ? er_path_in_folder(model->resources, path) : NULL;
+    bool is_packed = packed != NULL && !er_exists(path) && er_exists(packed);
+    bool good = er_trajectory_read(trajectory, is_packed ? packed : path, model->robot.joints,
+                                   &model->robot.settings, failure);
+    free(packed);
+    return good;
 }
 
 bool er_model_require_trajectory(er_model *model, const char *path, uint64_t fingerprint,

@@ -23,6 +23,19 @@ static bool read_file(er_instance *instance, er_robot *robot, const char *file)
     return good;
 }
 
+/* The folder of the robot's file is that of the resources. */
+static bool keep_folder(er_instance *instance, const char *file)
+{
+    const char *end = strrchr(file, '/');
+    size_t length = end == NULL ? 0 : (size_t)(end + 1 - file);
+    char *folder = calloc(1, length + 1);
+    if (folder == NULL)
+        return er_fail(&instance->failure, "the path of the resources does not fit into memory");
+    memcpy(folder, file, length);
+    instance->model->resources = folder;
+    return true;
+}
+
 static bool read_robot(er_instance *instance, const char *file, const char *guid)
 {
     er_failure *failure = &instance->failure;
@@ -40,11 +53,7 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }
     free(robot);
-    if (good && strlen(file) < ER_MAX_PATH) {
-        const char *behind = strrchr(file, '/');
-        memcpy(instance->model->resources, file, behind == NULL ? 0 : (size_t)(behind + 1 - file));
-    }
-    return good;
+    return good && keep_folder(instance, file);
 }
 
 er_instance *er_instance_create(const char *robot_file, const char *guid, er_failure *failure)
@@ -56,7 +65,7 @@ er_instance *er_instance_create(const char *robot_file, const char *guid, er_fai
     }
     if (!read_robot(instance, robot_file, guid)) {
         *failure = instance->failure;
-        free(instance);
+        er_instance_free(instance);
         return NULL;
     }
     er_instance_reset(instance);

@@ -158,36 +158,56 @@ char *er_path_in_folder(const char *folder, const char *file)
     return path;
 }
 
-/* file:///path, file://host/path or file:/path, with %xx for bytes; on Windows file:///C:/path. */
-char *er_path_from_uri(const char *uri, const char *file)
+/* Turns %xx into bytes. */
+static void decode(char *text)
 {
-    size_t length = 0;
-    char *folder, *path;
+    char *to = text;
+    for (const char *from = text; *from != '\0'; to++) {
+        bool coded = from[0] == '%' && hex(from[1]) >= 0 && hex(from[2]) >= 0;
+        *to = coded ? (char)(16 * hex(from[1]) + hex(from[2])) : *from;
+        from += coded ? 3 : 1;
+    }
+    *to = '\0';
+}
+
+/* Whether a path of Windows begins with a drive, C: */
+static bool has_drive(const char *path)
+{
+    return ((path[0] >= 'A' && path[0] <= 'Z') || (path[0] >= 'a' && path[0] <= 'z')) && path[1] == ':';
+}
+
+char *er_folder_from_uri(const char *uri, bool windows)
+{
+    char *text, *path;
     if (uri == NULL || strncmp(uri, "file:", 5) != 0)
         return NULL;
-    uri += 5;
-    if (uri[0] == '/' && uri[1] == '/') {
-        uri += 2;
-        while (*uri != '/' && *uri != '\0')
-            uri++;
-    }
-#if defined(_WIN32)
-    if (uri[0] == '/' && uri[1] != '\0' && uri[2] == ':')
-        uri++;
-#endif
-    folder = malloc(strlen(uri) + 1);
-    if (folder == NULL)
+    text = malloc(strlen(uri) + 1);
+    if (text == NULL)
         return NULL;
-    for (; *uri != '\0'; uri++) {
-        if (uri[0] == '%' && hex(uri[1]) >= 0 && hex(uri[2]) >= 0) {
-            folder[length++] = (char)(16 * hex(uri[1]) + hex(uri[2]));
-            uri += 2;
-        } else {
-            folder[length++] = *uri;
-        }
+    path = strcpy(text, uri + 5);
+    decode(text);
+    if (path[0] == '/' && path[1] == '/') {
+        const size_t host = strcspn(path + 2, "/");
+        const bool is_share = host > 0 && strncmp(path + 2, "localhost/", 10) != 0;
+        if (windows && has_drive(path + 2))
+            path += 2;
+        else if (!(windows && is_share))
+            path += 2 + host;
     }
-    folder[length] = '\0';
-    path = er_path_in_folder(folder, file);
+    if (windows && path[0] == '/' && has_drive(path + 1))
+        path++;
+    memmove(text, path, strlen(path) + 1);
+    return text;
+}
+
+char *er_path_from_uri(const char *uri, const char *file)
+{
+#if defined(_WIN32)
+    char *folder = er_folder_from_uri(uri, true);
+#else
+    char *folder = er_folder_from_uri(uri, false);
+#endif
+    char *path = folder != NULL ? er_path_in_folder(folder, file) : NULL;
     free(folder);
     return path;
 }

@@ -51,7 +51,12 @@ bool er_exists(const char *path);
  * reason if there is none. */
 char *er_read_file(const char *path, size_t *size, er_failure *failure);
 
-/* Path of a file in the folder that a file: URI names, to be freed; NULL if it is not such a URI. */
+/* The folder that a file: URI names, to be freed; NULL if it is not such a URI.  Those of Windows name a drive,
+ * file:///C:/folder, also file://C:/folder and with %3A, or a share, file://server/share; elsewhere hosts do not
+ * count. */
+char *er_folder_from_uri(const char *uri, bool windows);
+
+/* Path of a file in it, on this system. */
 char *er_path_from_uri(const char *uri, const char *file);
 
 /* The same of a folder's own path; NULL if memory is short. */
