@@ -139,7 +139,7 @@ class Instance:
         strings = self._values.strings.values
         return (
             f"starts at {self._time} s: {strings['mode']}, from {strings['initial_state']}, torque curve"
-            f" {strings['torque_curve']}; errors up to {self._allowed_error()} m are allowed at the TCP"
+            f" {strings['torque_curve']}; tolerance {self._allowed_error()} m at the TCP"
         )
 
     def trajectory_beyond_limits(self) -> str:

@@ -163,8 +163,7 @@ bool er_component_exit(er_component *c)
         return false;
     pass_warning_on(c);
     robot = c->robot;
-    er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; errors up to %s m are allowed at"
-            " the TCP",
+    er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; tolerance %s m at the TCP",
             er_shown(robot->progress.time, number), chosen(robot, ER_MODE), chosen(robot, ER_INITIAL_STATE),
             chosen(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
     tell_log(c, ER_LOG_EVENTS, text.text);
