@@ -5,10 +5,12 @@
 #include <string.h>
 
 #include "chain.h"
-#include "table_file.h"
+#include "file.h"
 #include "interface.h"
 #include "model.h"
-#include "file.h"
+#include "outputs.h"
+#include "sensitivity.h"
+#include "trajectory_build.h"
 
 static er_failure failure;
 
@@ -309,7 +311,7 @@ void probe_spring_of_matrices(const er_model *model, double *stiffness)
            sizeof model->memory.state.linearisation.anchor);
 }
 
-bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
+bool probe_outputs(er_model *model, double *tcp, double *velocity, double *rigid,
                    double *deviation, double *compliance, double *x, double *torque)
 {
     er_model_tcp(model, tcp);

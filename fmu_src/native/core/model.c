@@ -5,6 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "outputs/drive_outputs.h"
+#include "model_drives.h"
+#include "step/newton.h"
+#include "step/sensitivity.h"
+#include "load/statics.h"
+#include "step/stepper.h"
+#include "outputs/chain_motion.h"
+#include "load/trajectory_build.h"
+
 /* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
 
@@ -24,14 +33,6 @@ er_model *er_model_create(const er_robot *robot)
     model->memory.parameters = robot->parameters;
     model->kernel = er_best_kernel();
     return model;
-}
-
-void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from)
-{
-    const size_t path = offsetof(er_memory, options.trajectory), behind = offsetof(er_memory, parameters);
-    memcpy(to, from, path + strlen(from->options.trajectory) + 1);
-    memcpy((char *)to + behind, (const char *)from + behind,
-           offsetof(er_memory, state) - behind + er_state_size(robot));
 }
 
 void er_model_free(er_model *model)

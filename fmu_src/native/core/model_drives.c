@@ -1,11 +1,12 @@
-/* What moves the drives of a model: its trajectory, or commands. */
-#include "model.h"
+#include "model_drives.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "../io/file.h"
+#include "outputs/chain_motion.h"
+#include "load/trajectory_build.h"
 
 /* The drives of a trajectory, if there is one. */
 static er_drives own_drives(er_model *model)

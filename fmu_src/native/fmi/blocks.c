@@ -1,7 +1,14 @@
 /* The FMU's blocks of reals, a row each: what they are, where they are set, what they are computed by. */
 #include <string.h>
 
-#include "instance.h"
+#include "blocks.h"
+#include "indicators.h"
+
+#include "../core/outputs/chain_motion.h"
+#include "../core/outputs/drive_outputs.h"
+#include "../core/outputs/free_motion.h"
+#include "../core/outputs/outputs.h"
+#include "../core/outputs/tangent.h"
 
 /* What is computed from the model alone, and its derivatives. */
 #define OF_MODEL(name)                                                                              \
@@ -36,14 +43,14 @@
     static bool find_##name(er_instance *instance, double *values)                                  \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_exchange_##found(instance, ways);                                                        \
+        er_indicate_##found(instance, ways);                                                        \
         memcpy(values, ways + (first), (size_t)(count) * sizeof *values);                           \
         return true;                                                                                \
     }                                                                                               \
     static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_exchange_##found##_along(instance, change, ways);                                        \
+        er_indicate_##found##_along(instance, change, ways);                                        \
         memcpy(derivatives, ways + (first), (size_t)(count) * sizeof *derivatives);                 \
         return true;                                                                                \
     }
@@ -308,4 +315,13 @@ bool er_block_along(er_instance *instance, int block, const er_change *change, d
     memcpy(derivatives, first_in(instance, block, change, own->along),
            (size_t)instance->interface.size[block] * sizeof *derivatives);
     return true;
+}
+
+double *er_block_value(er_instance *instance, unsigned reference)
+{
+    const er_block *block = er_block_of(&instance->interface, reference);
+    int entry = er_entry(&instance->interface, reference);
+    return er_is_computed(block)
+               ? (double *)((char *)&instance->model->memory.state + block->place) + entry
+               : er_input_at(instance, block->place, entry);
 }

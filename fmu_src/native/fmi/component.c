@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "log_categories.h"
+#include "exchange.h"
+#include "variables.h"
 
 static void log_text(const er_component *c, unsigned category, const char *text)
 {

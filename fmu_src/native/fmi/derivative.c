@@ -1,14 +1,19 @@
-/* Directional derivatives: how the outputs follow the inputs and parameters that the last step, or the
- * initial state, was computed from; and how they are a function of state and time.
- *
- * A step is computed again from where it began, with the sensitivities of its state carried along,
- * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
- */
+/* A step is computed again from where it began, with the sensitivities of its state carried along, for all entries of
+ * the wrench or of the command, say, at once.  They serve until the state changes. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "instance.h"
+#include "derivative.h"
+
+#include "../core/outputs/chain_motion.h"
+#include "../core/outputs/drive_outputs.h"
+#include "../core/model_drives.h"
+#include "../core/step/sensitivity.h"
+#include "../core/outputs/tangent.h"
+#include "exchange.h"
+#include "variables.h"
+#include "blocks.h"
 
 /* The first of the causes whose columns are computed together with those of one. */
 static er_cause first_beside(er_cause cause)

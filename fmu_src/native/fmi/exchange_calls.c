@@ -1,6 +1,10 @@
-#include "component.h"
+#include "exchange_calls.h"
 
 #include <math.h>
+
+#include "exchange.h"
+#include "variables.h"
+#include "blocks.h"
 
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
@@ -49,7 +53,7 @@ static bool set_states(er_instance *instance, const double *states, size_t count
                            (unsigned long)k + 1, er_shown(states[k], number)) ||
                    er_let_retry(&instance->failure);
     for (size_t k = 0; k < count; k++)
-        *er_instance_settable(instance, references[k]) = states[k];
+        *er_block_value(instance, references[k]) = states[k];
     instance->fresh = 0;
     return true;
 }

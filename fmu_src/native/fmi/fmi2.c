@@ -7,6 +7,10 @@
 #include "../io/file.h"
 #include "component.h"
 #include "log_categories.h"
+#include "derivative.h"
+#include "exchange_calls.h"
+#include "saved_state.h"
+#include "variables.h"
 
 const char *fmi2GetTypesPlatform(void)
 {

@@ -11,6 +11,9 @@
 #include "../io/file.h"
 #include "component.h"
 #include "log_categories.h"
+#include "derivative.h"
+#include "saved_state.h"
+#include "variables.h"
 
 const char *fmi3GetVersion(void)
 {

@@ -1,5 +1,6 @@
 /* The functions of FMI 3.0 beside co-simulation: for model exchange, and for what this FMU does not have. */
 #include "fmi3Functions.h"
+#include "exchange_calls.h"
 
 #include "component.h"
 

@@ -288,8 +288,7 @@ static void watch_rates(er_instance *instance)
 {
     const er_step_start *last = &instance->step_start[1 - instance->latest];
     const er_command *now = &instance->step_start[instance->latest].command;
-    int moved = -1, joints = instance->model->robot.joints;
-    unsigned reference = 0;
+    int moved = -1, joints = instance->model->robot.joints, block = 0;
     if (instance->model->memory.options.trajectory[0] != '\0' || instance->jumps > 1)
         return;
     for (int i = joints - 1; last->stepped && i >= 0; i--)
@@ -301,13 +300,13 @@ static void watch_rates(er_instance *instance)
     instance->jumps = moved < 0 ? 0 : instance->jumps + 1;
     if (instance->jumps < 2)
         return;
-    while (er_instance_settable(instance, reference) != &instance->inputs.command.q[moved])
-        reference++; /* inputs come first */
+    while (er_blocks[block].cause != ER_BY_Q)
+        block++;
     instance->warned = true;
     er_fail(&instance->failure, "%s: expected qd_cmd and qdd_cmd beside angles that change from step to step, got zero:"
             " each angle is held to the step's end, and the drive jumps to the next; set all three, or name the"
             " motion's file in trajectory",
-            instance->interface.name[reference]);
+            instance->interface.name[instance->interface.first[block] + moved]);
 }
 
 bool er_instance_step(er_instance *instance, double start, double size)

@@ -1,10 +1,11 @@
-/* States of an instance, which its master keeps, and brings back as they are or as bytes. */
-#include "component.h"
+#include "saved_state.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "../io/file.h"
+#include "../core/step/stepper.h"
+#include "exchange.h"
 
 /* All that an instance remembers: one flat block. */
 typedef struct {

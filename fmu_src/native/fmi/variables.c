@@ -4,22 +4,9 @@
 #include <string.h>
 
 #include "../io/file.h"
-#include "instance.h"
-
-/* The entry of inputs or parameters at a place in them. */
-static double *input_at(er_instance *instance, size_t place, int entry)
-{
-    return (double *)((char *)&instance->inputs + place) + entry;
-}
-
-double *er_instance_settable(er_instance *instance, unsigned reference)
-{
-    const er_block *block = er_block_of(&instance->interface, reference);
-    int entry = er_entry(&instance->interface, reference);
-    return er_is_computed(block)
-               ? (double *)((char *)&instance->model->memory.state + block->place) + entry
-               : input_at(instance, block->place, entry);
-}
+#include "variables.h"
+#include "exchange.h"
+#include "blocks.h"
 
 /* How many of some references, from the first on, follow one another in a block: its values lie so as well. */
 static size_t run_of(const er_interface *in, const unsigned *references, size_t count)
@@ -69,7 +56,7 @@ static bool get_run(er_instance *instance, unsigned first, size_t count, double 
 {
     int block = instance->interface.block[first];
     if (!er_is_computed(&er_blocks[block])) {
-        memcpy(values, er_instance_settable(instance, first), count * sizeof *values);
+        memcpy(values, er_block_value(instance, first), count * sizeof *values);
         return true;
     }
     if (!er_instance_require(instance, block))
@@ -130,7 +117,7 @@ bool er_instance_set_derivatives(er_instance *instance, const unsigned *referenc
     for (size_t i = 0; i < count; i++) {
         size_t place = er_block_of(&instance->interface, references[i])->rate;
         if (place > 0)
-            *input_at(instance, place, er_entry(&instance->interface, references[i])) = values[i];
+            *er_input_at(instance, place, er_entry(&instance->interface, references[i])) = values[i];
         else if (*ignored == NULL)
             *ignored = instance->interface.name[references[i]];
     }
@@ -185,7 +172,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
     for (size_t i = 0; i < count; i += run) {
         const er_block *block = er_block_of(interface, references[i]);
         run = run_of(interface, references + i, count - i);
-        memcpy(er_instance_settable(instance, references[i]), values + i, run * sizeof *values);
+        memcpy(er_block_value(instance, references[i]), values + i, run * sizeof *values);
         for (size_t k = i; block->watch != NULL && k < i + run; k++)
             block->watch(instance, (int)references[k]);
         if (block->kind == ER_TUNABLE)
