@@ -18,7 +18,16 @@ from coupling.fmu_export.compiler import SOURCES
 
 INCLUDE = re.compile(r'^#include "(?:[./\w]*/)?(\w+)\.h"', re.MULTILINE)
 # Each folder knows those above it in this list alone.
-FOLDERS = ("io", "core/chain", "core/elements", "core/load", "core/step", "core/outputs", "core", "fmi")
+FOLDERS = (
+    "io",
+    "core/chain",
+    "core/elements",
+    "core/load",
+    "core/step",
+    "core/outputs",
+    "core",
+    "fmi",
+)
 
 
 def folder(file: Path) -> str:
@@ -76,4 +85,6 @@ def test_folders_call_and_include_those_below_them_alone():
 def test_a_file_of_the_core_has_a_header_of_its_name():
     """Or is the kernel, written for several widths behind one header."""
     for file in SOURCES.glob("core/**/*.c"):
-        assert file.with_suffix(".h").is_file() or file.stem in {"kernel_plain", "kernel_avx2"}, file
+        assert file.with_suffix(".h").is_file() or file.stem in {"kernel_plain", "kernel_avx2"}, (
+            file
+        )

@@ -1,4 +1,4 @@
-#include "file.h"
+#include "lines.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -13,31 +13,9 @@
 #define MOST_CHARACTERS 800
 #define MOST_EXPONENT 100000
 
-static const double power_of_ten[EXACT_POWER + 1] = {
-    1e0,
-    1e1,
-    1e2,
-    1e3,
-    1e4,
-    1e5,
-    1e6,
-    1e7,
-    1e8,
-    1e9,
-    1e10,
-    1e11,
-    1e12,
-    1e13,
-    1e14,
-    1e15,
-    1e16,
-    1e17,
-    1e18,
-    1e19,
-    1e20,
-    1e21,
-    1e22,
-};
+static const double power_of_ten[EXACT_POWER + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
 typedef struct {
     const char *point; /* of the decimal point, or NULL */

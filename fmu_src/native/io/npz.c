@@ -1,13 +1,11 @@
-/* Arrays from NumPy's NPZ, a zip archive of .npy files, stored or deflated.
- *
- * The header of an array is a text: {'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }.
- */
-#include "table_file.h"
+#include "npz.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "zip.h"
 
 typedef struct {
     char kind;     /* of an entry: 'f', 'i', 'u', 'U' .. */
@@ -123,7 +121,6 @@ static bool parse_header(npy_header *header, const char *text, size_t length)
 /* One array: its bytes and what the header says of them. */
 typedef struct {
     const unsigned char *content; /* the whole .npy */
-    unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
     const unsigned char *data;
     size_t bytes;
     npy_header header;
@@ -133,7 +130,7 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
                        array *a, er_failure *failure)
 {
     size_t content_size = 0, prefix, length;
-    a->content = er_zip_member(archive, size, file, &content_size, &a->unpacked, failure);
+    a->content = er_zip_member(archive, size, file, &content_size, failure);
     if (a->content == NULL)
         return false;
     if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 ||
@@ -239,7 +236,7 @@ static bool is_number(const npy_header *header)
 }
 
 /* Whether the table lies in the file as this machine keeps it. */
-static bool is_own(const npy_header *header)
+static bool is_native(const npy_header *header)
 {
     const double one = 1.0;
     unsigned char bytes[sizeof one];
@@ -248,16 +245,7 @@ static bool is_own(const npy_header *header)
            header->big == (bytes[0] != 0);
 }
 
-/* Puts the table at the start of the memory that it was read into, which is the table's then. */
-static void take_over(er_data_table *table, array *a, void *memory)
-{
-    memmove(memory, a->data, a->bytes);
-    table->data = memory;
-    if (memory == a->unpacked)
-        a->unpacked = NULL;
-}
-
-static bool take_data(er_data_table *table, array *a, void *spare, er_failure *failure)
+static bool take_data(er_data_table *table, const array *a, void *spare, er_failure *failure)
 {
     size_t rows = (size_t)a->header.shape[0], columns = (size_t)a->header.shape[1];
     if (!is_number(&a->header) || a->header.axes != 2)
@@ -270,8 +258,8 @@ static bool take_data(er_data_table *table, array *a, void *spare, er_failure *f
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
-    if (is_own(&a->header) && (a->unpacked != NULL || spare != NULL)) {
-        take_over(table, a, a->unpacked != NULL ? a->unpacked : spare);
+    if (is_native(&a->header) && spare != NULL) {
+        table->data = memmove(spare, a->data, a->bytes);
         return true;
     }
     table->data = malloc(rows * columns * sizeof *table->data);
@@ -288,11 +276,7 @@ bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t siz
                   er_failure *failure)
 {
     array columns = {0}, data = {0};
-    bool good = open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
-                take_names(table, &columns, failure) &&
-                open_array(archive, size, "data", "data.npy", &data, failure) &&
-                take_data(table, &data, spare, failure);
-    free(columns.unpacked);
-    free(data.unpacked);
-    return good;
+    return open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
+           take_names(table, &columns, failure) && open_array(archive, size, "data", "data.npy", &data, failure) &&
+           take_data(table, &data, spare, failure);
 }

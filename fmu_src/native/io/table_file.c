@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "file.h"
+#include "npz.h"
+#include "lines.h"
 
 /* Longest number that is read: all that can tell two doubles apart. */
 #define MOST_DIGITS 800

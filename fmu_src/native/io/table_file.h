@@ -25,11 +25,6 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure);
 bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
                     er_failure *failure);
 
-/* The same of NPZ: the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory.
- * `spare`: that memory, where it is from malloc and the table's data may be kept in it, or NULL. */
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
-                  er_failure *failure);
-
 void er_table_free(er_data_table *table);
 
 /* Number of the column with a name, and how many of them there are. */
@@ -44,24 +39,6 @@ static inline bool er_is_blank(char c)
 static inline char er_printable(char c)
 {
     return c >= ' ' && c <= '~' ? c : '?';
-}
-
-/* Members of a zip archive in memory, stored or deflated (PKWARE, APPNOTE.TXT).
- *
- * The content of one, with its checksum verified; NULL with the reason if it is not there or broken.
- * It lies in the archive, or in `unpacked`, which is to be freed in any case.  Nothing is allocated that
- * the archive's own size does not bear out. */
-const unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
-                                   size_t *content_size, unsigned char **unpacked,
-                                   er_failure *failure);
-
-/* An unsigned number of some bytes, the least significant first. */
-static inline uint64_t er_little(const unsigned char *at, int bytes)
-{
-    uint64_t value = 0;
-    while (bytes-- > 0)
-        value = value << 8 | at[bytes];
-    return value;
 }
 
 #endif

@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-#include "../../io/file.h"
+#include "../../io/lines.h"
 
 /* Numerical settings, the same for the model in Python: elastic_robot/settings.py says what each is.
  *
