@@ -58,7 +58,8 @@ def _member(archive: bytes, name: str) -> bytes:
             ) from None
     if info.compress_type != zipfile.ZIP_STORED:
         raise ValueError(
-            f"the archive's member {name}.npy is compressed: write it with numpy.savez, not savez_compressed"
+            f"the archive's member {name}.npy is compressed: write it with numpy.savez,"
+            " not savez_compressed"
         )
     raise ValueError(f"the archive's member {name}.npy is broken")
 

@@ -160,7 +160,7 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     "flipped.npz": (_flipped(npz(), b"data.npy"), "data.npy is damaged: its checksum is another"),
     "compressed.npz": (
         npz(compressed=True),
-        "the archive's member columns.npy is compressed: write it with numpy.savez, not savez_compressed",
+        "the archive's member columns.npy is compressed: write it with numpy.savez, not",
     ),
     "encrypted.npz": (_encrypted(), "the archive's member columns.npy is broken"),
     "claimed.npz": (_claimed(1 << 31), "the archive's member columns.npy is broken"),

@@ -23,7 +23,7 @@ def _trajectory(core: Core, path, n: int) -> None:
 
 
 def test_trajectories_agree_with_python(example, tmp_path):
-    """Quintic Hermite and clamped cubic, from CSV and NPZ, by rows and columns, with columns in any order."""
+    """Quintic Hermite and clamped cubic, from CSV and NPZ by rows and by columns, in any order."""
     rng = np.random.default_rng(2)
     time = np.cumsum(rng.uniform(0.01, 0.1, 40))
     time -= time[0]
