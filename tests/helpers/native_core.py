@@ -35,7 +35,17 @@ def library() -> ctypes.CDLL:
     lib.probe_next_kink.restype = ctypes.c_double
     lib.probe_newton.restype = ctypes.c_double
     lib.probe_contact.restype = ctypes.c_long
-    for name in ("reset", "step", "outputs", "run", "drives", "read", "parse", "uri"):
+    for name in (
+        "reset",
+        "step",
+        "outputs",
+        "run",
+        "drives",
+        "read",
+        "parse",
+        "uri",
+        "watch_growth",
+    ):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
@@ -182,6 +192,10 @@ class Core:
             self._model, ctypes.c_double(end), _array(np.array(q)), _load(load)
         )
         self._require(done)
+
+    def watch_growth(self) -> bool:
+        """Have the growth of a small shift watched from now on; whether one has grown beyond measure."""
+        return self._lib.probe_watch_growth(self._model)
 
     def spring_of_matrices(self) -> np.ndarray:
         """Stiffness of the contact spring in the matrices of Newton's method: xx, xy, xz, yy, yz, zz."""

@@ -304,6 +304,13 @@ long probe_contact(const er_model *model, double *wrench, double *depth)
     return model->work.made;
 }
 
+/* Has the growth of a small shift of the state watched; whether one has grown. */
+bool probe_watch_growth(er_model *model)
+{
+    model->watches_growth = true;
+    return model->growth.has_grown;
+}
+
 /* Stiffness of the contact spring in the matrices of Newton's method. */
 void probe_spring_of_matrices(const er_model *model, double *stiffness)
 {

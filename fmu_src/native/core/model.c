@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "outputs/drive_outputs.h"
+#include "growth.h"
 #include "model_drives.h"
 #include "step/newton.h"
 #include "step/sensitivity.h"
@@ -131,6 +132,7 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     memory->origin = origin;
+    memset(&model->growth, 0, sizeof model->growth);
     memset(&memory->past, 0, sizeof memory->past);
     drives = er_model_drives(model, 0.0, 0.0, command);
     if (!er_model_find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
@@ -165,6 +167,7 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
                                                  memory->trajectory_fingerprint, failure))
         return false;
     er_memory_copy(&model->robot, &model->memory, memory);
+    model->growth.is_carried = false;
     if (computed)
         derive(model);
     return true;
@@ -194,9 +197,9 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
                    acceleration);
 }
 
-/* Moves a state on; it is of no use if that fails. */
+/* Moves a state on, `exact` to rounding; it is of no use if that fails. */
 static bool move_to(er_model *model, er_state *state, double end, const er_drives *drives,
-                    const er_load *load, const er_held *held, er_failure *failure)
+                    const er_load *load, const er_held *held, bool exact, er_failure *failure)
 {
     const double start = state->time;
     er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
@@ -212,12 +215,12 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
         memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
-    if (system.contacting || model->work.sensitivity != NULL) {
+    if (system.contacting || exact) {
         finer = model->means;
         if (system.contacting) /* it enlarges errors as a backlash does */
             finer.tolerance = fmin(finer.tolerance, model->memory.options.tolerance /
                                                         model->robot.settings.tcp_per_local_error_with_backlash);
-        if (model->work.sensitivity != NULL)
+        if (exact)
             finer.iteration = EXACT_ITERATION / finer.tolerance;
         means = &finer;
     }
@@ -248,18 +251,24 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     const double start = state->time;
     er_drives drives = er_model_drives(model, start, end, command);
     er_held held = model->memory.held;
-    bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
+    bool still = model->memory.options.quasistatic || model->robot.elastics == 0, good;
     er_state_copy(&model->robot, began, state);
     memcpy(held.torque, command->torque, sizeof held.torque);
     if (!er_model_find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
-    if (!(still ? rest_at(model, &held, failure)
-                : move_to(model, state, end, &drives, load, &held, failure))) {
+    if (!still && er_growth_begin(model))
+        model->work.sensitivity = &model->sensitivity;
+    good = still ? rest_at(model, &held, failure) : move_to(model, state, end, &drives, load, &held, false, failure);
+    model->work.sensitivity = NULL;
+    if (!good) {
         er_state_copy(&model->robot, state, began);
+        model->growth.is_carried = false;
         return false;
     }
     if (still)
         er_state_start(state, &model->robot, &model->gears, end);
+    else
+        er_growth_end(model, end - start, model->work.crossings);
     if (model->memory.options.drive == ER_TORQUE)
         for (int d = 0; d < model->robot.motors; d++) {
             held.q[model->robot.motor[d].joint] = state->motors.angle[d];
@@ -286,7 +295,7 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     drives = er_model_drives(model, state->time, end, command);
     model->work.sensitivity = &model->sensitivity;
     good = er_model_find_held(model, &drives, end, load, end - state->time, &held, failure) &&
-           move_to(model, &moved, end, &drives, load, &held, failure);
+           move_to(model, &moved, end, &drives, load, &held, true, failure);
     model->work.sensitivity = NULL;
     model->memory.past = latest;
     return good;

@@ -176,8 +176,10 @@ bool er_component_step(er_component *c, double start, double size)
 {
     if (c != NULL && c->robot->exchange.on)
         return er_component_refuse(c, "a step is asked for; this instance was made for model exchange");
-    if (!er_component_may(c, ER_CALL_STEP) ||
-        !er_component_tried(c, er_instance_step(c->robot, start, size)))
+    if (!er_component_may(c, ER_CALL_STEP))
+        return false;
+    c->robot->model->watches_growth = c->log.function != NULL && (c->log.categories & ER_LOG_WARNING) != 0;
+    if (!er_component_tried(c, er_instance_step(c->robot, start, size)))
         return false;
     if (c->robot->warned) /* in the log only: some masters stop at a step that is not OK */
         tell_log(c, ER_LOG_WARNING, c->robot->failure.text);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../core/growth.h"
 #include "../io/file.h"
 
 /* The file holds the robot and, behind it, the variables. */
@@ -309,11 +310,27 @@ static void watch_rates(er_instance *instance)
             instance->interface.name[instance->interface.first[block] + moved]);
 }
 
+/* A motion that is chaotic is told of once; `before`: it had been. */
+static void watch_growth(er_instance *instance, bool before)
+{
+    const er_model *model = instance->model;
+    char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
+    if (before || !model->growth.has_grown)
+        return;
+    instance->warned = true;
+    er_fail(&instance->failure, "the motion from %s to %s s: expected small errors to stay small, got gears or a contact whose"
+            " rattling makes one grow more than %g times, so that tcp_tolerance does not bound the error and rounding"
+            " decides on the path: check damping and backlash",
+            er_shown(model->memory.origin + model->growth.since, other), er_shown(instance->progress.time, number),
+            ER_MOST_GROWTH);
+}
+
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end;
+    const bool grown = instance->model->growth.has_grown;
     instance->warned = false;
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
@@ -333,5 +350,6 @@ bool er_instance_step(er_instance *instance, double start, double size)
     progress->time = start + size;
     instance->fresh = 0;
     watch_rates(instance);
+    watch_growth(instance, grown);
     return true;
 }

@@ -71,6 +71,14 @@ typedef struct {
     er_links links;
 } er_free_motion;
 
+/* How a small shift of the state grows (growth.c); the shift is a column of the sensitivity. */
+typedef struct {
+    double recent;  /* crossings of late */
+    bool is_carried; /* the shift follows the motion */
+    double since;   /* [s] */
+    bool has_grown; /* beyond all measure, until the next reset */
+} er_growth;
+
 typedef struct {
     er_robot robot;
     er_memory memory;
@@ -87,6 +95,8 @@ typedef struct {
     er_gears gears;
     er_workspace work;
     er_sensitivity sensitivity; /* of the present state, for derivatives */
+    bool watches_growth;        /* somebody wants to hear of it */
+    er_growth growth;
     er_turns turns;
     er_posture posture[2];      /* elastic and rigid, that were asked for last */
     er_free_motion free;        /* of the present state, for model exchange */

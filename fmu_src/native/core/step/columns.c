@@ -23,6 +23,7 @@ static int columns_of(const er_robot *robot, er_cause cause)
     case ER_BY_QDD: return robot->joints;
     case ER_BY_FRICTION:
     case ER_BY_TORQUE: return robot->motors;
+    case ER_BY_START: return 1;
     default: return robot->elastics;
     }
 }

@@ -7,7 +7,8 @@
 /* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
  * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
  * damping, backlash and hysteresis of each entry of x;
- * friction and torque of each motor, which move nothing under ideal drives. */
+ * friction and torque of each motor, which move nothing under ideal drives; and a shift of the state that is none of
+ * these. */
 typedef enum {
     ER_BY_WRENCH,
     ER_BY_Q,
@@ -26,13 +27,14 @@ typedef enum {
     ER_BY_HYSTERESIS,
     ER_BY_FRICTION,
     ER_BY_TORQUE,
+    ER_BY_START,
     ER_CAUSES
 } er_cause;
 
 enum { ER_CONTACT_ENTRIES = 8 }; /* normal included */
 enum {
     ER_MAX_DIRECTIONS = 2 * 6 + 3 * ER_MAX_JOINTS + 2 * 3 + ER_SYMMETRIC + ER_CONTACT_ENTRIES + 3 +
-    4 * ER_MAX_ANGLES + 2 * ER_MAX_JOINTS
+    4 * ER_MAX_ANGLES + 2 * ER_MAX_JOINTS + 1
 };
 
 /* The first column of a cause; of ER_CAUSES the number of columns. */

@@ -219,8 +219,10 @@ void er_take_crossing(const er_run *r, er_state *state, const er_step *step, con
     case ER_AT_RELEASE: change_servo(r, state, step, crossing); break;
     }
     settle(r, state);
-    if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT)
+    if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT) {
+        r->work->crossings++;
         state->step = fmin(r->settings->first_step, state->step);
+    }
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)

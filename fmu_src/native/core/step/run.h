@@ -102,6 +102,7 @@ typedef struct {
     double tries; /* of a step that are left before the integration is given up */
     double price; /* of one, in tries */
     long made;    /* tries since the integration began */
+    long crossings; /* of backlashes and contacts, since then */
     double shortest; /* step before the integration is given up [s] */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;

@@ -179,6 +179,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     work->shortest = fmin(shortest, PART_OF_SHORT * length);
     work->tries = most_tries(settings, means->tolerance, length);
     work->made = 0;
+    work->crossings = 0;
     er_linearise_as(&r, state);
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
