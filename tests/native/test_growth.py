@@ -1,4 +1,4 @@
-"""Whether small errors stay small: a motion that rattles itself into chaos is told of, others are not."""
+"""Whether small errors stay small: a motion that rattles itself into chaos is told of, others not."""
 
 from __future__ import annotations
 

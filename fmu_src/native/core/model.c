@@ -46,7 +46,7 @@ void er_model_free(er_model *model)
 }
 
 /* Derives gears and means from options and parameters. */
-static void derive(er_model *model)
+static void derive_gears(er_model *model)
 {
     const er_options *options = &model->memory.options;
     const er_parameters *parameters = &model->memory.parameters;
@@ -130,7 +130,7 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
-    derive(model);
+    derive_gears(model);
     memory->origin = origin;
     memset(&model->growth, 0, sizeof model->growth);
     memset(&memory->past, 0, sizeof memory->past);
@@ -156,7 +156,7 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     if (memcmp(&model->memory.parameters, parameters, sizeof *parameters) == 0)
         return; /* the integration goes on as it was */
     model->memory.parameters = *parameters;
-    derive(model);
+    derive_gears(model);
     er_state_start(state, &model->robot, &model->gears, state->time);
     er_stops_limit(&model->robot, &state->stops);
 }
@@ -169,7 +169,7 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
     er_memory_copy(&model->robot, &model->memory, memory);
     model->growth.is_carried = false;
     if (computed)
-        derive(model);
+        derive_gears(model);
     return true;
 }
 
@@ -198,7 +198,7 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
 }
 
 /* Moves a state on, `exact` to rounding; it is of no use if that fails. */
-static bool move_to(er_model *model, er_state *state, double end, const er_drives *drives,
+static bool advance_state(er_model *model, er_state *state, double end, const er_drives *drives,
                     const er_load *load, const er_held *held, bool exact, er_failure *failure)
 {
     const double start = state->time;
@@ -229,7 +229,7 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
 }
 
 /* What a step that has been taken leaves to the next one; quasi-static robots have no memory. */
-static void remember(er_model *model, double length, const er_command *command)
+static void remember_step(er_model *model, double length, const er_command *command)
 {
     const er_memory *memory = &model->memory;
     er_past *past = &model->memory.past;
@@ -258,7 +258,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
         return false;
     if (!still && er_growth_begin(model))
         model->work.sensitivity = &model->sensitivity;
-    good = still ? rest_at(model, &held, failure) : move_to(model, state, end, &drives, load, &held, false, failure);
+    good = still ? rest_at(model, &held, failure) : advance_state(model, state, end, &drives, load, &held, false, failure);
     model->work.sensitivity = NULL;
     if (!good) {
         er_state_copy(&model->robot, state, began);
@@ -275,7 +275,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
             held.qd[model->robot.motor[d].joint] = state->motors.rate[d];
         }
     model->memory.held = held;
-    remember(model, end - start, command);
+    remember_step(model, end - start, command);
     return true;
 }
 
@@ -285,17 +285,17 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     const er_past latest = model->memory.past;
     er_drives drives;
     er_held held = model->memory.held;
-    er_state moved;
+    er_state end_state;
     bool good;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
-    er_state_copy(&model->robot, &moved, state);
-    memset(&moved.linearisation, 0, sizeof moved.linearisation);
+    er_state_copy(&model->robot, &end_state, state);
+    memset(&end_state.linearisation, 0, sizeof end_state.linearisation);
     model->memory.past = *past;
     drives = er_model_drives(model, state->time, end, command);
     model->work.sensitivity = &model->sensitivity;
     good = er_model_find_held(model, &drives, end, load, end - state->time, &held, failure) &&
-           move_to(model, &moved, end, &drives, load, &held, true, failure);
+           advance_state(model, &end_state, end, &drives, load, &held, true, failure);
     model->work.sensitivity = NULL;
     model->memory.past = latest;
     return good;

@@ -89,7 +89,7 @@ static bool find_acceleration(er_instance *instance, double *values)
     memset(values, 0, size);
     if (model->memory.options.quasistatic)
         return true;
-    if (!er_free_motion_find(model))
+    if (!er_free_motion_solve(model))
         return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
                                            " singular");
     memcpy(values, model->free.acceleration, size);
@@ -191,9 +191,9 @@ static void watch_limits(er_instance *instance, int reference)
     unsigned bit = 1u << i;
     char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT];
     if (q >= limit[0] && q <= limit[1]) {
-        instance->beyond &= ~bit;
-    } else if ((instance->beyond & bit) == 0) {
-        instance->beyond |= bit;
+        instance->over_limit &= ~bit;
+    } else if ((instance->over_limit & bit) == 0) {
+        instance->over_limit |= bit;
         instance->warned = true;
         er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
                 interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
@@ -295,24 +295,24 @@ static const double *first_in(const er_instance *instance, int block, const void
 
 bool er_block_find(er_instance *instance, int block, double *values)
 {
-    const er_block *own = &er_blocks[block];
+    const er_block *row = &er_blocks[block];
     const er_state *state = &instance->model->memory.state;
-    if (own->find != NULL)
-        return own->find(instance, values);
-    memcpy(values, first_in(instance, block, state, own->place),
+    if (row->find != NULL)
+        return row->find(instance, values);
+    memcpy(values, first_in(instance, block, state, row->place),
            (size_t)instance->interface.size[block] * sizeof *values);
     return true;
 }
 
 bool er_block_along(er_instance *instance, int block, const er_change *change, double *derivatives)
 {
-    const er_block *own = &er_blocks[block];
-    if (own->differentiate != NULL)
-        return own->differentiate(instance, change, derivatives);
-    if (own->place == 0)
+    const er_block *row = &er_blocks[block];
+    if (row->differentiate != NULL)
+        return row->differentiate(instance, change, derivatives);
+    if (row->place == 0)
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
                        instance->interface.name[instance->interface.first[block]]);
-    memcpy(derivatives, first_in(instance, block, change, own->along),
+    memcpy(derivatives, first_in(instance, block, change, row->along),
            (size_t)instance->interface.size[block] * sizeof *derivatives);
     return true;
 }

@@ -8,7 +8,7 @@
 #include "exchange.h"
 #include "variables.h"
 
-static void log_text(const er_component *c, unsigned category, const char *text)
+static void send_to_log(const er_component *c, unsigned category, const char *text)
 {
     int status = category == ER_LOG_EVENTS    ? ER_OK
                  : category == ER_LOG_WARNING ? ER_WARNING
@@ -22,12 +22,12 @@ static bool tell_log(const er_component *c, unsigned category, const char *text)
 {
     if ((c->log.categories & category) == 0 || c->log.function == NULL)
         return false;
-    log_text(c, category, text);
+    send_to_log(c, category, text);
     return true;
 }
 
 /* Without the master's log, stderr. */
-static void tell(const er_component *c, unsigned category, const char *text)
+static void tell_log_or_stderr(const er_component *c, unsigned category, const char *text)
 {
     if (!tell_log(c, category, text)) {
         fprintf(stderr, "%s: %s\n", c->name, text);
@@ -50,10 +50,10 @@ er_component *er_component_create(const char *name, er_log log, er_instance *rob
     c->robot = robot;
     if (robot != NULL)
         return c;
-    tell(c, ER_LOG_ERROR, failure->text);
+    tell_log_or_stderr(c, ER_LOG_ERROR, failure->text);
     /* The master's log is told in any case: fmi2Instantiate and fmi3Instantiate.. ask for it. */
     if (log.function != NULL && (log.categories & ER_LOG_ERROR) == 0)
-        log_text(c, ER_LOG_ERROR, failure->text);
+        send_to_log(c, ER_LOG_ERROR, failure->text);
     er_component_free(c);
     return NULL;
 }
@@ -71,7 +71,7 @@ bool er_component_refuse(er_component *c, const char *text)
     if (c == NULL)
         return false;
     c->discards = false;
-    tell(c, ER_LOG_ERROR, text);
+    tell_log_or_stderr(c, ER_LOG_ERROR, text);
     return false;
 }
 
@@ -98,7 +98,7 @@ bool er_component_tried(er_component *c, bool good)
     if (good)
         return true;
     c->discards = c->robot->failure.may_retry;
-    tell(c, c->discards ? ER_LOG_DISCARD : ER_LOG_ERROR, c->robot->failure.text);
+    tell_log_or_stderr(c, c->discards ? ER_LOG_DISCARD : ER_LOG_ERROR, c->robot->failure.text);
     return false;
 }
 
@@ -146,7 +146,7 @@ bool er_component_enter(er_component *c)
     return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
 }
 
-static const char *chosen(er_instance *robot, int string)
+static const char *chosen_option(er_instance *robot, int string)
 {
     const char *text;
     er_instance_get_string(robot, (unsigned)(robot->interface.reals + string), &text);
@@ -166,8 +166,8 @@ bool er_component_exit(er_component *c)
     pass_warning_on(c);
     robot = c->robot;
     er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; tolerance %s m at the TCP",
-            er_shown(robot->progress.time, number), chosen(robot, ER_MODE), chosen(robot, ER_INITIAL_STATE),
-            chosen(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
+            er_shown(robot->progress.time, number), chosen_option(robot, ER_MODE), chosen_option(robot, ER_INITIAL_STATE),
+            chosen_option(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
     tell_log(c, ER_LOG_EVENTS, text.text);
     return true;
 }

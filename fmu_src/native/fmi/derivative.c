@@ -39,7 +39,7 @@ static void start_columns(er_model *model, er_cause first, const er_step_start *
 }
 
 /* The block of a real; NULL for other references. */
-static const er_block *block_of(const er_instance *instance, unsigned reference)
+static const er_block *block_of_real(const er_instance *instance, unsigned reference)
 {
     bool real = reference < (unsigned)instance->interface.reals;
     return real ? er_block_of(&instance->interface, reference) : NULL;
@@ -48,7 +48,7 @@ static const er_block *block_of(const er_instance *instance, unsigned reference)
 /* In initialisation mode states are unknowns. */
 static bool is_known(const er_instance *instance, unsigned reference)
 {
-    const er_block *block = block_of(instance, reference);
+    const er_block *block = block_of_real(instance, reference);
     if (block == NULL)
         return reference == er_time_reference(&instance->interface);
     return block->kind == ER_INPUT || block->kind == ER_TUNABLE ||
@@ -69,7 +69,7 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
 {
     char text[ER_NAME];
     for (size_t i = 0; i < unknown_count; i++) {
-        const er_block *block = block_of(instance, unknowns[i]);
+        const er_block *block = block_of_real(instance, unknowns[i]);
         if (block == NULL || !er_is_computed(block))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
                            " %s", name_of(instance, unknowns[i], text));
@@ -255,7 +255,7 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
 }
 
 /* The change of drives, load, state and parameters that a seed makes. */
-static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
+static bool gather_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change)
 {
     er_change_nothing(&instance->model->robot, change);
@@ -295,7 +295,7 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
-    if (!find_change(instance, knowns, known_count, seed, &change))
+    if (!gather_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
         int block = instance->interface.block[unknowns[i]];

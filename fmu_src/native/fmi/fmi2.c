@@ -23,14 +23,14 @@ const char *fmi2GetVersion(void)
 }
 
 /* Masters format messages like printf, and # begins the reference of a variable. */
-static void tell(const er_component *c, int status, const char *category, const char *text)
+static void tell_fmi2(const er_component *c, int status, const char *category, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "%#", escaped);
     ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name, (fmi2Status)status, category, escaped);
 }
 
-static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, er_failure *failure)
+static er_instance *create_for_fmi2(fmi2Type type, fmi2String guid, fmi2String location, er_failure *failure)
 {
     char *file = er_path_from_uri(location, ER_ROBOT_FILE);
     er_instance *robot = NULL;
@@ -51,14 +51,14 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    er_log log = {tell, NULL, NULL, logging != fmi2False ? ER_LOG_ALL : 0};
+    er_log log = {tell_fmi2, NULL, NULL, logging != fmi2False ? ER_LOG_ALL : 0};
     er_failure failure;
     (void)visible;
     if (functions != NULL) {
         log.function = (void (*)(void))functions->logger;
         log.environment = functions->componentEnvironment;
     }
-    return er_component_create(name, log, create(type, guid, location, &failure), &failure);
+    return er_component_create(name, log, create_for_fmi2(type, guid, location, &failure), &failure);
 }
 
 void fmi2FreeInstance(fmi2Component c)
@@ -224,7 +224,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 }
 
 /* Whether a status is one that is there; the others are those of steps that are still under way. */
-static fmi2Status known(er_component *c, bool there, const void *value)
+static fmi2Status status_of_request(er_component *c, bool there, const void *value)
 {
     if (!er_component_may_step(c, ER_CALL_RESULT) || !er_component_given(c, 1, value, value))
         return fmi2Error;
@@ -237,7 +237,7 @@ static fmi2Status known(er_component *c, bool there, const void *value)
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
-    fmi2Status answer = known(c, false, value);
+    fmi2Status answer = status_of_request(c, false, value);
     (void)kind;
     if (answer == fmi2Discard)
         *value = fmi2OK;
@@ -247,7 +247,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
 {
     er_component *c = instance;
-    fmi2Status answer = known(c, kind == fmi2LastSuccessfulTime, value);
+    fmi2Status answer = status_of_request(c, kind == fmi2LastSuccessfulTime, value);
     if (answer == fmi2OK)
         *value = c->robot->progress.time;
     return answer;
@@ -256,12 +256,12 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
 {
     (void)kind;
-    return known(c, false, value);
+    return status_of_request(c, false, value);
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    fmi2Status answer = known(c, kind == fmi2Terminated, value);
+    fmi2Status answer = status_of_request(c, kind == fmi2Terminated, value);
     if (answer != fmi2Error)
         *value = fmi2False;
     return answer;
@@ -270,7 +270,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)kind;
-    return known(c, false, value);
+    return status_of_request(c, false, value);
 }
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "../core/outputs/chain_motion.h"
+#include "../core/step/events.h"
 #include "../core/outputs/drive_outputs.h"
 
 /* The bends of a torsion's curve, and how far behind them a piece ends. */
@@ -11,7 +12,7 @@ double er_indicate_torsion(const er_instance *instance, int torsion, er_bends *b
     const er_model *model = instance->model;
     int k = instance->interface.torsion[torsion];
     er_bends_find(&model->gears, k, bends);
-    return er_gear_slack(&model->gears, &model->robot.settings, k, model->means.tolerance);
+    return er_events[ER_AT_EDGE].slack(&model->robot, &model->gears, model->means.tolerance, k, 0);
 }
 
 /* The bends of a torsion's curve, the piece that counts, and how far behind them it ends. */
@@ -52,27 +53,28 @@ void er_indicate_bends_along(const er_instance *instance, const er_change *along
 }
 
 /* Whether an element is that of a motor that does not move by itself. */
-static bool is_idle(const er_model *model, int j)
+static bool is_idle_element(const er_model *model, int j)
 {
     return j >= model->robot.elements + er_model_motors(model);
 }
 
 /* Rate of the coordinate of an element [rad/s]. */
-static double rate_of(const er_robot *robot, const double *v, const double *motors, int j)
+static double element_rate(const er_robot *robot, const double *v, const double *motors, int j)
 {
     return j < robot->elements ? v[robot->element[j].coordinate] : motors[j - robot->elements];
 }
 
 /* How far behind their slip angle, or a reversal, elements change [rad]; not before the master integrates. */
-static double slip_slack(const er_instance *instance, int j)
+static double element_slack(const er_instance *instance, int j)
 {
     const er_model *model = instance->model;
     const er_robot *robot = &model->robot;
+    const int k = robot->element[j].coordinate;
     if (!er_exchange_runs(instance))
         return 0.0;
     if (model->memory.state.stops.slipping[j] == 0)
-        return er_stop_slack(robot, j, model->means.tolerance);
-    return ER_REVERSAL_TIME * er_reversal_slack(robot, robot->element[j].coordinate, model->means.tolerance);
+        return er_events[ER_AT_SLIP].slack(robot, &model->gears, model->means.tolerance, k, j);
+    return ER_REVERSAL_TIME * er_events[ER_AT_REVERSAL].slack(robot, &model->gears, model->means.tolerance, k, j);
 }
 
 void er_indicate_slips(const er_instance *instance, double *ways)
@@ -81,13 +83,13 @@ void er_indicate_slips(const er_instance *instance, double *ways)
     const er_robot *robot = &instance->model->robot;
     for (int j = 0; j < er_all_elements(robot); j++) {
         int direction = state->stops.slipping[j];
-        if (is_idle(instance->model, j))
+        if (is_idle_element(instance->model, j))
             ways[j] = 1.0;
         else if (direction == 0)
-            ways[j] = slip_slack(instance, j) + (robot->element[j].angle - fabs(state->stops.elongation[j]));
+            ways[j] = element_slack(instance, j) + (robot->element[j].angle - fabs(state->stops.elongation[j]));
         else
-            ways[j] = slip_slack(instance, j) +
-                      direction * rate_of(robot, state->v, state->motors.rate, j) * ER_REVERSAL_TIME;
+            ways[j] = element_slack(instance, j) +
+                      direction * element_rate(robot, state->v, state->motors.rate, j) * ER_REVERSAL_TIME;
     }
 }
 
@@ -96,12 +98,12 @@ void er_indicate_slips_along(const er_instance *instance, const er_change *chang
     const er_stops *stops = &instance->model->memory.state.stops;
     const er_robot *robot = &instance->model->robot;
     for (int j = 0; j < er_all_elements(robot); j++) {
-        if (is_idle(instance->model, j))
+        if (is_idle_element(instance->model, j))
             ways[j] = 0.0;
         else if (stops->slipping[j] == 0)
             ways[j] = -copysign(1.0, stops->elongation[j]) * change->elongation[j];
         else
-            ways[j] = stops->slipping[j] * rate_of(robot, change->v, change->motors.rate, j) * ER_REVERSAL_TIME;
+            ways[j] = stops->slipping[j] * element_rate(robot, change->v, change->motors.rate, j) * ER_REVERSAL_TIME;
     }
 }
 

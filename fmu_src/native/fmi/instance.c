@@ -102,7 +102,7 @@ void er_instance_reset(er_instance *instance)
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
-    instance->beyond = 0;
+    instance->over_limit = 0;
     instance->jumps = 0;
     instance->warned = false;
     instance->fresh = 0;
@@ -144,13 +144,13 @@ bool er_instance_require_before_stop(er_instance *instance, double time)
  * usual one. */
 static double tcp_tolerance(const er_instance *instance)
 {
-    const er_tolerance *known = &instance->interface.tolerance;
-    double told = instance->progress.tolerance;
+    const er_tolerance *tolerance = &instance->interface.tolerance;
+    double master_end = instance->progress.tolerance;
     if (instance->inputs.tcp_tolerance > 0.0)
         return instance->inputs.tcp_tolerance;
-    if (told == 0.0)
-        return known->usual;
-    return fmin(fmax(known->usual * (told / known->relative), known->least), known->most);
+    if (master_end == 0.0)
+        return tolerance->usual;
+    return fmin(fmax(tolerance->usual * (master_end / tolerance->relative), tolerance->least), tolerance->most);
 }
 
 const er_step_start *er_step_start_of(const er_instance *instance)
@@ -245,7 +245,7 @@ static bool require_load(er_instance *instance)
            er_contact_require(&instance->inputs.load.contact, &instance->failure);
 }
 
-static bool move(er_instance *instance, double end)
+static bool advance(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     er_step_start *next = &instance->step_start[1 - instance->latest];
@@ -259,13 +259,13 @@ static bool move(er_instance *instance, double end)
 }
 
 /* After a refused step the model goes on with what it had, and the new parameters wait again. */
-static bool move_with_new_parameters(er_instance *instance, double end)
+static bool advance_with_parameters(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
     er_model_take_parameters(model, &instance->inputs.parameters);
-    if (move(instance, end)) {
+    if (advance(instance, end)) {
         instance->progress.parameters_changed = false;
         return true;
     }
@@ -277,10 +277,10 @@ static bool move_with_new_parameters(er_instance *instance, double end)
 /* A step's end since the start: in the model's time while the master's cannot tell. */
 static double step_end(const er_model *model, double start, double size)
 {
-    double origin = model->memory.origin, told = (start - origin) + size;
-    double own = model->memory.state.time + size;
+    double origin = model->memory.origin, master_end = (start - origin) + size;
+    double model_end = model->memory.state.time + size;
     double rounding = er_time_rounding(&model->robot.settings, fmax(fabs(origin), fabs(start)));
-    return fabs(told - own) <= rounding ? own : told;
+    return fabs(master_end - model_end) <= rounding ? model_end : master_end;
 }
 
 /* Drives hold an angle without a rate to the step's end, and jump to the next: told once, at the second jump in a
@@ -289,16 +289,16 @@ static void watch_rates(er_instance *instance)
 {
     const er_step_start *last = &instance->step_start[1 - instance->latest];
     const er_command *now = &instance->step_start[instance->latest].command;
-    int moved = -1, joints = instance->model->robot.joints, block = 0;
+    int joint = -1, joints = instance->model->robot.joints, block = 0;
     if (instance->model->memory.options.trajectory[0] != '\0' || instance->jumps > 1)
         return;
     for (int i = joints - 1; last->stepped && i >= 0; i--)
         if (now->q[i] != last->command.q[i])
-            moved = i;
+            joint = i;
     for (int i = 0; i < joints; i++)
         if (now->qd[i] != 0.0 || now->qdd[i] != 0.0)
-            moved = -1;
-    instance->jumps = moved < 0 ? 0 : instance->jumps + 1;
+            joint = -1;
+    instance->jumps = joint < 0 ? 0 : instance->jumps + 1;
     if (instance->jumps < 2)
         return;
     while (er_blocks[block].cause != ER_BY_Q)
@@ -307,7 +307,7 @@ static void watch_rates(er_instance *instance)
     er_fail(&instance->failure, "%s: expected qd_cmd and qdd_cmd beside angles that change from step to step, got zero:"
             " each angle is held to the step's end, and the drive jumps to the next; set all three, or name the"
             " motion's file in trajectory",
-            instance->interface.name[instance->interface.first[block] + moved]);
+            instance->interface.name[instance->interface.first[block] + joint]);
 }
 
 /* A motion that is chaotic is told of once; `before`: it had been. */
@@ -344,8 +344,8 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!er_instance_require_before_stop(instance, start + size))
         return false;
     end = step_end(instance->model, start, size);
-    if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
-                                       : move(instance, end)))
+    if (!(progress->parameters_changed ? advance_with_parameters(instance, end)
+                                       : advance(instance, end)))
         return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;

@@ -54,7 +54,7 @@ struct er_instance {
     int latest;                  /* of these */
     er_exchange exchange;
     unsigned columns; /* causes of model->sensitivity that belong to the present state, a bit each */
-    unsigned beyond; /* drives that are told to go beyond their limits, a bit each */
+    unsigned over_limit; /* drives that are told to go beyond their limits, a bit each */
     int jumps;       /* last steps in a row to which angles jumped without rates, until that is told */
     bool warned;     /* `failure` says what is wrong with values that were taken all the same */
     uint64_t fresh; /* blocks of `outputs` that belong to the present state, a bit each */

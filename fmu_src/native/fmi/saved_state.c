@@ -29,7 +29,7 @@ static void copy_step_start(const er_robot *robot, er_step_start *to, const er_s
     memcpy(to, from, offsetof(er_step_start, state) + er_state_size(robot));
 }
 
-static void save(er_instance *instance, saved_state *saved)
+static void save_instance(er_instance *instance, saved_state *saved)
 {
     er_exchange_hold(instance); /* as any call that asks for values; what refuses it refuses them */
     saved->mark = STATE_MARK;
@@ -41,18 +41,18 @@ static void save(er_instance *instance, saved_state *saved)
     er_memory_copy(&instance->model->robot, &saved->memory, &instance->model->memory);
 }
 
-static const char *kind(const er_exchange *exchange)
+static const char *kind_of_instance(const er_exchange *exchange)
 {
     return exchange->on ? "model exchange" : "co-simulation";
 }
 
-static bool require_own(er_instance *instance, const saved_state *saved)
+static bool require_same_fmu(er_instance *instance, const saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
     if (saved->exchange.on != instance->exchange.on)
         return er_fail(&instance->failure, "state: expected one of %s, got one of %s",
-                       kind(&instance->exchange), kind(&saved->exchange));
+                       kind_of_instance(&instance->exchange), kind_of_instance(&saved->exchange));
     return saved->fingerprint == instance->fingerprint ||
            er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
                                        " robot, got %016llx",
@@ -60,9 +60,9 @@ static bool require_own(er_instance *instance, const saved_state *saved)
                    (unsigned long long)saved->fingerprint);
 }
 
-static bool restore(er_instance *instance, const saved_state *saved)
+static bool restore_instance(er_instance *instance, const saved_state *saved)
 {
-    if (!require_own(instance, saved))
+    if (!require_same_fmu(instance, saved))
         return false;
     if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
                           &instance->failure))
@@ -77,7 +77,7 @@ static bool restore(er_instance *instance, const saved_state *saved)
     return true;
 }
 
-static void serialise(const saved_state *saved, void *bytes)
+static void write_bytes(const saved_state *saved, void *bytes)
 {
     uint64_t checksum = er_hash(saved, sizeof *saved);
     memcpy(bytes, saved, sizeof *saved);
@@ -124,7 +124,7 @@ static bool is_possible(const saved_state *saved)
     return good;
 }
 
-static bool deserialise(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
+static bool read_bytes(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
 {
     uint64_t checksum;
     if (size != SERIALISED_SIZE)
@@ -138,7 +138,7 @@ static bool deserialise(er_instance *instance, const void *bytes, size_t size, s
                        (unsigned long)size);
     if (!is_possible(saved))
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got numbers that none has");
-    return require_own(instance, saved);
+    return require_same_fmu(instance, saved);
 }
 
 /* Memory of another state. */
@@ -165,14 +165,14 @@ bool er_component_get_state(er_component *c, void **state)
     saved = *state != NULL ? *state : new_state(c);
     if (saved == NULL)
         return false;
-    save(c->robot, saved);
+    save_instance(c->robot, saved);
     *state = saved;
     return true;
 }
 
 bool er_component_set_state(er_component *c, const void *state)
 {
-    return require_state(c, state) && er_component_told(c, restore(c->robot, state));
+    return require_state(c, state) && er_component_told(c, restore_instance(c->robot, state));
 }
 
 bool er_component_free_state(er_component *c, void **state)
@@ -200,7 +200,7 @@ bool er_component_serialise(er_component *c, const void *state, void *bytes, siz
         return false;
     if (size < SERIALISED_SIZE)
         return er_component_refuse(c, "buffer: expected at least the state's size, got less");
-    serialise(state, bytes);
+    write_bytes(state, bytes);
     return true;
 }
 
@@ -214,7 +214,7 @@ bool er_component_deserialise(er_component *c, const void *bytes, size_t size, v
     saved = new_state(c);
     if (saved == NULL)
         return false;
-    if (!er_component_told(c, deserialise(c->robot, bytes, size, saved))) {
+    if (!er_component_told(c, read_bytes(c->robot, bytes, size, saved))) {
         free(saved);
         return false;
     }

@@ -211,7 +211,7 @@ bool er_instance_get_string(er_instance *instance, unsigned reference, const cha
 }
 
 /* Place of a text among a string's choices, or -1 and a sentence. */
-static int choose(er_instance *instance, const er_string *string, const char *value)
+static int find_choice(er_instance *instance, const er_string *string, const char *value)
 {
     char list[ER_MAX_CHOICES * (ER_CHOICE + 2)] = "";
     for (int k = 0; k < string->choices; k++) {
@@ -223,7 +223,7 @@ static int choose(er_instance *instance, const er_string *string, const char *va
     return -1;
 }
 
-static bool set_trajectory(er_instance *instance, er_options *options, const char *value)
+static bool set_trajectory_option(er_instance *instance, er_options *options, const char *value)
 {
     if (strlen(value) >= ER_MAX_PATH)
         return er_fail(&instance->failure, "%s: expected less than %d characters, got %lu",
@@ -234,7 +234,7 @@ static bool set_trajectory(er_instance *instance, er_options *options, const cha
     return true;
 }
 
-static bool set_string(er_instance *instance, er_options *options, unsigned reference,
+static bool set_option(er_instance *instance, er_options *options, unsigned reference,
                        const char *value)
 {
     unsigned which;
@@ -249,8 +249,8 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
                        instance->interface.string[which].name) ||
                er_let_retry(&instance->failure);
     if (which == ER_TRAJECTORY)
-        return set_trajectory(instance, options, value) || er_let_retry(&instance->failure);
-    chosen = choose(instance, &instance->interface.string[which], value);
+        return set_trajectory_option(instance, options, value) || er_let_retry(&instance->failure);
+    chosen = find_choice(instance, &instance->interface.string[which], value);
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
@@ -265,7 +265,7 @@ bool er_instance_set_strings(er_instance *instance, const unsigned *references, 
 {
     er_options options = instance->model->memory.options;
     for (size_t i = 0; i < count; i++)
-        if (!set_string(instance, &options, references[i], values[i]))
+        if (!set_option(instance, &options, references[i], values[i]))
             return false;
     if (count == 0)
         return true;

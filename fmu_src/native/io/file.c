@@ -17,7 +17,7 @@ typedef struct _stat64 file_state;
 #define IS_FILE(mode) (((mode) & _S_IFMT) == _S_IFREG)
 #define IS_FOLDER(mode) (((mode) & _S_IFMT) == _S_IFDIR)
 
-static bool widen(const char *path, wchar_t wide[4096])
+static bool widen_path(const char *path, wchar_t wide[4096])
 {
     if (MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, wide, 4096) != 0)
         return true;
@@ -28,13 +28,13 @@ static bool widen(const char *path, wchar_t wide[4096])
 static bool look_up(const char *path, file_state *state)
 {
     wchar_t wide[4096];
-    return widen(path, wide) && _wstat64(wide, state) == 0;
+    return widen_path(path, wide) && _wstat64(wide, state) == 0;
 }
 
 static FILE *open_file(const char *path)
 {
     wchar_t wide[4096];
-    return widen(path, wide) ? _wfopen(wide, L"rb") : NULL;
+    return widen_path(path, wide) ? _wfopen(wide, L"rb") : NULL;
 }
 #else
 typedef struct stat file_state;
@@ -87,7 +87,7 @@ bool er_exists(const char *path)
     return look_up(path, &state);
 }
 
-static bool cannot(er_failure *failure)
+static bool fail_to_read(er_failure *failure)
 {
     return errno == ENOENT ? er_fail(failure, "does not exist")
                            : er_fail(failure, "cannot be read: %s", strerror(errno));
@@ -98,7 +98,7 @@ static bool find_size(const char *path, uint64_t *size, er_failure *failure)
 {
     file_state state;
     if (!look_up(path, &state))
-        return cannot(failure);
+        return fail_to_read(failure);
     if (IS_FOLDER(state.st_mode))
         return er_fail(failure, "expected a file, got a folder");
     if (!IS_FILE(state.st_mode))
@@ -125,12 +125,12 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
     file = open_file(path);
     if (file == NULL) {
         free(content);
-        cannot(failure);
+        fail_to_read(failure);
         return NULL;
     }
     *size = fread(content, 1, (size_t)room, file);
     content[*size] = '\0';
-    good = !ferror(file) || cannot(failure);
+    good = !ferror(file) || fail_to_read(failure);
     fclose(file);
     if (good)
         return content;
@@ -138,7 +138,7 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
     return NULL;
 }
 
-static int hex(char c)
+static int hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10
                                         : c >= 'A' && c <= 'F'   ? c - 'A' + 10
@@ -159,12 +159,12 @@ char *er_path_in_folder(const char *folder, const char *file)
 }
 
 /* Turns %xx into bytes. */
-static void decode(char *text)
+static void decode_percent(char *text)
 {
     char *to = text;
     for (const char *from = text; *from != '\0'; to++) {
-        bool coded = from[0] == '%' && hex(from[1]) >= 0 && hex(from[2]) >= 0;
-        *to = coded ? (char)(16 * hex(from[1]) + hex(from[2])) : *from;
+        bool coded = from[0] == '%' && hex_digit(from[1]) >= 0 && hex_digit(from[2]) >= 0;
+        *to = coded ? (char)(16 * hex_digit(from[1]) + hex_digit(from[2])) : *from;
         from += coded ? 3 : 1;
     }
     *to = '\0';
@@ -185,7 +185,7 @@ char *er_folder_from_uri(const char *uri, bool windows)
     if (text == NULL)
         return NULL;
     path = strcpy(text, uri + 5);
-    decode(text);
+    decode_percent(text);
     if (path[0] == '/' && path[1] == '/') {
         const size_t host = strcspn(path + 2, "/");
         const bool is_share = host > 0 && strncmp(path + 2, "localhost/", 10) != 0;
@@ -213,7 +213,7 @@ char *er_path_from_uri(const char *uri, const char *file)
 }
 
 /* Further bytes of a character that begins with this one; -1: none does. */
-static int further(unsigned char first)
+static int further_bytes(unsigned char first)
 {
     if (first < 0x80)
         return 0;
@@ -227,7 +227,7 @@ bool er_is_utf8(const char *text)
 {
     for (const unsigned char *at = (const unsigned char *)text; *at != 0;) {
         unsigned char first = *at++;
-        int count = further(first);
+        int count = further_bytes(first);
         if (count < 0 || (first == 0xE0 && *at < 0xA0) || (first == 0xED && *at > 0x9F) ||
             (first == 0xF0 && *at < 0x90) || (first == 0xF4 && *at > 0x8F))
             return false;

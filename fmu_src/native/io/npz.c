@@ -24,17 +24,17 @@ typedef struct {
     const char *at, *end;
 } cursor;
 
-static void skip_blanks(cursor *c)
+static void skip_header_blanks(cursor *c)
 {
     while (c->at < c->end && (*c->at == ' ' || *c->at == '\n'))
         c->at++;
 }
 
 /* Passes blanks, then a word if it stands there. */
-static bool take(cursor *c, const char *word)
+static bool take_word(cursor *c, const char *word)
 {
     size_t length = strlen(word);
-    skip_blanks(c);
+    skip_header_blanks(c);
     if ((size_t)(c->end - c->at) < length || memcmp(c->at, word, length) != 0)
         return false;
     c->at += length;
@@ -53,7 +53,7 @@ static bool read_kind(cursor *c, npy_header *header)
 {
     uint64_t size;
     char order;
-    if (!take(c, "'") || c->end - c->at < 2)
+    if (!take_word(c, "'") || c->end - c->at < 2)
         return false;
     order = c->at[0];
     header->kind = c->at[1];
@@ -70,24 +70,24 @@ static bool read_kind(cursor *c, npy_header *header)
 
 static bool read_shape(cursor *c, npy_header *header)
 {
-    if (!take(c, "("))
+    if (!take_word(c, "("))
         return false;
-    for (header->axes = 0; !take(c, ")");) {
+    for (header->axes = 0; !take_word(c, ")");) {
         uint64_t length;
-        skip_blanks(c);
+        skip_header_blanks(c);
         if (!take_number(c, AXIS_DIGITS, &length) || header->axes == 2 || length > MOST_AXIS)
             return false;
         header->shape[header->axes++] = length;
-        if (!take(c, ","))
-            return take(c, ")");
+        if (!take_word(c, ","))
+            return take_word(c, ")");
     }
     return true;
 }
 
 static bool read_order(cursor *c, npy_header *header)
 {
-    header->column_major = take(c, "True");
-    return header->column_major || take(c, "False");
+    header->column_major = take_word(c, "True");
+    return header->column_major || take_word(c, "False");
 }
 
 /* Reads a header as NumPy writes it, its keys in any order; elastic_robot/npz.py reads the same. */
@@ -99,22 +99,22 @@ static bool parse_header(npy_header *header, const char *text, size_t length)
     } parts[3] = {{"'descr'", read_kind}, {"'fortran_order'", read_order}, {"'shape'", read_shape}};
     cursor c = {text, text + length};
     unsigned seen = 0;
-    if (!take(&c, "{"))
+    if (!take_word(&c, "{"))
         return false;
-    while (!take(&c, "}")) {
+    while (!take_word(&c, "}")) {
         unsigned part = 0;
-        while (part < 3 && !take(&c, parts[part].key))
+        while (part < 3 && !take_word(&c, parts[part].key))
             part++;
-        if (part == 3 || (seen >> part & 1u) != 0 || !take(&c, ":") || !parts[part].read(&c, header))
+        if (part == 3 || (seen >> part & 1u) != 0 || !take_word(&c, ":") || !parts[part].read(&c, header))
             return false;
         seen |= 1u << part;
-        if (!take(&c, ",")) {
-            if (!take(&c, "}"))
+        if (!take_word(&c, ",")) {
+            if (!take_word(&c, "}"))
                 return false;
             break;
         }
     }
-    skip_blanks(&c);
+    skip_header_blanks(&c);
     return c.at == c.end && seen == 7;
 }
 

@@ -33,9 +33,9 @@ static const unsigned char *find_end_record(slice zip)
 }
 
 /* Sizes and offset that do not fit into the central header stand, in this order, in an extra field. */
-static void widen(const unsigned char *extra, size_t length, entry *found)
+static void read_zip64_sizes(const unsigned char *extra, size_t length, entry *member)
 {
-    uint64_t *values[3] = {&found->full, &found->packed, &found->offset};
+    uint64_t *values[3] = {&member->full, &member->packed, &member->offset};
     while (length >= 4) {
         size_t field = (size_t)er_little(extra + 2, 2), at = 4;
         if (field + 4 > length)
@@ -51,7 +51,7 @@ static void widen(const unsigned char *extra, size_t length, entry *found)
     }
 }
 
-static bool find_entry(slice zip, const char *name, entry *found, er_failure *failure)
+static bool find_entry(slice zip, const char *name, entry *member, er_failure *failure)
 {
     const unsigned char *end = find_end_record(zip);
     size_t at, length = strlen(name);
@@ -69,10 +69,10 @@ static bool find_entry(slice zip, const char *name, entry *found, er_failure *fa
         if (name_size + extra > rest)
             return er_fail(failure, "the archive's directory is broken");
         if (name_size == length && memcmp(central + CENTRAL_HEADER, name, length) == 0) {
-            *found = (entry){er_little(central + 8, 2), er_little(central + 10, 2),
+            *member = (entry){er_little(central + 8, 2), er_little(central + 10, 2),
                              er_little(central + 16, 4), er_little(central + 20, 4),
                              er_little(central + 24, 4), er_little(central + 42, 4)};
-            widen(central + CENTRAL_HEADER + name_size, extra, found);
+            read_zip64_sizes(central + CENTRAL_HEADER + name_size, extra, member);
             return true;
         }
         at += CENTRAL_HEADER + name_size + extra + (size_t)er_little(central + 32, 2);

@@ -28,7 +28,7 @@ static void sine_and_cosine(double angle, double *s, double *c)
 }
 
 /* R turned on about an axis of its own frame: by Rodrigues' formula, or two of its columns in their plane. */
-static void turn(const er_rotation *rotation, double angle, double R[9])
+static void turn_frame(const er_rotation *rotation, double angle, double R[9])
 {
     const double *a = rotation->axis;
     int along = rotation->along;
@@ -58,7 +58,7 @@ static void turn(const er_rotation *rotation, double angle, double R[9])
 }
 
 /* Goes from the frame before a rotation, with origin o, to the one behind it. */
-static void go_on(const er_rotation *rotation, double angle, double R[9], double o[3])
+static void pass_rotation(const er_rotation *rotation, double angle, double R[9], double o[3])
 {
     if (rotation->shifted) {
         double step[3];
@@ -66,7 +66,7 @@ static void go_on(const er_rotation *rotation, double angle, double R[9], double
         for (int k = 0; k < 3; k++)
             o[k] += step[k];
     }
-    turn(rotation, angle, R);
+    turn_frame(rotation, angle, R);
 }
 
 void er_place_tool(const er_robot *robot, const double *theta, double position[3],
@@ -74,7 +74,7 @@ void er_place_tool(const er_robot *robot, const double *theta, double position[3
 {
     double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0};
     for (int i = 0; i < robot->angles; i++)
-        go_on(&robot->rotation[i], theta[i], R, o);
+        pass_rotation(&robot->rotation[i], theta[i], R, o);
     er_rotate(R, robot->tool_position, position);
     for (int k = 0; k < 3; k++)
         position[k] += o[k];
@@ -87,31 +87,31 @@ static void see_body(const er_body *body, const double R[9], const double offset
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     const double *I = body->inertia;
     const double full[9] = {I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2]};
-    double half[9], h[3], moved[3], m = body->mass;
+    double half[9], h[3], moment[3], m = body->mass;
     er_compose(R, full, half);
     er_rotate(R, body->moment, h);
     seen->mass = m;
     for (int i = 0; i < 3; i++)
-        moved[i] = seen->moment[i] = h[i] - m * offset[i];
+        moment[i] = seen->moment[i] = h[i] - m * offset[i];
     /* Steiner's theorem from one point to another, of which neither is the centre of mass. */
     for (int k = 0; k < 6; k++) {
         int i = row[k], j = column[k];
         double turned = er_dot(half + 3 * i, R + 3 * j);
-        seen->inertia[k] = turned + h[i] * offset[j] + offset[i] * moved[j];
+        seen->inertia[k] = turned + h[i] * offset[j] + offset[i] * moment[j];
         if (i == j)
-            seen->inertia[k] -= er_dot(h, offset) + er_dot(offset, moved);
+            seen->inertia[k] -= er_dot(h, offset) + er_dot(offset, moment);
     }
 }
 
 /* Frames of all rotations, base to tool: `frames` and `origins` in base axes. */
-static void place(const er_robot *robot, const double *theta, er_placement *placement,
+static void place_frames(const er_robot *robot, const double *theta, er_placement *placement,
                   double (*frames)[9])
 {
     double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0}, tool[3];
     int n = robot->angles;
     for (int i = 0; i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
-        go_on(rotation, theta[i], R, o);
+        pass_rotation(rotation, theta[i], R, o);
         er_rotate(R, rotation->axis, placement->axis[i]); /* its own turn leaves an axis alone */
         memcpy(placement->arm[i], o, sizeof o);
         if (frames != NULL)
@@ -130,14 +130,14 @@ static void place(const er_robot *robot, const double *theta, er_placement *plac
 
 void er_place(const er_robot *robot, const double *theta, er_placement *placement)
 {
-    place(robot, theta, placement, NULL);
+    place_frames(robot, theta, placement, NULL);
 }
 
 void er_place_bodies(const er_robot *robot, const double *theta, er_placement *placement)
 {
     double frames[ER_MAX_ANGLES][9];
     er_body sum;
-    place(robot, theta, placement, frames);
+    place_frames(robot, theta, placement, frames);
     memset(&sum, 0, sizeof sum);
     for (int i = robot->angles - 1; i >= 0; i--) {
         if (robot->rotation[i].loaded) {
@@ -149,7 +149,7 @@ void er_place_bodies(const er_robot *robot, const double *theta, er_placement *p
             for (int k = 0; k < 6; k++)
                 sum.inertia[k] += seen.inertia[k];
         }
-        placement->beyond[i] = sum;
+        placement->outer[i] = sum;
     }
 }
 
@@ -159,7 +159,7 @@ void er_mass_matrix(const er_robot *robot, const er_placement *placement, double
     int m = robot->elastics;
     for (int k = 0; k < m; k++) {
         int i = robot->elastic_angle[k];
-        const er_body *body = &placement->beyond[i];
+        const er_body *body = &placement->outer[i];
         const double *v = placement->lever[i], *omega = placement->axis[i];
         double linear[3], angular[3], swept[3];
         er_cross(omega, body->moment, linear);
@@ -181,7 +181,7 @@ void er_mass_matrix(const er_robot *robot, const er_placement *placement, double
 /* z_i x (first moment about o_i of the bodies beyond i): how weight moves per theta_i [kg m]. */
 static void weight_lever(const er_placement *placement, int i, double out[3])
 {
-    const er_body *body = &placement->beyond[i];
+    const er_body *body = &placement->outer[i];
     double about_joint[3];
     for (int c = 0; c < 3; c++)
         about_joint[c] = body->moment[c] + body->mass * placement->arm[i][c];
@@ -273,7 +273,7 @@ void er_rotation_between(const double rotation[9], const double reference[9], do
 #define NEARBY 2.0
 
 /* q p into q. */
-static void multiply(double q[4], const double p[4])
+static void multiply_quaternion(double q[4], const double p[4])
 {
     double crossed[3], w = q[3] * p[3] - er_dot(q, p);
     er_cross(q, p, crossed);
@@ -282,7 +282,7 @@ static void multiply(double q[4], const double p[4])
     q[3] = w;
 }
 
-static void multiply_all(er_turns *turns, const er_robot *robot, const double *theta)
+static void multiply_turns(er_turns *turns, const er_robot *robot, const double *theta)
 {
     static const double origin[3] = {0.0, 0.0, 0.0};
     double pose[7], *q = turns->quaternion;
@@ -292,10 +292,10 @@ static void multiply_all(er_turns *turns, const er_robot *robot, const double *t
         const double *axis = robot->rotation[i].axis;
         double sine = sin(0.5 * theta[i]);
         const double turn[4] = {axis[0] * sine, axis[1] * sine, axis[2] * sine, cos(0.5 * theta[i])};
-        multiply(q, turn);
+        multiply_quaternion(q, turn);
     }
     er_pose(origin, robot->tool_rotation, pose);
-    multiply(q, pose + 3);
+    multiply_quaternion(q, pose + 3);
     memcpy(turns->theta, theta, (size_t)robot->angles * sizeof *theta);
     turns->set = true;
 }
@@ -313,7 +313,7 @@ double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta
     if (i < n)
         apart[0] += fabs(theta[i] - near[i]);
     if (!turns->set || !(apart[0] + apart[1] < NEARBY))
-        multiply_all(turns, robot, theta);
+        multiply_turns(turns, robot, theta);
     return (quaternion[0] * q[0] + quaternion[1] * q[1]) +
                        (quaternion[2] * q[2] + quaternion[3] * q[3]) <
                    0.0

@@ -18,7 +18,7 @@ typedef struct {
     double axis[ER_MAX_ANGLES][3];  /* z_i of each rotation, base axes */
     double lever[ER_MAX_ANGLES][3]; /* z_i x (TCP - o_i): the TCP's velocity per theta_i' [m] */
     double arm[ER_MAX_ANGLES][3];   /* TCP - o_i, base axes [m] */
-    er_body beyond[ER_MAX_ANGLES];  /* all bodies from rotation i to the tool, about the TCP */
+    er_body outer[ER_MAX_ANGLES];   /* all bodies from rotation i to the tool, about the TCP */
 } er_placement;
 
 /* Fills in theta from drives and elastic coordinates; x may be NULL for the rigid robot. */

@@ -55,7 +55,7 @@ static bool read_joint(er_robot *robot, er_lines *lines)
 }
 
 /* Number of tilts that the last joint has. */
-static int tilts(const er_robot *robot)
+static int count_tilts(const er_robot *robot)
 {
     return robot->angles - 1 - robot->drive_angle[robot->joints - 1];
 }
@@ -63,13 +63,13 @@ static int tilts(const er_robot *robot)
 /* Whether the last rotation is a joint's own and gives way. */
 static bool is_spring(const er_robot *robot)
 {
-    return tilts(robot) == 0 && robot->rotation[robot->angles - 1].elastic >= 0;
+    return count_tilts(robot) == 0 && robot->rotation[robot->angles - 1].elastic >= 0;
 }
 
 static bool read_spring(er_robot *robot, er_lines *lines)
 {
     double values[3];
-    if (tilts(robot) > 0 || is_spring(robot))
+    if (count_tilts(robot) > 0 || is_spring(robot))
         return er_lines_refuse(lines, "at most one spring for each joint, before its tilts");
     if (!er_lines_numbers(lines, 3, values))
         return false;
@@ -81,12 +81,12 @@ static bool read_tilt(er_robot *robot, er_lines *lines)
 {
     double values[3] = {0.0, 0.0, 0.0};
     er_rotation *rotation;
-    if (tilts(robot) == 2)
+    if (count_tilts(robot) == 2)
         return er_lines_refuse(lines, "at most two tilts for each joint");
     rotation = add_rotation(robot);
     if (!read_axis(rotation, lines) || !er_lines_numbers(lines, 2, values))
         return false;
-    add_elastic(robot, tilts(robot), values);
+    add_elastic(robot, count_tilts(robot), values);
     return true;
 }
 
@@ -109,7 +109,7 @@ static bool read_table(er_robot *robot, er_lines *lines)
 static bool read_error(er_robot *robot, er_lines *lines)
 {
     double v[3];
-    if (tilts(robot) > 0 || robot->errors - robot->first_error[robot->joints - 1] == ER_MAX_ERRORS)
+    if (count_tilts(robot) > 0 || robot->errors - robot->first_error[robot->joints - 1] == ER_MAX_ERRORS)
         return er_lines_refuse(lines, "at most eight sines of an error for each joint, before its tilts");
     if (!er_lines_numbers(lines, 3, v))
         return false;
@@ -177,7 +177,7 @@ static bool read_motor(er_robot *robot, er_lines *lines)
 }
 
 /* What moves each coordinate, and which elements act on it. */
-static void find_owners(er_robot *robot)
+static void set_owners(er_robot *robot)
 {
     int coordinates = robot->elastics + robot->motors, j = 0;
     for (int k = 0; k < ER_MAX_COORDINATES; k++)
@@ -287,17 +287,17 @@ static bool read_line(er_robot *robot, er_lines *lines)
     return er_lines_refuse(lines, "joint, error, spring, table, balancer, stop, motor, tilt, body or end");
 }
 
-static double length_of(const double v[3])
+static double origin_distance(const double v[3])
 {
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static void find_reach(er_robot *robot)
+static void set_reach(er_robot *robot)
 {
     for (int k = 0; k < robot->elastics; k++) {
-        robot->reach[k] = length_of(robot->tool_position);
+        robot->reach[k] = origin_distance(robot->tool_position);
         for (int angle = robot->elastic_angle[k] + 1; angle < robot->angles; angle++)
-            robot->reach[k] += length_of(robot->rotation[angle].origin);
+            robot->reach[k] += origin_distance(robot->rotation[angle].origin);
     }
 }
 
@@ -315,8 +315,8 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
             return false;
     if (robot->joints == 0)
         return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
-    find_reach(robot);
+    set_reach(robot);
     finish_elements(robot);
-    find_owners(robot);
+    set_owners(robot);
     return require_settings(robot, lines);
 }

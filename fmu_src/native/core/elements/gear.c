@@ -247,22 +247,22 @@ void er_gear_edges(const er_gears *gears, const er_settings *settings, int k, in
     edge[1] = region > 0 ? INFINITY : (region == 0 ? width : -width) + beyond;
 }
 
-static double curvature(const er_spline *s, int piece, double x)
+static double spline_curvature(const er_spline *s, int piece, double x)
 {
     const double *c = s->cubic[piece];
     return 2.0 * c[2] + 6.0 * c[3] * (x - s->start[piece]);
 }
 
-static void find_in_spline(const er_spline *s, er_bends *bends)
+static void find_spline_bends(const er_spline *s, er_bends *bends)
 {
     double extent = s->knot[s->points - 1] - s->knot[0];
     double largest = fabs(s->value[s->points - 1] - s->value[0]) / (extent * extent);
     for (int k = 0; k < s->points; k++) {
-        largest = fmax(largest, fabs(curvature(s, k, s->knot[k])));
-        largest = fmax(largest, fabs(curvature(s, k + 1, s->knot[k])));
+        largest = fmax(largest, fabs(spline_curvature(s, k, s->knot[k])));
+        largest = fmax(largest, fabs(spline_curvature(s, k + 1, s->knot[k])));
     }
     for (int k = 0; k < s->points; k++) {
-        double jump = curvature(s, k + 1, s->knot[k]) - curvature(s, k, s->knot[k]);
+        double jump = spline_curvature(s, k + 1, s->knot[k]) - spline_curvature(s, k, s->knot[k]);
         if (fabs(jump) > SMALLEST_JUMP * largest)
             bends->angle[bends->count++] = s->knot[k];
     }
@@ -272,7 +272,7 @@ void er_bends_find(const er_gears *gears, int k, er_bends *bends)
 {
     bends->count = 0;
     if (gears->spline[k].points > 0) {
-        find_in_spline(&gears->spline[k], bends);
+        find_spline_bends(&gears->spline[k], bends);
     } else if (er_gear_switches(gears, k)) {
         bends->count = 2;
         bends->angle[0] = -gears->half_width[k];

@@ -84,6 +84,7 @@ typedef struct er_motor_work {
     ER_ALIGNED er_lanes stage_p[ER_MAX_JOINTS], stage_pv[ER_MAX_JOINTS]; /* at the present nodes */
     ER_ALIGNED er_lanes wanted[ER_MAX_JOINTS]; /* w there [rad/s] */
     er_lanes integral[ER_MAX_JOINTS];          /* z at the present nodes [N m] */
+    ER_ALIGNED er_lanes wind_up[ER_MAX_ANGLES], wind_up_rate[ER_MAX_ANGLES]; /* of all entries of x there [rad, rad/s] */
     er_lanes load[ER_MAX_JOINTS];              /* of their gears, without the gears' torque [N m] */
     er_lanes residual[ER_MAX_JOINTS];
     er_motor_slopes slopes[ER_MAX_JOINTS]; /* of the matrices */

@@ -67,7 +67,7 @@ static double largest_of(int count, const double *values)
 }
 
 /* Torque and residual at x. */
-static void place_at(descent *s, const double *x)
+static void place_descent(descent *s, const double *x)
 {
     double theta[MOST], slope;
     er_angles(s->robot, s->q, x, theta);
@@ -81,7 +81,7 @@ static void place_at(descent *s, const double *x)
 }
 
 /* Gradient of the torque there. */
-static void find_gradient(descent *s)
+static void update_gradient(descent *s)
 {
     double support[MOST * MOST] = {0.0};
     er_static_torque_gradient(s->robot, &s->placement, s->gravity, s->wrench, s->gradient);
@@ -94,7 +94,7 @@ static void find_gradient(descent *s)
 /* Newton's matrix with a shift.  Inside its backlash a gear is held by the load alone.  A slope that sends it
  * at most to the other end of the backlash, and vanishes with what is left to balance, keeps it from being
  * thrown out; one that the load drives on crosses its backlash. */
-static void find_matrix(const descent *s, double shift, double *matrix)
+static void fill_newton_matrix(const descent *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
@@ -113,17 +113,17 @@ static void find_matrix(const descent *s, double shift, double *matrix)
 }
 
 /* Newton's step towards less energy [rad]; false if the energy has no floor. */
-static bool find_step(descent *s, double *step)
+static bool plan_step(descent *s, double *step)
 {
     double matrix[MOST * MOST], largest;
     int m = s->m, pivot[MOST];
     int power = LEAST_SHIFT;
-    find_gradient(s);
-    find_matrix(s, 0.0, matrix);
+    update_gradient(s);
+    fill_newton_matrix(s, 0.0, matrix);
     while (!er_is_positive(m, matrix)) { /* the energy rises in all directions */
         if (power > MOST_SHIFT)
             return false;
-        find_matrix(s, ldexp(1.0, power++), matrix);
+        fill_newton_matrix(s, ldexp(1.0, power++), matrix);
     }
     for (int i = 0; i < m; i++)
         step[i] = s->neutral[i] ? 0.0 : s->residual[i];
@@ -137,19 +137,19 @@ static bool find_step(descent *s, double *step)
 }
 
 /* The torque along a step, where a part of it leads: the energy's fall.  Leaves the residual there. */
-static double downhill(descent *s, const double *step, double part)
+static double slope_along_step(descent *s, const double *step, double part)
 {
     double x[MOST], sum = 0.0;
     for (int k = 0; k < s->m; k++)
         x[k] = s->x[k] + part * step[k];
-    place_at(s, x);
+    place_descent(s, x);
     for (int k = 0; k < s->m; k++)
         sum += s->residual[k] * step[k];
     return sum;
 }
 
 /* Puts a part of a step into the list of those that rise, if it is inside. */
-static void insert(double part, double *edge, int *count)
+static void insert_part(double part, double *edge, int *count)
 {
     int place = *count;
     if (!(part > 0.0 && part < 1.0))
@@ -162,38 +162,38 @@ static void insert(double part, double *edge, int *count)
 
 /* The parts of a step, rising, at which gears leave or take up their flanks and elements begin to slip or stick;
  * returns their number. */
-static int find_edges(const descent *s, const double *step, double edge[MOST_EDGES])
+static int list_edges(const descent *s, const double *step, double edge[MOST_EDGES])
 {
     int count = 0;
     for (int i = 0; i < 2 * s->m; i++) {
         int k = i / 2;
         if (er_gear_switches(s->gears, k))
-            insert(((i % 2 == 0 ? -1.0 : 1.0) * er_gear_half_width(s->gears, k) - s->x[k]) / step[k], edge, &count);
+            insert_part(((i % 2 == 0 ? -1.0 : 1.0) * er_gear_half_width(s->gears, k) - s->x[k]) / step[k], edge, &count);
     }
     for (int i = 0; i < 2 * s->robot->elements; i++) {
         const er_element *element = &s->robot->element[i / 2];
         int k = element->coordinate;
         double start = s->history->x[k] - s->history->elongation[i / 2];
-        insert((start + (i % 2 == 0 ? -1.0 : 1.0) * element->angle - s->x[k]) / step[k], edge, &count);
+        insert_part((start + (i % 2 == 0 ? -1.0 : 1.0) * element->angle - s->x[k]) / step[k], edge, &count);
     }
     return count;
 }
 
 /* The part of a step that leads to the valley's floor; the residual there is left. */
-static double find_part(descent *s, const double *step)
+static double search_part(descent *s, const double *step)
 {
     double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, at, start, edge[MOST_EDGES];
     int edges, side = 0;
     for (int k = 0; k < s->m; k++)
         at_low += s->residual[k] * step[k];
     start = at_low;
-    at_high = downhill(s, step, 1.0);
+    at_high = slope_along_step(s, step, 1.0);
     if (largest_of(s->m, step) < s->robot->settings.equilibrium_step || !(at_high < -LEFT * start))
         return 1.0;
     /* Between two of these places the torque along the step is nearly straight. */
-    edges = find_edges(s, step, edge);
+    edges = list_edges(s, step, edge);
     for (int k = 0; k < edges; k++) {
-        at = downhill(s, step, edge[k]);
+        at = slope_along_step(s, step, edge[k]);
         if (at < 0.0) {
             high = edge[k], at_high = at;
             break;
@@ -202,7 +202,7 @@ static double find_part(descent *s, const double *step)
     }
     for (int tries = 0; tries < MOST_TRIES; tries++) {
         part = low + (high - low) * at_low / (at_low - at_high);
-        at = downhill(s, step, part);
+        at = slope_along_step(s, step, part);
         if (fabs(at) <= LEFT * start)
             break;
         /* False position; the value at an end that stays counts half (Dowell and Jarratt 1971). */
@@ -221,14 +221,14 @@ static double find_part(descent *s, const double *step)
 
 /* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
  * and weight nor the spring can hold anywhere stays in the middle of its backlash. */
-static bool begin(descent *s)
+static bool begin_descent(descent *s)
 {
     double stiffness[MOST * MOST] = {0.0}, given[MOST];
     const er_anchor *anchor = &s->load->anchor;
     double least = s->robot->settings.neutral_torque, reach;
     int m = s->m, pivot[MOST];
     memset(s->x, 0, sizeof s->x);
-    place_at(s, s->x);
+    place_descent(s, s->x);
     reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
     s->negligible = least + ROUNDING * (largest_of(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
                                 reach * reach;
@@ -253,7 +253,7 @@ static bool begin(descent *s)
 
 /* Lets gears go that are loaded in the middle of their backlash now that the others have given way; false
  * if there are none. */
-static bool release_loaded(descent *s)
+static bool release_loaded_gears(descent *s)
 {
     bool released = false;
     for (int k = 0; k < s->m; k++)
@@ -264,7 +264,7 @@ static bool release_loaded(descent *s)
     return released;
 }
 
-static double left(const descent *s)
+static double largest_residual(const descent *s)
 {
     double largest = 0.0;
     for (int k = 0; k < s->m; k++)
@@ -274,30 +274,30 @@ static double left(const descent *s)
 }
 
 /* Goes downhill from x to rest; false if there is none. */
-static bool descend(descent *s)
+static bool descend_to_rest(descent *s)
 {
-    place_at(s, s->x);
+    place_descent(s, s->x);
     for (int pass = 0; pass < MOST_PASSES; pass++) {
-        double step[MOST], part, before = left(s), after;
-        if (!find_step(s, step))
+        double step[MOST], part, before = largest_residual(s), after;
+        if (!plan_step(s, step))
             return false;
-        part = find_part(s, step);
+        part = search_part(s, step);
         for (int k = 0; k < s->m; k++)
             s->x[k] += part * step[k];
         if (!(largest_of(s->m, s->x) < LONGEST_WAY))
             return false;
-        after = left(s);
+        after = largest_residual(s);
         /* Where it does not fall any more that is rounding, or the edge of a backlash. */
         if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
              (after <= s->negligible && after >= 0.5 * before)) &&
-            !release_loaded(s))
+            !release_loaded_gears(s))
             return true;
     }
     return false;
 }
 
 /* From the TCP to the anchor, or without a spring to the plane of the contact [m]. */
-static double distance(const descent *s)
+static double anchor_distance(const descent *s)
 {
     double gap[3];
     er_anchor_gap(&s->load->anchor, 0.0, s->placement.tool_position, gap);
@@ -319,7 +319,7 @@ static bool is_undecided(const descent *s, int k)
 static void take_nearer_flanks(descent *s, const bool *neutral)
 {
     bool undecided[MOST];
-    find_gradient(s);
+    update_gradient(s);
     for (int k = 0; k < s->m; k++)
         undecided[k] = is_undecided(s, k);
     for (int k = 0; k < s->m; k++)
@@ -327,7 +327,7 @@ static void take_nearer_flanks(descent *s, const bool *neutral)
             descent other = *s;
             memcpy(other.neutral, neutral, sizeof other.neutral);
             other.x[k] = -other.x[k];
-            if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s) - NEARER)
+            if (descend_to_rest(&other) && other.x[k] * s->x[k] < 0.0 && anchor_distance(&other) < anchor_distance(s) - NEARER)
                 *s = other;
         }
 }
@@ -340,10 +340,10 @@ bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const
     s.robot = robot, s.gears = gears, s.gravity = gravity, s.load = load, s.q = q;
     s.m = robot->elastics;
     s.history = history;
-    if (!begin(&s))
+    if (!begin_descent(&s))
         return false;
     memcpy(neutral, s.neutral, sizeof neutral);
-    if (!descend(&s))
+    if (!descend_to_rest(&s))
         return false;
     take_nearer_flanks(&s, neutral);
     memcpy(x, s.x, (size_t)s.m * sizeof *x);

@@ -11,7 +11,7 @@ typedef struct {
     double value, bound;
 } limited;
 
-static double median(limited x)
+static double limited_median(limited x)
 {
     double low = x.bound < 0.0 ? x.bound : 0.0, high = x.bound > 0.0 ? x.bound : 0.0;
     double below = x.value < high ? x.value : high;
@@ -23,7 +23,7 @@ static double median(limited x)
 static double one_sided(limited x, double value, double bound)
 {
     const double at[3] = {0.0, x.value, x.bound}, change[3] = {0.0, value, bound};
-    double middle = median(x), tied[3] = {0.0};
+    double middle = limited_median(x), tied[3] = {0.0};
     int below = 0, count = 0;
     for (int k = 0; k < 3; k++) {
         int place = count;
@@ -54,7 +54,7 @@ typedef struct {
 
 /* What q'' would gain over one more step as long as the last one, and what the drive missed in angle and
  * rate; linear but for what the history subtracts. */
-static void find_limits(const double command[ORDERS], const history *past, limited *gained,
+static void find_command_limits(const double command[ORDERS], const history *past, limited *gained,
                         limited *angle, limited *rate)
 {
     double c = past->counts, missed = command[2] - past->end[2];
@@ -92,7 +92,7 @@ bool er_command_counts(const er_robot *robot, double length)
 }
 
 /* The drives over a step, and, unless NULL, how they follow the command. */
-static void follow(const er_robot *robot, const er_past *past, const er_command *command,
+static void follow_command(const er_robot *robot, const er_past *past, const er_command *command,
                    double length, er_command_powers powers, er_command_slopes slopes)
 {
     double ratio = robot->settings.neighbour_ratio;
@@ -103,14 +103,14 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
     for (int i = 0; i < robot->joints; i++) {
         const double given[ORDERS] = {command->q[i], command->qd[i], command->qdd[i]};
         const history last = {past->rate[i], past->acceleration[i], {past->q[i], past->qd[i], past->qdd[i]}, per_known, counts};
-        bool told = !isnan(command->jerk[i]);
+        bool has_jerk = !isnan(command->jerk[i]);
         limited gained, angle, rate;
-        put_command(given, told ? command->jerk[i] : 0.0, powers[i]);
+        put_command(given, has_jerk ? command->jerk[i] : 0.0, powers[i]);
         if (followed) {
-            find_limits(given, &last, &gained, &angle, &rate);
-            if (!told)
-                powers[i][3] = per * median(gained) / 6.0;
-            add_offset(median(angle), median(rate), per_length, powers[i]);
+            find_command_limits(given, &last, &gained, &angle, &rate);
+            if (!has_jerk)
+                powers[i][3] = per * limited_median(gained) / 6.0;
+            add_offset(limited_median(angle), limited_median(rate), per_length, powers[i]);
         }
         for (int k = 0; slopes != NULL && k < ORDERS; k++) {
             double unit[ORDERS] = {0.0};
@@ -119,8 +119,8 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
             put_command(unit, 0.0, slopes[i][k]);
             if (!followed)
                 continue;
-            find_limits(unit, &none, &of_gained, &of_angle, &of_rate);
-            if (!told)
+            find_command_limits(unit, &none, &of_gained, &of_angle, &of_rate);
+            if (!has_jerk)
                 slopes[i][k][3] = per * median_along(gained, of_gained) / 6.0;
             add_offset(median_along(angle, of_angle), median_along(rate, of_rate), per_length,
                        slopes[i][k]);
@@ -131,12 +131,12 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
 void er_command_follow(const er_robot *robot, const er_past *past, const er_command *command,
                        double length, er_command_powers powers)
 {
-    follow(robot, past, command, length, powers, NULL);
+    follow_command(robot, past, command, length, powers, NULL);
 }
 
 void er_command_along(const er_robot *robot, const er_past *past, const er_command *command,
                       double length, er_command_slopes slopes)
 {
     er_command_powers powers;
-    follow(robot, past, command, length, powers, slopes);
+    follow_command(robot, past, command, length, powers, slopes);
 }

@@ -12,7 +12,7 @@ er_contact er_contact_none(void)
     return none;
 }
 
-static double length_of(const double v[3])
+static double vector_length(const double v[3])
 {
     return hypot(hypot(v[0], v[1]), v[2]);
 }
@@ -23,7 +23,7 @@ bool er_contact_require(const er_contact *contact, er_failure *failure)
     double length;
     if (!er_contact_holds(contact))
         return true;
-    length = length_of(n);
+    length = vector_length(n);
     if (contact->friction > 0.0 && contact->slip_speed == 0.0)
         return er_fail(failure, "contact.slip_speed: expected a number > 0 m/s where there is friction, got"
                        " 0");
@@ -36,7 +36,7 @@ bool er_contact_require(const er_contact *contact, er_failure *failure)
 /* n of length 1. */
 static void find_normal(const er_contact *contact, double normal[3])
 {
-    double length = length_of(contact->normal);
+    double length = vector_length(contact->normal);
     for (int c = 0; c < 3; c++)
         normal[c] = contact->normal[c] / length;
 }
@@ -56,7 +56,7 @@ double er_contact_approach(const er_touch *touch)
 }
 
 /* 1 + c d', not below 0: faster than that the body springs back more slowly than the tool leaves. */
-static double resistance(const er_contact *contact, const er_touch *touch)
+static double hunt_crossley_factor(const er_contact *contact, const er_touch *touch)
 {
     return fmax(0.0, 1.0 + contact->dissipation * er_contact_approach(touch));
 }
@@ -67,14 +67,14 @@ static double find_slip(const er_contact *contact, const er_touch *touch, double
     double rate = er_contact_approach(touch);
     for (int c = 0; c < 3; c++)
         slip[c] = touch->velocity[c] + rate * touch->normal[c];
-    double size = hypot(length_of(slip), contact->slip_speed);
+    double size = hypot(vector_length(slip), contact->slip_speed);
     return size > 0.0 ? size : 1.0;
 }
 
 void er_contact_force(const er_contact *contact, const er_touch *touch, double force[3])
 {
     double slip[3], size = find_slip(contact, touch, slip);
-    double pressure = contact->stiffness * touch->depth * resistance(contact, touch);
+    double pressure = contact->stiffness * touch->depth * hunt_crossley_factor(contact, touch);
     for (int c = 0; c < 3; c++)
         force[c] = pressure * (touch->normal[c] - contact->friction * slip[c] / size);
 }
@@ -84,7 +84,7 @@ void er_contact_along(const er_contact *contact, const er_touch *touch, const er
 {
     const double *n = touch->normal;
     double slip[3], slip_change[3], size = find_slip(contact, touch, slip), size_change;
-    double rate = er_contact_approach(touch), resisting = resistance(contact, touch);
+    double rate = er_contact_approach(touch), resisting = hunt_crossley_factor(contact, touch);
     double rate_change = -er_dot(n, along->velocity) - er_dot(along->normal, touch->velocity);
     double k = contact->stiffness, d = touch->depth, pressure = k * d * resisting;
     double pressure_change = (change->stiffness * d + k * along->depth) * resisting;
@@ -105,7 +105,7 @@ void er_contact_touch_along(const er_contact *contact, const er_touch *touch, co
                             const er_contact *change, const double gap_change[3], er_touch *along)
 {
     const double *n = touch->normal;
-    double length = length_of(contact->normal), stretch = er_dot(n, change->normal);
+    double length = vector_length(contact->normal), stretch = er_dot(n, change->normal);
     for (int c = 0; c < 3; c++)
         along->normal[c] = (change->normal[c] - stretch * n[c]) / length;
     along->depth = change->radius + er_dot(n, gap_change) + er_dot(along->normal, gap);
@@ -116,7 +116,7 @@ void er_contact_matrices(const er_contact *contact, const er_touch *touch,
 {
     const double *n = touch->normal;
     double slip[3], size = find_slip(contact, touch, slip), d = fmax(0.0, touch->depth);
-    double resisting = resistance(contact, touch), pressure = contact->stiffness * d * resisting;
+    double resisting = hunt_crossley_factor(contact, touch), pressure = contact->stiffness * d * resisting;
     double along = resisting > 0.0 ? contact->stiffness * d * contact->dissipation : 0.0;
     double across = contact->friction * pressure / size;
     for (int k = 0; k < ER_SYMMETRIC; k++) {

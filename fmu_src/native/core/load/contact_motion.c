@@ -35,7 +35,7 @@ static void find_levers(const er_placement *place, const er_robot *robot, const 
     }
 }
 
-void er_contact_move(const er_robot *robot, const er_load *load, double elapsed, const double *theta,
+void er_contact_motion_at(const er_robot *robot, const er_load *load, double elapsed, const double *theta,
                      const double *rate, er_contact_motion *motion)
 {
     er_placement place;
@@ -74,17 +74,17 @@ void er_contact_place_along(const er_robot *robot, const er_load *load, const er
                             const double *theta, const double *rate, const er_load *change,
                             er_touch *along)
 {
-    double moved[3], offset[3];
+    double tcp_to_anchor[3], offset[3];
     for (int c = 0; c < 3; c++) {
-        moved[c] = change->anchor.position[c];
+        tcp_to_anchor[c] = change->anchor.position[c];
         along->velocity[c] = -change->anchor.velocity[c];
         for (int i = 0; i < robot->angles; i++) {
             /* Across n the levers of TCP and lowest point differ, but that does not count here. */
-            moved[c] -= motion->lever[i][c] * theta[i];
+            tcp_to_anchor[c] -= motion->lever[i][c] * theta[i];
             along->velocity[c] += motion->lever[i][c] * rate[i] + motion->lever_rate[i][c] * theta[i];
         }
     }
-    er_contact_touch_along(&load->contact, &motion->touch, motion->gap, &change->contact, moved, along);
+    er_contact_touch_along(&load->contact, &motion->touch, motion->gap, &change->contact, tcp_to_anchor, along);
     offset_along(&load->contact, motion, &change->contact, along, offset);
     er_add_cross(motion->turning, offset, along->velocity);
 }

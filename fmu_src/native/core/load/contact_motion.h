@@ -16,7 +16,7 @@ typedef struct {
 } er_contact_motion;
 
 /* Fills it in for angles of the chain and their rates, a time after the load's beginning [s]. */
-void er_contact_move(const er_robot *robot, const er_load *load, double elapsed, const double *theta,
+void er_contact_motion_at(const er_robot *robot, const er_load *load, double elapsed, const double *theta,
                      const double *rate, er_contact_motion *motion);
 
 /* The wrench where the sphere is in the plane; none where it is not. */

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-void er_load_move(er_load *load, double elapsed)
+void er_load_advance(er_load *load, double elapsed)
 {
     for (int k = 0; k < 6; k++)
         load->wrench[k] += elapsed * load->rate[k];
@@ -25,7 +25,7 @@ bool er_load_yields(const er_load *load)
 }
 
 /* How the contact at rest is touched; false where it is not. */
-static bool touches(const er_load *load, const double tcp[3], double gap[3], er_touch *touch)
+static bool is_touching(const er_load *load, const double tcp[3], double gap[3], er_touch *touch)
 {
     if (!er_contact_holds(&load->contact))
         return false;
@@ -45,7 +45,7 @@ void er_load_wrench(const er_load *load, const double tcp[3], double wrench[6])
         for (int c = 0; c < 3; c++)
             wrench[c] += pull[c];
     }
-    if (touches(load, tcp, gap, &touch)) {
+    if (is_touching(load, tcp, gap, &touch)) {
         er_contact_force(&load->contact, &touch, pull);
         for (int c = 0; c < 3; c++)
             wrench[c] += pull[c];
@@ -57,7 +57,7 @@ void er_load_support(const er_load *load, const double tcp[3], double stiffness[
     double gap[3];
     er_touch touch;
     memcpy(stiffness, load->anchor.stiffness, sizeof load->anchor.stiffness);
-    if (touches(load, tcp, gap, &touch))
+    if (is_touching(load, tcp, gap, &touch))
         for (int k = 0; k < ER_SYMMETRIC; k++)
             stiffness[k] += load->contact.stiffness * touch.normal[er_row[k]] * touch.normal[er_column[k]];
 }
@@ -82,7 +82,7 @@ void er_load_force_along(const er_load *load, const double tcp[3], const er_load
     er_touch touch, along;
     er_anchor_gap(&load->anchor, 0.0, tcp, gap);
     er_anchor_along(&load->anchor, gap, &change->anchor, tcp_change, force);
-    if (!touches(load, tcp, gap, &touch))
+    if (!is_touching(load, tcp, gap, &touch))
         return;
     for (int c = 0; c < 3; c++)
         gap_change[c] = change->anchor.position[c] - tcp_change[c];
@@ -100,7 +100,7 @@ void er_load_support_along(const er_load *load, const double tcp[3], const er_lo
     double gap[3];
     er_touch touch, along;
     memcpy(stiffness, change->anchor.stiffness, sizeof change->anchor.stiffness);
-    if (!touches(load, tcp, gap, &touch))
+    if (!is_touching(load, tcp, gap, &touch))
         return;
     er_contact_touch_along(&load->contact, &touch, gap, &change->contact, nowhere, &along);
     for (int k = 0; k < ER_SYMMETRIC; k++) {

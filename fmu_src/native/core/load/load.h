@@ -14,7 +14,7 @@ typedef struct {
 } er_load;
 
 /* Wrench and anchor as they are after a time [s]. */
-void er_load_move(er_load *load, double elapsed);
+void er_load_advance(er_load *load, double elapsed);
 
 /* Whether the wrench changes. */
 bool er_load_changes(const er_load *load);

@@ -28,7 +28,7 @@ typedef struct {
     er_placement placement;
 } search;
 
-static void place_at(search *s, const double *x)
+static void place_search(search *s, const double *x)
 {
     double theta[MOST];
     er_angles(s->robot, s->q, x, theta);
@@ -38,19 +38,19 @@ static void place_at(search *s, const double *x)
 }
 
 /* Half width of the backlash, minus infinity for coordinates without. */
-static double guard(const search *s, int k)
+static double backlash_or_none(const search *s, int k)
 {
     return er_gear_switches(s->gears, k) ? er_gear_half_width(s->gears, k) : -INFINITY;
 }
 
-static double diagonal(const search *s, int k)
+static double softening_of(const search *s, int k)
 {
     return s->softening[k * s->m + k];
 }
 
-static void begin(search *s)
+static void begin_search(search *s)
 {
-    place_at(s, NULL);
+    place_search(s, NULL);
     for (int k = 0; k < s->m; k++) {
         bool switching = er_gear_switches(s->gears, k);
         s->neutral[k] = switching && fabs(s->torque[k]) < s->robot->settings.neutral_torque;
@@ -68,10 +68,10 @@ static void begin(search *s)
 static double slope_for_step(const search *s, int k)
 {
     double slope = er_gear_slope(s->gears, k, s->region[k], s->x[k]);
-    double longest = s->robot->settings.across_backlash * guard(s, k);
+    double longest = s->robot->settings.across_backlash * backlash_or_none(s, k);
     if (s->region[k] == 0)
-        slope = fmax(fabs(s->torque[k]) / longest + diagonal(s, k), 0.0);
-    return er_gear_is_bent(s->gears, k) ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
+        slope = fmax(fabs(s->torque[k]) / longest + softening_of(s, k), 0.0);
+    return er_gear_is_bent(s->gears, k) ? fmax(slope, 2.0 * softening_of(s, k)) : slope;
 }
 
 /* Whether the matrix of a step serves the next: no slope changes by itself. */
@@ -84,7 +84,7 @@ static bool is_straight(const search *s)
 }
 
 /* Factors of slope - softening; neutral coordinates do not move.  False if singular. */
-static bool factorise(search *s)
+static bool factorise_slopes(search *s)
 {
     int m = s->m;
     er_static_torque_gradient(s->robot, &s->placement, s->gravity, s->wrench, s->softening);
@@ -98,7 +98,7 @@ static bool factorise(search *s)
 }
 
 /* One Newton step; returns the largest move [rad]. */
-static double move(search *s)
+static double take_newton_step(search *s)
 {
     double step[MOST], largest = 0.0;
     for (int k = 0; k < s->m; k++)
@@ -118,14 +118,14 @@ static bool change_regions(search *s)
 {
     bool changed = false;
     for (int k = 0; k < s->m; k++) {
-        double width = guard(s, k);
+        double width = backlash_or_none(s, k);
         int before = s->region[k], after = before;
         if (s->neutral[k] || !(before * s->x[k] < width))
             continue;
         /* In the gap only the load acts.  Where it drives the gear away from rest, the gear falls
          * through to the other flank. */
         if (before != 0)
-            after = diagonal(s, k) < 0.0 ? 0 : -before;
+            after = softening_of(s, k) < 0.0 ? 0 : -before;
         else if (fabs(s->x[k]) > width)
             after = s->x[k] > 0.0 ? 1 : -1;
         s->region[k] = after;
@@ -136,7 +136,7 @@ static bool change_regions(search *s)
 
 /* Lets gears go that are loaded in the middle of their backlash now that the others have given way; false
  * if there are none. */
-static bool release_loaded(search *s)
+static bool release_loaded_flanks(search *s)
 {
     bool released = false;
     for (int k = 0; k < s->m; k++)
@@ -154,8 +154,8 @@ static bool take_lighter_flanks(search *s)
 {
     bool changed = false;
     for (int k = 0; k < s->m; k++) {
-        double width = s->neutral[k] ? 0.0 : fmax(guard(s, k), 0.0);
-        double across = s->torque[k] - 2.0 * width * s->region[k] * diagonal(s, k);
+        double width = s->neutral[k] ? 0.0 : fmax(backlash_or_none(s, k), 0.0);
+        double across = s->torque[k] - 2.0 * width * s->region[k] * softening_of(s, k);
         if (width > 0.0 && s->region[k] * across < 0.0 && fabs(across) < fabs(s->torque[k])) {
             s->region[k] = -s->region[k];
             changed = true;
@@ -164,24 +164,24 @@ static bool take_lighter_flanks(search *s)
     return changed;
 }
 
-static bool iterate(search *s)
+static bool iterate_to_rest(search *s)
 {
     const er_settings *settings = &s->robot->settings;
     bool fresh = false, settled = false;
     double last = INFINITY;
     for (int pass = 0; pass < settings->most_equilibrium_passes; pass++) {
         double largest;
-        place_at(s, s->x);
-        if (!fresh && !factorise(s))
+        place_search(s, s->x);
+        if (!fresh && !factorise_slopes(s))
             return false;
         fresh = true;
-        largest = move(s);
+        largest = take_newton_step(s);
         if (!(largest < LONGEST_STEP))
             return false;
         if (change_regions(s)) {
             fresh = false;
         } else if (largest < settings->equilibrium_step) {
-            if (release_loaded(s)) {
+            if (release_loaded_flanks(s)) {
                 fresh = false;
                 continue;
             }
@@ -206,7 +206,7 @@ static bool can_bend(const search *s)
     return true;
 }
 
-static void list(char *text, size_t room, const char *format, int count, const double *values)
+static void list_numbers(char *text, size_t room, const char *format, int count, const double *values)
 {
     size_t length = 0;
     text[0] = '\0';
@@ -221,15 +221,15 @@ static void list(char *text, size_t room, const char *format, int count, const d
 static bool rest_apart(search *s, const er_load *load)
 {
     if (!er_anchor_holds(&load->anchor) && s->robot->elements == 0) {
-        begin(s);
-        if (iterate(s))
+        begin_search(s);
+        if (iterate_to_rest(s))
             return true;
     }
     return er_anchored_equilibrium(s->robot, s->gears, s->history, s->gravity, s->q, load, s->x);
 }
 
 /* A contact that is not touched without it changes nothing. */
-static bool rest(search *s, const er_load *load)
+static bool rest_under_load(search *s, const er_load *load)
 {
     er_load apart = *load;
     double gap[3];
@@ -237,7 +237,7 @@ static bool rest(search *s, const er_load *load)
         return rest_apart(s, load);
     apart.contact.stiffness = 0.0;
     if (rest_apart(s, &apart) && can_bend(s)) {
-        place_at(s, s->x);
+        place_search(s, s->x);
         er_anchor_gap(&load->anchor, 0.0, s->placement.tool_position, gap);
         if (!(er_contact_touch(&load->contact, gap).depth > 0.0))
             return true;
@@ -256,12 +256,12 @@ bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_histo
     s.m = robot->elastics;
     if (s.m == 0)
         return true;
-    if (rest(&s, load) && can_bend(&s))
+    if (rest_under_load(&s, load) && can_bend(&s))
         return true;
-    list(posture, sizeof posture, "%.4g", robot->joints, q);
-    list(wrench, sizeof wrench, "%.6g", 6, load->wrench);
-    list(stiffness, sizeof stiffness, "%.6g", ER_SYMMETRIC, load->anchor.stiffness);
-    list(anchor, sizeof anchor, "%.6g", 3, load->anchor.position);
+    list_numbers(posture, sizeof posture, "%.4g", robot->joints, q);
+    list_numbers(wrench, sizeof wrench, "%.6g", 6, load->wrench);
+    list_numbers(stiffness, sizeof stiffness, "%.6g", ER_SYMMETRIC, load->anchor.stiffness);
+    list_numbers(anchor, sizeof anchor, "%.6g", 3, load->anchor.position);
     if (er_contact_holds(&load->contact))
         snprintf(contact, sizeof contact, " and a contact of %.6g N/m", load->contact.stiffness);
     if (er_anchor_holds(&load->anchor))

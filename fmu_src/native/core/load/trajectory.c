@@ -5,7 +5,7 @@
 
 /* The interval that holds a time: the largest k with time[k] <= time, at most the last but one.
  * From the hint on in strides that double, then by halves. */
-static size_t interval(const er_trajectory *t, double time, size_t *hint)
+static size_t find_interval(const er_trajectory *t, double time, size_t *hint)
 {
     size_t low = *hint, high, last = t->samples - 1, stride = 1;
     if (low == 0 || t->time[low] <= time) {
@@ -48,7 +48,7 @@ typedef struct {
     double rise, rate[2], bend[2];
 } weights;
 
-static double weighted(const weights *w, double rise, const double *left, const double *right, int n)
+static double weighted_sum(const weights *w, double rise, const double *left, const double *right, int n)
 {
     return w->rise * rise + (w->rate[0] * left[n] + w->rate[1] * right[n]) +
            (w->bend[0] * left[2 * n] + w->bend[1] * right[2 * n]);
@@ -76,9 +76,9 @@ static void along_quintic(int n, const double *left, const double *right, double
     };
     for (int i = 0; i < n; i++) {
         double rise = right[i] - left[i];
-        q[i] = left[i] + weighted(&value, rise, left + i, right + i, n);
-        qd[i] = weighted(&rate, rise, left + i, right + i, n);
-        qdd[i] = weighted(&bend, rise, left + i, right + i, n);
+        q[i] = left[i] + weighted_sum(&value, rise, left + i, right + i, n);
+        qd[i] = weighted_sum(&rate, rise, left + i, right + i, n);
+        qdd[i] = weighted_sum(&bend, rise, left + i, right + i, n);
     }
 }
 
@@ -97,7 +97,7 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         s = 0.0;
     if (s > t->time[t->samples - 1])
         s = t->time[t->samples - 1];
-    k = interval(t, s, drives->hint);
+    k = find_interval(t, s, drives->hint);
     row = t->row + k * er_trajectory_width(t) + 1;
     h = t->time[k + 1] - t->time[k];
     along_quintic(t->joints, row, row + er_trajectory_width(t), h, (s - t->time[k]) / h, q, qd, qdd);
@@ -114,7 +114,7 @@ static void bend_along_quintic(int n, const double *left, const double *right, d
         {d * (-9.0 + u * (36.0 - 30.0 * u)), d * (3.0 - u * (24.0 - 30.0 * u))},
     };
     for (int i = 0; i < n; i++)
-        third[i] = weighted(&by_time, right[i] - left[i], left + i, right + i, n);
+        third[i] = weighted_sum(&by_time, right[i] - left[i], left + i, right + i, n);
 }
 
 void er_drives_by_time(const er_drives *drives, double time, double *q, double *qd, double *qdd)
@@ -129,7 +129,7 @@ void er_drives_by_time(const er_drives *drives, double time, double *q, double *
     if (t == NULL || s < 0.0 || s > t->time[t->samples - 1])
         return;
     er_drives_at(drives, time, position, q, qd);
-    k = interval(t, s, drives->hint);
+    k = find_interval(t, s, drives->hint);
     row = t->row + k * er_trajectory_width(t) + 1;
     h = t->time[k + 1] - t->time[k];
     bend_along_quintic(t->joints, row, row + er_trajectory_width(t), h, (s - t->time[k]) / h, qdd);
@@ -140,7 +140,7 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    for (size_t k = interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples;
+    for (size_t k = find_interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples;
          k++) {
         double at = t->time[k] + drives->start;
         if (at >= end)

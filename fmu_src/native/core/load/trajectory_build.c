@@ -26,7 +26,7 @@ static const double *sample_row(const table_samples *s, size_t k)
 }
 
 /* The largest size of a number; infinite where one is NaN.  In maxima beside each other. */
-static double largest(const double *values, size_t count)
+static double largest_size(const double *values, size_t count)
 {
     double most[4] = {0.0, 0.0, 0.0, 0.0}, sum[4] = {0.0, 0.0, 0.0, 0.0}, all = 0.0;
     size_t k = 0;
@@ -52,7 +52,7 @@ static bool require_samples(const table_samples *s, const er_settings *settings,
     if (s->samples < 2)
         return er_fail(failure, "expected at least 2 samples, got %lu",
                        (unsigned long)s->samples);
-    sane = largest(s->data, s->samples * (size_t)column_count(s)) <= settings->most_sample;
+    sane = largest_size(s->data, s->samples * (size_t)column_count(s)) <= settings->most_sample;
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
         for (int c = 0; !sane && c < column_count(s); c++)
@@ -99,7 +99,7 @@ static void fit_cubic(const er_trajectory *t, int i, double *rate, double *ratio
 }
 
 /* Completes samples of times and angles alone. */
-static bool complete(er_trajectory *t, const table_samples *s)
+static bool complete_samples(er_trajectory *t, const table_samples *s)
 {
     double *work = malloc(2 * s->samples * sizeof *work);
     t->row = malloc(s->samples * er_trajectory_width(t) * sizeof *t->row);
@@ -131,7 +131,7 @@ static void third_derivatives(const er_trajectory *t, size_t k, double *restrict
     }
 }
 
-static void find_jumps(er_trajectory *t)
+static void set_jumps(er_trajectory *t)
 {
     double before[ER_MAX_JOINTS], start[ER_MAX_JOINTS], end[ER_MAX_JOINTS];
     third_derivatives(t, 0, start, before);
@@ -174,7 +174,7 @@ static uint64_t fingerprint_of(const table_samples *s)
     return all | 1;
 }
 
-static bool build(er_trajectory *t, table_samples *s, const er_settings *settings, er_failure *failure)
+static bool build_motion(er_trajectory *t, table_samples *s, const er_settings *settings, er_failure *failure)
 {
     if (!require_samples(s, settings, failure))
         return false;
@@ -190,9 +190,9 @@ static bool build(er_trajectory *t, table_samples *s, const er_settings *setting
         t->row = s->data;
         s->data = NULL;
     }
-    if (t->jump == NULL || t->time == NULL || (!s->rates && !complete(t, s)))
+    if (t->jump == NULL || t->time == NULL || (!s->rates && !complete_samples(t, s)))
         return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
-    find_jumps(t);
+    set_jumps(t);
     return true;
 }
 
@@ -201,7 +201,7 @@ static bool take_samples(er_trajectory *t, table_samples *s, const er_settings *
 {
     bool good;
     memset(t, 0, sizeof *t);
-    good = build(t, s, settings, failure);
+    good = build_motion(t, s, settings, failure);
     free(s->data);
     s->data = NULL;
     if (!good)
@@ -237,16 +237,16 @@ static bool find_column(const er_data_table *table, const char *name, int *colum
 
 /* Finds PREFIX1.. PREFIXn; *found is false where none of them is there. */
 static bool find_block(const er_data_table *table, const char *prefix, int joints, int *column,
-                       bool *found, er_failure *failure)
+                       bool *is_there, er_failure *failure)
 {
     char name[16];
     int count;
-    *found = false;
+    *is_there = false;
     for (int i = 0; i < joints; i++) {
         snprintf(name, sizeof name, "%s%d", prefix, i + 1);
-        *found |= er_table_column(table, name, &count) >= 0;
+        *is_there |= er_table_column(table, name, &count) >= 0;
     }
-    for (int i = 0; i < joints && *found; i++) {
+    for (int i = 0; i < joints && *is_there; i++) {
         snprintf(name, sizeof name, "%s%d", prefix, i + 1);
         if (!find_column(table, name, &column[i], failure))
             return false;
@@ -255,7 +255,7 @@ static bool find_block(const er_data_table *table, const char *prefix, int joint
 }
 
 /* Puts the wanted columns side by side, over the table's own numbers, which are the samples' then. */
-static bool choose(er_data_table *table, int joints, table_samples *samples, er_failure *failure)
+static bool choose_columns(er_data_table *table, int joints, table_samples *samples, er_failure *failure)
 {
     int column[1 + 3 * ER_MAX_JOINTS], width;
     bool q, qd, qdd, there;
@@ -291,7 +291,7 @@ static bool take_table(er_trajectory *trajectory, er_data_table *table, int join
                        const er_settings *settings, er_failure *failure)
 {
     table_samples samples;
-    bool good = choose(table, joints, &samples, failure) &&
+    bool good = choose_columns(table, joints, &samples, failure) &&
                 take_samples(trajectory, &samples, settings, failure);
     er_table_free(table);
     return good;

@@ -9,7 +9,7 @@ int er_model_motors(const er_model *model)
 }
 
 /* What all drives do: the motors that move by themselves, the others as they are commanded. */
-static void join(const er_model *model, const double *commands, const double *motors, double *drives)
+static void join_drives(const er_model *model, const double *commands, const double *motors, double *drives)
 {
     memcpy(drives, commands, (size_t)model->robot.joints * sizeof *drives);
     for (int d = 0; d < er_model_motors(model); d++)
@@ -18,42 +18,42 @@ static void join(const er_model *model, const double *commands, const double *mo
 
 void er_model_motor_angle(const er_model *model, double *angles)
 {
-    join(model, model->memory.held.q, model->memory.state.motors.angle, angles);
+    join_drives(model, model->memory.held.q, model->memory.state.motors.angle, angles);
 }
 
 void er_model_motor_rate(const er_model *model, double *rates)
 {
-    join(model, model->memory.held.qd, model->memory.state.motors.rate, rates);
+    join_drives(model, model->memory.held.qd, model->memory.state.motors.rate, rates);
 }
 
 void er_motor_angle_along(const er_model *model, const er_change *change, double *angles)
 {
-    join(model, change->held.q, change->motors.angle, angles);
+    join_drives(model, change->held.q, change->motors.angle, angles);
 }
 
 void er_motor_rate_along(const er_model *model, const er_change *change, double *rates)
 {
-    join(model, change->held.qd, change->motors.rate, rates);
+    join_drives(model, change->held.qd, change->motors.rate, rates);
 }
 
 /* The drives of the rigid robot: as they are commanded; with torques in place of commands it goes with the motors. */
-static void join_rigid(const er_model *model, const double *commands, const double *motors, double *drives)
+static void join_rigid_drives(const er_model *model, const double *commands, const double *motors, double *drives)
 {
     if (model->memory.options.drive == ER_TORQUE)
-        join(model, commands, motors, drives);
+        join_drives(model, commands, motors, drives);
     else
         memcpy(drives, commands, (size_t)model->robot.joints * sizeof *drives);
 }
 
 /* Turns the motion of all drives into what the gears make of it. */
-static void transmit(const er_model *model, double *q, double *qd, double *qdd)
+static void transmit_drives(const er_model *model, double *q, double *qd, double *qdd)
 {
     for (int i = 0; i < model->robot.joints; i++)
         er_transmit(&model->robot, i, &q[i], &qd[i], &qdd[i]);
 }
 
 /* The same of a change of it, where the drives have these rates and accelerations. */
-static void transmit_along(const er_model *model, const double *rate, const double *acceleration, double *q,
+static void transmit_drives_along(const er_model *model, const double *rate, const double *acceleration, double *q,
                            double *qd, double *qdd)
 {
     double angle[ER_MAX_JOINTS];
@@ -75,7 +75,7 @@ void er_model_angles(const er_model *model, bool rigid, double *theta)
 {
     double q[ER_MAX_JOINTS];
     if (rigid)
-        join_rigid(model, model->memory.held.q, model->memory.state.motors.angle, q);
+        join_rigid_drives(model, model->memory.held.q, model->memory.state.motors.angle, q);
     else
         er_model_driven(model, q);
     er_angles(&model->robot, q, rigid ? NULL : model->memory.state.x, theta);
@@ -85,12 +85,12 @@ void er_model_rates(const er_model *model, bool rigid, double *rate)
 {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], none[ER_MAX_JOINTS] = {0.0};
     if (rigid) {
-        join_rigid(model, model->memory.held.qd, model->memory.state.motors.rate, qd);
+        join_rigid_drives(model, model->memory.held.qd, model->memory.state.motors.rate, qd);
     } else {
         er_model_motor_rate(model, qd);
         if (model->robot.errors > 0) {
             er_model_motor_angle(model, q);
-            transmit(model, q, qd, none);
+            transmit_drives(model, q, qd, none);
         }
     }
     er_angles(&model->robot, qd, rigid ? NULL : model->memory.state.v, rate);
@@ -100,12 +100,12 @@ void er_angles_along(const er_model *model, const er_change *change, bool rigid,
 {
     double q[ER_MAX_JOINTS];
     if (rigid) {
-        join_rigid(model, change->held.q, change->motors.angle, q);
+        join_rigid_drives(model, change->held.q, change->motors.angle, q);
     } else {
         er_motor_angle_along(model, change, q);
         if (model->robot.errors > 0) {
             double none[ER_MAX_JOINTS] = {0.0}, qd[ER_MAX_JOINTS] = {0.0}, qdd[ER_MAX_JOINTS] = {0.0};
-            transmit_along(model, none, none, q, qd, qdd);
+            transmit_drives_along(model, none, none, q, qd, qdd);
         }
     }
     er_angles(&model->robot, q, rigid ? NULL : change->x, theta);
@@ -115,14 +115,14 @@ void er_rates_along(const er_model *model, const er_change *change, bool rigid, 
 {
     double qd[ER_MAX_JOINTS];
     if (rigid) {
-        join_rigid(model, change->held.qd, change->motors.rate, qd);
+        join_rigid_drives(model, change->held.qd, change->motors.rate, qd);
     } else {
         er_motor_rate_along(model, change, qd);
         if (model->robot.errors > 0) {
             double now[ER_MAX_JOINTS], none[ER_MAX_JOINTS] = {0.0}, q[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS] = {0.0};
             er_model_motor_rate(model, now);
             er_motor_angle_along(model, change, q);
-            transmit_along(model, now, none, q, qd, qdd);
+            transmit_drives_along(model, now, none, q, qd, qdd);
         }
     }
     er_angles(&model->robot, qd, rigid ? NULL : change->v, rate);
@@ -135,7 +135,7 @@ void er_chain_accelerations(const er_model *model, const double *drives, double 
     if (model->robot.errors > 0) {
         er_model_motor_angle(model, q);
         er_model_motor_rate(model, qd);
-        transmit(model, q, qd, qdd);
+        transmit_drives(model, q, qd, qdd);
     }
     er_angles(&model->robot, qdd, NULL, acceleration);
 }
@@ -150,7 +150,7 @@ void er_chain_accelerations_along(const er_model *model, const er_change *change
         er_model_motor_rate(model, rate);
         er_motor_angle_along(model, change, q);
         er_motor_rate_along(model, change, qd);
-        transmit_along(model, rate, drives, q, qd, qdd);
+        transmit_drives_along(model, rate, drives, q, qd, qdd);
     }
     er_angles(&model->robot, qdd, NULL, acceleration);
 }

@@ -24,9 +24,9 @@ double er_model_wanted(const er_model *model, int d)
 double er_wanted_along(const er_model *model, const er_change *change, int d)
 {
     const er_motor *motor = &model->robot.motor[d];
-    const er_held *moved = &change->held;
-    return er_servo_wanted(motor, change->motors.angle[d] - moved->q[motor->joint],
-                           change->motors.rate[d] - moved->qd[motor->joint], moved->qd[motor->joint]);
+    const er_held *held_change = &change->held;
+    return er_servo_wanted(motor, change->motors.angle[d] - held_change->q[motor->joint],
+                           change->motors.rate[d] - held_change->qd[motor->joint], held_change->qd[motor->joint]);
 }
 
 /* The error of the gear of entry k of x where its drive is. */
@@ -76,7 +76,7 @@ double er_model_motor_torque(const er_model *model, int k)
 double er_motor_torque_along(const er_model *model, const er_change *change, int k)
 {
     const er_memory *memory = &model->memory;
-    const er_held *moved = &change->held;
+    const er_held *held_change = &change->held;
     const er_motors *motors = &memory->state.motors;
     int d = model->robot.motor_of[k], joint;
     const er_motor *motor = &model->robot.motor[d < 0 ? 0 : d];
@@ -84,7 +84,7 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     if (d < 0 || memory->options.quasistatic)
         return er_felt_torque_along(model, change, k);
     if (memory->options.drive == ER_TORQUE)
-        return moved->torque[d];
+        return held_change->torque[d];
     joint = motor->joint;
     if (memory->options.drive == ER_SERVO) {
         double asked = er_servo_asked(motor, er_model_wanted(model, d), motors->integral[d]);
@@ -98,7 +98,7 @@ double er_motor_torque_along(const er_model *model, const er_change *change, int
     er_motor_friction(motor, memory->parameters.friction[d], torque, side, rate, &slope);
     return er_felt_torque_along(model, change, k) +
            side * copysign(motor->load_friction, torque) * er_gear_torque_along(model, change, k) +
-           motor->inertia * moved->qdd[joint] + slope * moved->qd[joint] +
+           motor->inertia * held_change->qdd[joint] + slope * held_change->qd[joint] +
            side * er_stribeck_left(motor, rate) * change->parameters.friction[d];
 }
 

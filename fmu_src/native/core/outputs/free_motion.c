@@ -6,7 +6,7 @@
 #include "chain_motion.h"
 
 /* The same value in each state that the kernel takes. */
-static void fill(int count, const double *values, er_lanes *lanes)
+static void fill_lanes(int count, const double *values, er_lanes *lanes)
 {
     for (int i = 0; i < count; i++)
         for (int l = 0; l < ER_LANES; l++)
@@ -14,7 +14,7 @@ static void fill(int count, const double *values, er_lanes *lanes)
 }
 
 /* Elongation of a motor's friction over its slip angle. */
-static double part_of(const er_model *model, int d)
+static double friction_part(const er_model *model, int d)
 {
     int j = model->robot.elements + d;
     return model->memory.state.stops.elongation[j] / model->robot.element[j].angle;
@@ -27,7 +27,7 @@ double er_model_motor_acceleration(const er_model *model, int d)
     if (er_model_motors(model) == 0)
         return 0.0;
     friction = er_motor_friction(motor, model->memory.parameters.friction[d],
-                                 er_model_gear_torque(model, motor->coordinate), part_of(model, d),
+                                 er_model_gear_torque(model, motor->coordinate), friction_part(model, d),
                                  model->memory.state.motors.rate[d], &slope);
     return (er_model_motor_torque(model, motor->coordinate) - er_model_felt_torque(model, motor->coordinate) -
             friction) /
@@ -38,7 +38,7 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
 {
     const er_motor *motor = &model->robot.motor[d];
     double rate = model->memory.state.motors.rate[d], torque = model->memory.parameters.friction[d];
-    double part = part_of(model, d), left = er_stribeck_left(motor, rate), by_rate, friction;
+    double part = friction_part(model, d), left = er_stribeck_left(motor, rate), by_rate, friction;
     double gear, by_load = motor->load_friction;
     int j = model->robot.elements + d;
     if (er_model_motors(model) == 0)
@@ -58,7 +58,7 @@ double er_motor_acceleration_along(const er_model *model, const er_change *chang
 #define WAITING 1e-4
 
 /* The part of its growth that an integral has, and the slope of that by the torque that is asked for. */
-static double growing(const er_model *model, int d, double *slope)
+static double integral_part(const er_model *model, int d, double *slope)
 {
     const er_motor *motor = &model->robot.motor[d];
     double wanted = er_model_wanted(model, d), width = WAITING * motor->torque_limit;
@@ -78,7 +78,7 @@ double er_model_integral_growth(const er_model *model, int d)
     double slope;
     if (model->memory.options.drive != ER_SERVO)
         return 0.0;
-    return model->robot.motor[d].integral_gain * er_model_wanted(model, d) * growing(model, d, &slope);
+    return model->robot.motor[d].integral_gain * er_model_wanted(model, d) * integral_part(model, d, &slope);
 }
 
 double er_integral_growth_along(const er_model *model, const er_change *change, int d)
@@ -87,7 +87,7 @@ double er_integral_growth_along(const er_model *model, const er_change *change, 
     double slope, part, wanted;
     if (model->memory.options.drive != ER_SERVO)
         return 0.0;
-    part = growing(model, d, &slope);
+    part = integral_part(model, d, &slope);
     wanted = er_wanted_along(model, change, d);
     return motor->integral_gain *
            (part * wanted + er_model_wanted(model, d) * slope *
@@ -115,7 +115,7 @@ static void find_chain_accelerations(const er_model *model, double *acceleration
     er_chain_accelerations(model, drives, acceleration);
 }
 
-bool er_free_motion_find(er_model *model)
+bool er_free_motion_solve(er_model *model)
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
@@ -139,9 +139,9 @@ bool er_free_motion_find(er_model *model)
             motion->cosine[i][l] = cos(theta[i]);
         }
     er_model_rates(model, false, values);
-    fill(robot->angles, values, motion->rate);
+    fill_lanes(robot->angles, values, motion->rate);
     find_chain_accelerations(model, values);
-    fill(robot->angles, values, motion->acceleration);
+    fill_lanes(robot->angles, values, motion->acceleration);
     er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
     er_load_wrench(&at_rest, placement.tool_position, free->wrench);
     if (er_contact_holds(&acting->contact)) {
@@ -174,7 +174,7 @@ static void prepare_tangent(er_model *model)
     find_chain_accelerations(model, values);
     for (int k = 0; k < model->robot.elastics; k++)
         values[model->robot.elastic_angle[k]] += free->acceleration[k];
-    fill(model->robot.angles, values, free->motion.acceleration);
+    fill_lanes(model->robot.angles, values, free->motion.acceleration);
     model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL,
                        &free->links);
     free->linked = true;
@@ -210,7 +210,7 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     er_free_motion *free = &model->free;
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3];
+    double values[ER_MAX_ANGLES], wrench[6], tcp_shift[3], pull[3];
     double drives[ER_MAX_JOINTS], drives_along[ER_MAX_JOINTS];
     ER_ALIGNED er_lanes load[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
     ER_ALIGNED er_vector shift;
@@ -218,17 +218,17 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     if (!free->linked)
         prepare_tangent(model);
     er_angles_along(model, change, false, values);
-    fill(robot->angles, values, direction.angle);
+    fill_lanes(robot->angles, values, direction.angle);
     er_rates_along(model, change, false, values);
-    fill(robot->angles, values, direction.rate);
+    fill_lanes(robot->angles, values, direction.rate);
     er_model_accelerations(model, drives);
     er_accelerations_along(model, change, drives_along);
     er_chain_accelerations_along(model, change, drives, drives_along, values);
-    fill(robot->angles, values, direction.acceleration);
+    fill_lanes(robot->angles, values, direction.acceleration);
     model->kernel.shift(robot, &free->links, &direction, shift);
     for (int c = 0; c < 3; c++)
-        moved[c] = shift[c][0];
-    er_anchor_along(&memory->held.load.anchor, free->gap, &change->held.load.anchor, moved, pull);
+        tcp_shift[c] = shift[c][0];
+    er_anchor_along(&memory->held.load.anchor, free->gap, &change->held.load.anchor, tcp_shift, pull);
     memcpy(wrench, change->held.load.wrench, sizeof wrench);
     for (int c = 0; c < 3; c++)
         wrench[c] += pull[c];

@@ -13,7 +13,7 @@
  * same in Python.
  *
  * Solves for the present state, drives and load, into model->free; false if the mass matrix is singular. */
-bool er_free_motion_find(er_model *model);
+bool er_free_motion_solve(er_model *model);
 
 /* Derivative of x'' along a change of drives, load and state [rad/s^2]; x'' has been solved for. */
 void er_free_motion_along(er_model *model, const er_change *change, double *acceleration);

@@ -8,7 +8,7 @@
 /* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
 #define SMALL_ANGLE 0.1
 
-static void place(const er_model *model, bool rigid, er_placement *placement)
+static void place_model(const er_model *model, bool rigid, er_placement *placement)
 {
     double theta[ER_MAX_ANGLES];
     er_model_angles(model, rigid, theta);
@@ -23,7 +23,7 @@ static void place_tool(const er_model *model, bool rigid, double position[3], do
 }
 
 /* Takes the one of both quaternions that the turns lead to. */
-static void orient(er_model *model, bool rigid, const double *theta, double pose[7])
+static void orient_pose(er_model *model, bool rigid, const double *theta, double pose[7])
 {
     double sign = er_turns_sign(&model->turns, &model->robot, theta, pose + 3);
     if ((sign < 0.0) == model->memory.opposite[rigid])
@@ -38,7 +38,7 @@ static void pose_at(er_model *model, bool rigid, double pose[7])
     er_model_angles(model, rigid, theta);
     er_place_tool(&model->robot, theta, position, rotation);
     er_pose(position, rotation, pose);
-    orient(model, rigid, theta, pose);
+    orient_pose(model, rigid, theta, pose);
 }
 
 void er_model_tcp(er_model *model, double pose[7])
@@ -74,7 +74,7 @@ static const er_posture *posture_of(er_model *model, bool rigid)
         memcpy(posture->theta, theta, bytes);
         er_place(&model->robot, theta, &posture->at);
         er_pose(posture->at.tool_position, posture->at.tool_rotation, posture->pose);
-        orient(model, rigid, theta, posture->pose);
+        orient_pose(model, rigid, theta, posture->pose);
     }
     return posture;
 }
@@ -116,7 +116,7 @@ void er_model_velocity(const er_model *model, double velocity[6])
     bool rigid = memory->options.quasistatic;
     double rate[ER_MAX_ANGLES];
     er_placement placement;
-    place(model, rigid, &placement);
+    place_model(model, rigid, &placement);
     er_model_rates(model, rigid, rate);
     memset(velocity, 0, 6 * sizeof *velocity);
     for (int i = 0; i < model->robot.angles; i++)
@@ -131,8 +131,8 @@ void er_velocity_along(const er_model *model, const er_change *change, double ve
     const er_memory *memory = &model->memory;
     bool rigid = memory->options.quasistatic;
     double rate[ER_MAX_ANGLES], rate_change[ER_MAX_ANGLES];
-    er_moved p;
-    er_move_along(model, change, rigid, false, &p);
+    er_placement_change p;
+    er_placement_change_at(model, change, rigid, false, &p);
     er_model_rates(model, rigid, rate);
     er_rates_along(model, change, rigid, rate_change);
     memset(velocity, 0, 6 * sizeof *velocity);
@@ -143,7 +143,7 @@ void er_velocity_along(const er_model *model, const er_change *change, double ve
         }
 }
 
-static double rate_of(const er_model *model, int k)
+static double coordinate_rate(const er_model *model, int k)
 {
     return model->memory.options.quasistatic ? 0.0 : model->memory.state.v[k];
 }
@@ -152,7 +152,7 @@ double er_model_gear_torque(const er_model *model, int k)
 {
     const er_gears *gears = &model->gears;
     double x = model->memory.state.x[k];
-    return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * rate_of(model, k) +
+    return -(er_gear_torque(gears, k, er_gear_region(gears, k, x), x) + gears->damping[k] * coordinate_rate(model, k) +
              er_elements_torque(&model->robot, k, gears->slip_torque[k], model->memory.state.stops.elongation));
 }
 
@@ -168,7 +168,7 @@ double er_gear_torque_along(const er_model *model, const er_change *change, int 
                    er_elements_torque(&model->robot, k, parameters->hysteresis[k],
                                       model->memory.state.stops.elongation);
     if (!model->memory.options.quasistatic)
-        along += gears->damping[k] * change->v[k] + parameters->damping[k] * rate_of(model, k);
+        along += gears->damping[k] * change->v[k] + parameters->damping[k] * coordinate_rate(model, k);
     return -along;
 }
 
@@ -200,10 +200,10 @@ static void rotation_vector_along(const double r[3], const double turn[3], doubl
 /* The rotation between both turns by turn - R_between turn_rigid. */
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6])
 {
-    er_moved elastic, rigid;
+    er_placement_change elastic, rigid;
     double at[6], turn[3], back[3], of_rigid[3];
-    er_move_along(model, change, false, false, &elastic);
-    er_move_along(model, change, true, false, &rigid);
+    er_placement_change_at(model, change, false, false, &elastic);
+    er_placement_change_at(model, change, true, false, &rigid);
     er_model_deviation(model, at);
     for (int i = 0; i < 3; i++) {
         back[i] = 0.0;
@@ -232,7 +232,7 @@ void er_model_contact(const er_model *model, er_contact_motion *motion, double w
     er_model_angles(model, false, theta);
     if (!still)
         er_model_rates(model, false, rate);
-    er_contact_move(&model->robot, &load, 0.0, theta, rate, motion);
+    er_contact_motion_at(&model->robot, &load, 0.0, theta, rate, motion);
     er_contact_wrench(motion, wrench);
 }
 

@@ -8,7 +8,7 @@
 /* First moment about o_i of the bodies beyond rotation i [kg m]. */
 static void moment_about_joint(const er_placement *p, int i, double moment[3])
 {
-    const er_body *body = &p->beyond[i];
+    const er_body *body = &p->outer[i];
     for (int c = 0; c < 3; c++)
         moment[c] = body->moment[c] + body->mass * p->arm[i][c];
 }
@@ -100,7 +100,7 @@ static void static_torque_gradient_along(const er_robot *robot, const er_placeme
 
 enum { MOST = ER_MAX_ANGLES };
 
-void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *out)
+void er_placement_change_at(const er_model *model, const er_change *change, bool rigid, bool bodies, er_placement_change *out)
 {
     const er_robot *robot = &model->robot;
     double theta[MOST];
@@ -114,7 +114,7 @@ void er_move_along(const er_model *model, const er_change *change, bool rigid, b
 }
 
 /* Wrench on the tool at rest, of spring and contact too, and how it changes along with load and TCP. */
-static void wrench_along(const er_model *model, const er_change *change, const er_moved *p,
+static void wrench_along(const er_model *model, const er_change *change, const er_placement_change *p,
                          double wrench[6], double wrench_change[6])
 {
     const er_load *load = &model->memory.held.load;
@@ -158,10 +158,10 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0};
     double of_gravity[MOST], wrench[6], wrench_change[6], driven[ER_MAX_JOINTS];
     int m = robot->elastics, pivot[MOST];
-    er_moved p;
+    er_placement_change p;
     for (int d = 0; d < er_model_motors(model); d++) /* at rest they are where their commands are */
         change.motors.angle[d] = acting->held.q[robot->motor[d].joint];
-    er_move_along(model, &change, false, true, &p);
+    er_placement_change_at(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
     static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
                            x);
@@ -200,7 +200,7 @@ bool er_model_compliance(const er_model *model, double compliance[6], er_failure
     const er_load *load = &memory->held.load;
     const double *x = memory->state.x;
     int m = robot->elastics, pivot[MOST];
-    double driven[ER_MAX_JOINTS], theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6];
+    double driven[ER_MAX_JOINTS], theta[MOST], stiffness[MOST * MOST], response[3][MOST], wrench[6];
     double stuck[MOST] = {0.0};
     er_placement placement;
     memset(compliance, 0, 6 * sizeof *compliance);
@@ -223,17 +223,17 @@ bool er_model_compliance(const er_model *model, double compliance[6], er_failure
         return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
     for (int axis = 0; axis < 3; axis++) {
         for (int k = 0; k < m; k++)
-            moved[axis][k] = placement.lever[robot->elastic_angle[k]][axis];
-        er_lu_solve(m, stiffness, pivot, moved[axis]);
+            response[axis][k] = placement.lever[robot->elastic_angle[k]][axis];
+        er_lu_solve(m, stiffness, pivot, response[axis]);
     }
     for (int c = 0; c < 6; c++)
         for (int k = 0; k < m; k++)
-            compliance[c] += placement.lever[robot->elastic_angle[k]][er_row[c]] * moved[er_column[c]][k];
+            compliance[c] += placement.lever[robot->elastic_angle[k]][er_row[c]] * response[er_column[c]][k];
     return true;
 }
 
 /* Adds the change of J_p^T K J_p, spring's and contact's part of the stiffness, times -1. */
-static void take_off_support(const er_model *model, const er_change *change, const er_moved *p,
+static void take_off_support(const er_model *model, const er_change *change, const er_placement_change *p,
                              double *matrix)
 {
     const er_robot *robot = &model->robot;
@@ -266,14 +266,14 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
-    double moved[3][MOST], moved_change[3][MOST], stuck[MOST] = {0.0};
+    double response[3][MOST], response_change[3][MOST], stuck[MOST] = {0.0};
     double of_hysteresis[MOST] = {0.0}, driven[ER_MAX_JOINTS];
     static const double no_wrench[6] = {0.0};
-    er_moved p;
+    er_placement_change p;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
         return true;
-    er_move_along(model, change, false, true, &p);
+    er_placement_change_at(model, change, false, true, &p);
     wrench_along(model, change, &p, wrench, wrench_change);
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
     static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
@@ -301,7 +301,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
     for (int axis = 0; axis < 3; axis++) {
-        double *y = moved[axis], *dy = moved_change[axis];
+        double *y = response[axis], *dy = response_change[axis];
         for (int k = 0; k < m; k++) {
             y[k] = p.at.lever[robot->elastic_angle[k]][axis];
             dy[k] = p.along.lever[robot->elastic_angle[k]][axis];
@@ -315,8 +315,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     for (int c = 0; c < 6; c++)
         for (int k = 0; k < m; k++) {
             int i = robot->elastic_angle[k];
-            compliance[c] += p.along.lever[i][er_row[c]] * moved[er_column[c]][k] +
-                             p.at.lever[i][er_row[c]] * moved_change[er_column[c]][k];
+            compliance[c] += p.along.lever[i][er_row[c]] * response[er_column[c]][k] +
+                             p.at.lever[i][er_row[c]] * response_change[er_column[c]][k];
         }
     return true;
 }

@@ -17,10 +17,10 @@ typedef struct {
 typedef struct {
     er_placement at;
     er_placement_tangent along;
-} er_moved;
+} er_placement_change;
 
 /* At the present state along a change; with bodies where `bodies` asks for them. */
-void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *moved);
+void er_placement_change_at(const er_model *model, const er_change *change, bool rigid, bool bodies, er_placement_change *out);
 
 /* Change of x that keeps the model's state an equilibrium along a change of drives, wrench and parameters;
  * each coordinate stays on its branch.  False if there is none. */

@@ -49,22 +49,22 @@ static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
 }
 
 /* Takes a balancer's torque off what its gear carries. */
-static void balance(const er_run *r, const er_balancer *balancer, const er_nodes *nodes, int states)
+static void take_off_balancer(const er_run *r, const er_balancer *balancer, const er_nodes *nodes, int states,
+                              er_lanes *residual)
 {
-    er_workspace *w = r->work;
     int k = balancer->coordinate, i = r->system->robot->elastic_joint[k];
     for (int l = 0; l < states; l++)
-        w->residual[k][l] -= er_balance_at(balancer, nodes->q[i][l] + w->x[k][l]).torque;
+        residual[k][l] -= er_balance_at(balancer, nodes->q[i][l] + r->work->x[k][l]).torque;
 }
 
-/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]; where motors move, w->x and
- * w->v are wind-ups from then on. */
-static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
-                          const step_laws *laws, int states)
+/* Residuals [N m] of chain and gears at the nodes from w->x, w->v and the accelerations. */
+static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration, const step_laws *laws,
+                          int states, er_lanes *residual)
 {
     const er_system *system = r->system;
     const er_robot *robot = system->robot;
     er_workspace *w = r->work;
+    const er_lanes *x = (const er_lanes *)w->x, *v = (const er_lanes *)w->v;
     er_stage_motion(r, nodes, acceleration);
     if (system->anchored)
         er_stage_gap(r, nodes, states);
@@ -72,25 +72,26 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
         er_stage_contact(r, nodes, states);
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
-                           er_stage_pull(r, nodes, states, laws->touching), w->residual);
+                           er_stage_pull(r, nodes, states, laws->touching), residual);
     for (int b = 0; b < robot->balancers; b++)
-        balance(r, &robot->balancer[b], nodes, states);
-    if (r->motors > 0)
-        r->means->kernel.motor_wind_up(robot, r->motors, nodes, states, w->x, w->v, (const er_lanes *)w->residual,
-                                       &w->motors);
-    r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
-                           (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
+        take_off_balancer(r, &robot->balancer[b], nodes, states, residual);
+    if (r->motors > 0) {
+        r->means->kernel.motor_wind_up(robot, r->motors, nodes, states, x, v, (const er_lanes *)residual, &w->motors);
+        x = (const er_lanes *)w->motors.wind_up;
+        v = (const er_lanes *)w->motors.wind_up_rate;
+    }
+    r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping, x, v, residual);
     for (int b = 0; b < laws->bent; b++) {
         int k = laws->which[b];
         for (int l = 0; l < states; l++)
-            w->residual[k][l] += er_gear_torque(system->gears, k, laws->region[b], w->x[k][l]);
+            residual[k][l] += er_gear_torque(system->gears, k, laws->region[b], x[k][l]);
     }
     for (int k = 0; robot->elements > 0 && k < r->m; k++)
         for (int l = 0; l < states; l++)
-            w->residual[k][l] += laws->held[k] + laws->stuck[k] * w->x[k][l];
+            residual[k][l] += laws->held[k] + laws->stuck[k] * x[k][l];
 }
 
-static void find_motor_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
+static void fill_motor_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
 {
     const er_system *system = r->system;
     r->means->kernel.motor_residual(system->robot, r->motors, system->gears->slip_torque + r->m,
@@ -118,19 +119,19 @@ static double estimate_error(const er_run *r, const step_laws *laws, const er_st
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[MOST], of_motors[ER_MAX_JOINTS];
-    double defect[MOST], own = 0.0;
+    double defect[MOST], motor_error = 0.0;
     kernel->spread(r->m, step->x, w->x);
     kernel->spread(r->m, step->v, w->v);
     kernel->spread(r->m, step->a, acceleration);
-    find_residual(r, &w->end, (const er_lanes *)acceleration, laws, 1);
+    find_residual(r, &w->end, (const er_lanes *)acceleration, laws, 1, w->residual);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
     if (r->motors > 0) {
         kernel->spread(r->motors, step->motors.pa, of_motors);
-        find_motor_residual(r, &w->end, (const er_lanes *)of_motors);
-        own = er_motors_defect(r, defect);
+        fill_motor_residual(r, &w->end, (const er_lanes *)of_motors);
+        motor_error = er_motors_defect(r, defect);
     }
-    return step->length * step->length * fmax(kernel->filter(r->m, w->inverse, defect), own);
+    return step->length * step->length * fmax(kernel->filter(r->m, w->inverse, defect), motor_error);
 }
 
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
@@ -158,9 +159,9 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         if (r->motors > 0)
             kernel->motor_stages(r->system->robot, r->motors, h, &w->stages,
                                  (const er_lanes *)step->motor_acceleration, &w->motors);
-        find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
+        find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES, w->residual);
         if (r->motors > 0) {
-            find_motor_residual(r, &w->stages, (const er_lanes *)step->motor_acceleration);
+            fill_motor_residual(r, &w->stages, (const er_lanes *)step->motor_acceleration);
             kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)step->acceleration, w->residual,
                                  &w->motors);
         }
@@ -187,7 +188,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     step->passes--;
     place_end(r, from.x, from.v, step);
     if (r->system->contacting)
-        er_find_depths(r, state, &from, step);
+        er_step_depths(r, state, &from, step);
     if (r->motors > 0)
         er_motors_end(r, state, step);
     step->error = estimate_error(r, &laws, step);

@@ -105,20 +105,20 @@ er_drive_change er_column_command(const er_sensitivity *s, const er_run *r, int 
 }
 
 void er_motor_column_begin(const er_sensitivity *s, const er_run *r, const er_state *state, int column,
-                           er_motor_column *own)
+                           er_motor_column *column_motors)
 {
-    memcpy(own->x, s->x[column], sizeof own->x);
-    memcpy(own->v, s->v[column], sizeof own->v);
-    memset(own->acceleration, 0, sizeof own->acceleration);
+    memcpy(column_motors->x, s->x[column], sizeof column_motors->x);
+    memcpy(column_motors->v, s->v[column], sizeof column_motors->v);
+    memset(column_motors->acceleration, 0, sizeof column_motors->acceleration);
     for (int d = 0; d < r->motors; d++) {
         er_drive_change at = er_column_command(s, r, d, column, state->time);
         er_gear_error error;
         int k = r->system->robot->motor[d].coordinate;
-        own->p[d] = s->motors[column].angle[d] - at.q;
-        own->pv[d] = s->motors[column].rate[d] - at.qd;
+        column_motors->p[d] = s->motors[column].angle[d] - at.q;
+        column_motors->pv[d] = s->motors[column].rate[d] - at.qd;
         error = er_gear_error_at(r->system->robot, r->system->robot->motor[d].joint, state->motors.angle[d]);
-        own->x[k] += own->p[d] + error.slope * s->motors[column].angle[d];
-        own->v[k] += own->pv[d] + error.slope * s->motors[column].rate[d] +
+        column_motors->x[k] += column_motors->p[d] + error.slope * s->motors[column].angle[d];
+        column_motors->v[k] += column_motors->pv[d] + error.slope * s->motors[column].rate[d] +
                      error.bend * state->motors.rate[d] * s->motors[column].angle[d];
     }
 }
@@ -134,37 +134,37 @@ static er_gear_error error_at(const er_run *r, int d, int l, double *rate)
 }
 
 void er_motor_column_gears(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
-                           er_motor_column *own, er_lanes *load)
+                           er_motor_column *column_motors, er_lanes *load)
 {
-    r->means->kernel.stages(r->motors, h, own->p, own->pv, (const er_lanes *)own->acceleration, own->stage_p,
-                            own->stage_pv);
+    r->means->kernel.stages(r->motors, h, column_motors->p, column_motors->pv, (const er_lanes *)column_motors->acceleration, column_motors->stage_p,
+                            column_motors->stage_pv);
     for (int d = 0; d < r->motors; d++) {
         int k = r->system->robot->motor[d].coordinate;
         for (int l = 0; l < ER_STAGES; l++) {
-            double moved = own->stage_p[d][l], faster = own->stage_pv[d][l], rate;
+            double turned = column_motors->stage_p[d][l], faster = column_motors->stage_pv[d][l], rate;
             if (r->system->robot->errors > 0) {
                 er_gear_error error = error_at(r, d, l, &rate);
                 er_drive_change at = er_column_command(s, r, d, column, state->time + h * er_gauss_node[l]);
-                moved += error.slope * (own->stage_p[d][l] + at.q);
-                faster += error.slope * (own->stage_pv[d][l] + at.qd) + error.bend * rate * (own->stage_p[d][l] + at.q);
+                turned += error.slope * (column_motors->stage_p[d][l] + at.q);
+                faster += error.slope * (column_motors->stage_pv[d][l] + at.qd) + error.bend * rate * (column_motors->stage_p[d][l] + at.q);
             }
-            load[k][l] -= s->slope[k][l] * moved + r->system->gears->damping[k] * faster;
-            own->gear[d][l] = load[k][l];
+            load[k][l] -= s->slope[k][l] * turned + r->system->gears->damping[k] * faster;
+            column_motors->gear[d][l] = load[k][l];
         }
     }
 }
 
 /* Growth of z along a column at a stage [N m/s], but where it keeps the torque at its limit, and w [rad/s]. */
-static double find_growth(const er_run *r, int d, int l, const er_motor_column *own, er_drive_change at, double *wanted)
+static double find_growth(const er_run *r, int d, int l, const er_motor_column *column_motors, er_drive_change at, double *wanted)
 {
     const er_motor *motor = &r->system->robot->motor[d];
-    *wanted = er_servo_wanted(motor, own->stage_p[d][l], own->stage_pv[d][l], at.qd);
+    *wanted = er_servo_wanted(motor, column_motors->stage_p[d][l], column_motors->stage_pv[d][l], at.qd);
     return r->work->motors.law[d].integral == ER_GROWS ? motor->integral_gain * *wanted : 0.0;
 }
 
 /* Friction along a column at a stage [N m], under the gear's torque and what the column changes of that. */
 static double friction_along(const er_sensitivity *s, const er_run *r, int d, int l, int column,
-                             const er_motor_column *own, er_drive_change at, double torque, double torque_along)
+                             const er_motor_column *column_motors, er_drive_change at, double torque, double torque_along)
 {
     const er_robot *robot = r->system->robot;
     const er_motor *motor = &robot->motor[d];
@@ -178,14 +178,14 @@ static double friction_along(const er_sensitivity *s, const er_run *r, int d, in
     part = er_friction_part(work, d, angle);
     er_motor_friction(motor, slip_torque, 0.0, part, rate, &by_rate);
     changed = s->elongation[column][robot->elements + d] / motor->slip_angle +
-              by_angle * (own->stage_p[d][l] + at.q - s->motors[column].angle[d]);
+              by_angle * (column_motors->stage_p[d][l] + at.q - s->motors[column].angle[d]);
     return (slip_torque * by_part + motor->load_friction * fabs(torque)) * changed +
            copysign(motor->load_friction, torque) * part * torque_along +
-           by_rate * (own->stage_pv[d][l] + at.qd) + (cause == ER_BY_FRICTION && entry == d ? by_part * part : 0.0);
+           by_rate * (column_motors->stage_pv[d][l] + at.qd) + (cause == ER_BY_FRICTION && entry == d ? by_part * part : 0.0);
 }
 
 void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
-                              const er_motor_column *own, const er_lanes *gear)
+                              const er_motor_column *column_motors, const er_lanes *gear)
 {
     const er_robot *robot = r->system->robot;
     er_motor_work *work = &r->work->motors;
@@ -199,11 +199,11 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
         er_drive_change at[ER_STAGES];
         for (int l = 0; l < ER_STAGES; l++) {
             at[l] = er_column_command(s, r, d, column, state->time + h * er_gauss_node[l]);
-            growth[l] = find_growth(r, d, l, own, at[l], &wanted[l]);
+            growth[l] = find_growth(r, d, l, column_motors, at[l], &wanted[l]);
         }
         for (int l = 0; l < ER_STAGES; l++) {
             double torque = cause == ER_BY_TORQUE && entry == d ? 1.0 : 0.0, held = 0.0, rate;
-            double follows = own->gear[d][l] + gear[k][l];
+            double follows = column_motors->gear[d][l] + gear[k][l];
             er_gear_error error = {0.0, 0.0, 0.0, 0.0};
             if (s->drive == ER_SERVO && work->law[d].side == 0) {
                 torque = er_servo_asked(motor, wanted[l], s->motors[column].integral[d]);
@@ -212,27 +212,27 @@ void er_motor_column_residual(const er_sensitivity *s, const er_run *r, const er
             }
             if (loaded) {
                 error = error_at(r, d, l, &rate);
-                held = er_wind_up_torque(r, state, k, r->work->x[k][l], r->work->v[k][l]);
+                held = er_wind_up_torque(r, state, k, er_wind_up(r)[k][l], er_wind_up_rate(r)[k][l]);
             }
-            work->residual[d][l] = motor->inertia * (own->acceleration[d][l] + at[l].qdd) - torque -
+            work->residual[d][l] = motor->inertia * (column_motors->acceleration[d][l] + at[l].qdd) - torque -
                                    (1.0 + error.slope) * follows -
-                                   error.bend * held * (own->stage_p[d][l] + at[l].q) +
-                                   friction_along(s, r, d, l, column, own, at[l], held, follows);
+                                   error.bend * held * (column_motors->stage_p[d][l] + at[l].q) +
+                                   friction_along(s, r, d, l, column, column_motors, at[l], held, follows);
         }
     }
 }
 
 void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step, int column,
-                         const er_motor_column *own)
+                         const er_motor_column *column_motors)
 {
     const double h = step->length;
     const er_robot *robot = r->system->robot;
     er_motor_change *motors = &s->motors[column];
     double p[ER_MAX_JOINTS], pv[ER_MAX_JOINTS], before[ER_MAX_JOINTS];
-    memcpy(p, own->p, sizeof p);
-    memcpy(pv, own->pv, sizeof pv);
+    memcpy(p, column_motors->p, sizeof p);
+    memcpy(pv, column_motors->pv, sizeof pv);
     memcpy(before, motors->angle, sizeof before);
-    r->means->kernel.finish(r->motors, h, (const er_lanes *)own->acceleration, p, pv);
+    r->means->kernel.finish(r->motors, h, (const er_lanes *)column_motors->acceleration, p, pv);
     for (int d = 0; d < r->motors; d++) {
         int k = robot->motor[d].coordinate;
         er_drive_change at = er_column_command(s, r, d, column, state->time + h);
@@ -240,7 +240,7 @@ void er_motor_column_end(er_sensitivity *s, const er_run *r, const er_state *sta
         for (int l = 0; l < ER_STAGES; l++) {
             double wanted;
             er_drive_change then = er_column_command(s, r, d, column, state->time + h * er_gauss_node[l]);
-            double growth = find_growth(r, d, l, own, then, &wanted);
+            double growth = find_growth(r, d, l, column_motors, then, &wanted);
             motors->integral[d] += s->drive == ER_SERVO ? h * er_gauss_end_rate[l] * growth : 0.0;
         }
         if (r->work->motors.law[d].integral == ER_KEEPS)

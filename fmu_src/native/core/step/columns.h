@@ -99,18 +99,18 @@ er_drive_change er_column_command(const er_sensitivity *sensitivity, const er_ru
 
 /* Where a column starts in a step from a state. */
 void er_motor_column_begin(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, int column,
-                           er_motor_column *own);
+                           er_motor_column *column_motors);
 
 /* Takes the motors off what a column's gears carry, and keeps that. */
 void er_motor_column_gears(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h,
-                           int column, er_motor_column *own, er_lanes *load);
+                           int column, er_motor_column *column_motors, er_lanes *load);
 
 /* Residuals of the motors along a column, into w->motors.residual; `gear` is what it changes in the gears beside. */
 void er_motor_column_residual(const er_sensitivity *sensitivity, const er_run *r, const er_state *state, double h,
-                              int column, const er_motor_column *own, const er_lanes *gear);
+                              int column, const er_motor_column *column_motors, const er_lanes *gear);
 
 /* Takes a column's motors to the step's end, and x and x' of the chain to wind-ups. */
 void er_motor_column_end(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
-                         int column, const er_motor_column *own);
+                         int column, const er_motor_column *column_motors);
 
 #endif

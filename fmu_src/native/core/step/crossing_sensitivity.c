@@ -20,7 +20,7 @@ static void find_chain_end(const er_run *r, const er_step *step, double *theta)
 
 /* Turns torques on the elastic coordinates at the end of a step into their accelerations; false if the mass matrix is
  * singular, which is the columns' reason then. */
-static bool accelerate(er_sensitivity *s, const er_run *r, const er_step *step, double *torque)
+static bool accelerate_chain(er_sensitivity *s, const er_run *r, const er_step *step, double *torque)
 {
     const er_robot *robot = r->system->robot;
     double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
@@ -52,20 +52,21 @@ static double drive_at_end(const er_run *r, const er_step *step, int joint)
  *     dx' += M^-1 J_c^T (F / d') dd,
  *
  * with the change dd of the depth.  Where it lifts off the step ends at the plane, and nothing is missing. */
-static void cross_contact(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
+void er_sensitivity_contact(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
+                            const er_crossing *crossing)
 {
     const er_robot *robot = r->system->robot;
     const er_contact_motion *motion = r->work->contact;
     int m = r->m;
     double response[ER_MAX_ANGLES], approach = er_end_approach(r, step);
-    if (!(approach > 0.0))
+    if (crossing->outward < 0 || !(approach > 0.0))
         return;
     for (int k = 0; k < m; k++)
         response[k] = er_dot(motion->lever[robot->elastic_angle[k]], motion->wrench) / approach;
-    if (!accelerate(s, r, step, response))
+    if (!accelerate_chain(s, r, step, response))
         return;
     for (int column = s->first; column < s->first + s->count; column++) {
-        er_share share = er_share_of(s, robot, column, state->time + step->length - s->start);
+        er_share share = er_share_of(s, robot, column, state->time - s->start);
         double still[ER_MAX_ANGLES] = {0.0}, drives[ER_MAX_JOINTS] = {0.0}, change[ER_MAX_ANGLES];
         er_touch along;
         if (share.joint >= 0)
@@ -120,31 +121,14 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
  *
  * dx_k that of the elongation for an element.  As it sticks again nothing jumps, and the place where it does is
  * where x_k does not move. */
-void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *state,
-                          const er_step *step, const er_crossing *crossing)
+static void pass_boundary(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
+                          const er_crossing *crossing, double edge, double beyond, double jump)
 {
     const er_system *system = r->system;
     int m = r->m, k = crossing->coordinate, motor = r->motors > 0 ? system->robot->motor_of[k] : -1;
     bool slips = crossing->at == ER_AT_SLIP, of_motor = slips && k >= m;
-    double jump, edge, beyond, rate, bend, per_beyond, torque, winds = 1.0;
+    double rate, bend, per_beyond, torque, winds = 1.0;
     double response[ER_MAX_ANGLES] = {0.0};
-    if (s->reason != NULL || crossing->at == ER_AT_REVERSAL || crossing->at >= ER_AT_LIMIT)
-        return;
-    if (crossing->at == ER_AT_CONTACT) {
-        if (crossing->outward > 0)
-            cross_contact(s, r, state, step);
-        return;
-    }
-    if (slips) {
-        edge = crossing->outward * system->robot->element[crossing->element].angle;
-        beyond = crossing->outward * (state->stops.elongation[crossing->element] - edge);
-        jump = -crossing->outward * beyond; /* of 1 N m/rad */
-    } else {
-        edge = copysign(er_gear_half_width(system->gears, k), crossing->boundary);
-        beyond = crossing->outward * (step->x[k] - edge);
-        jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
-               er_gear_torque(system->gears, k, state->region[k], step->x[k]);
-    }
     rate = crossing->outward * (of_motor ? step->motors.rate[k - m] : step->v[k]);
     bend = crossing->outward * (of_motor ? step->motors.acceleration[k - m] : step->a[k]);
     per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
@@ -153,7 +137,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     torque = jump * per_beyond * crossing->outward;
     if (!of_motor) {
         response[k] = torque;
-        if (!accelerate(s, r, step, response))
+        if (!accelerate_chain(s, r, step, response))
             return;
     }
     if (motor >= 0)
@@ -176,18 +160,38 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     }
 }
 
+void er_sensitivity_edge(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
+                         const er_crossing *crossing)
+{
+    const er_gears *gears = r->system->gears;
+    const int k = crossing->coordinate;
+    double edge = copysign(er_gear_half_width(gears, k), crossing->boundary);
+    double jump = er_gear_torque(gears, k, crossing->region, step->x[k]) -
+                  er_gear_torque(gears, k, state->region[k], step->x[k]);
+    pass_boundary(s, r, state, step, crossing, edge, crossing->outward * (step->x[k] - edge), jump);
+}
+
+void er_sensitivity_release(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
+                            const er_crossing *crossing)
+{
+    double edge = crossing->outward * r->system->robot->element[crossing->element].angle;
+    double beyond = crossing->outward * (state->stops.elongation[crossing->element] - edge);
+    pass_boundary(s, r, state, step, crossing, edge, beyond, -crossing->outward * beyond); /* of 1 N m/rad */
+}
+
 /* The torque is continuous where it reaches its limit or leaves it, z' is not: what a column shifts that moment by, dt
  * = -da / a' of what is asked for, changes z by the difference of its rates.  The step ends a time t beyond, in which
  * the motor turned by the law before: dq' += k da t / J is missing, k 1 where the torque is left to the servo again, -1
  * where the limit holds it. */
-void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step, int d,
-                          er_servo_law before)
+void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
+                          const er_crossing *crossing)
 {
+    const int d = crossing->coordinate - r->m;
     const er_robot *robot = r->system->robot;
     const er_motor *motor = &robot->motor[d];
     const er_motor_end *end = &step->motors;
     const er_servo_course *course = &r->work->motors.course[d];
-    const er_servo_law after = state->motors.law[d];
+    const er_servo_law before = state->motors.law[d], after = er_servo_beyond(r, state, crossing);
     const int side = before.side != 0 ? before.side : after.side;
     double wanted = course->wanted[ER_DEGREE], turning = course->turning[ER_DEGREE];
     double growth = er_servo_growth(motor, before, wanted, turning);
@@ -195,7 +199,7 @@ void er_sensitivity_limit(er_sensitivity *s, const er_run *r, const er_state *st
     double late = (course->asked[ER_DEGREE] - side * motor->torque_limit) / rate;
     double follows = (after.side == 0) - (before.side == 0);
     double winds = 1.0 + er_gear_error_at(robot, motor->joint, end->angle[d]).slope;
-    if (s->reason != NULL || rate == 0.0)
+    if (rate == 0.0)
         return;
     for (int column = s->first; column < s->first + s->count; column++) {
         er_motor_change *change = &s->motors[column];

@@ -4,13 +4,16 @@
 
 #include "columns.h"
 
-/* Corrects the columns where a coordinate or an element is about to change its law at the end of a step. */
-void er_sensitivity_cross(er_sensitivity *sensitivity, const er_run *r, const er_state *state,
-                          const er_step *step, const er_crossing *crossing);
-
-/* Corrects them where a servo has reached or left its torque limit at the end of a step and obeys another law. */
+/* Correct the columns at the end of a step where, beyond it, a coordinate obeys the law beyond the edge of its backlash,
+ * an element slips, a contact begins, or a servo has reached or left its torque limit. */
+void er_sensitivity_edge(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
+                         const er_crossing *crossing);
+void er_sensitivity_release(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
+                            const er_crossing *crossing);
+void er_sensitivity_contact(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
+                            const er_crossing *crossing);
 void er_sensitivity_limit(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step,
-                          int motor, er_servo_law before);
+                          const er_crossing *crossing);
 
 /* An element of hysteresis slips from now on: its elongation does not depend on anything. */
 void er_sensitivity_slip(er_sensitivity *sensitivity, int element);

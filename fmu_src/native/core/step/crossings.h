@@ -9,6 +9,6 @@ bool er_first_crossing(const er_run *r, const er_state *state, const er_step *st
 
 /* The earlier of a crossing, if one was `found`, and that of a contact's depth at the start, the nodes and
  * the end of a step. */
-bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first);
+bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool has_first, er_crossing *first);
 
 #endif

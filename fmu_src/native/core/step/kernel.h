@@ -148,9 +148,10 @@ typedef void er_tangent_function(const er_robot *robot, const er_links *links,
 typedef void er_motor_stages_function(const er_robot *robot, int motors, double h, const er_nodes *nodes,
                                       const er_lanes *acceleration, er_motor_work *work);
 
-/* Turns x and v of the chain into wind-ups, and keeps what acts on gears beside their torque: the residual so far. */
+/* Wind-ups of x and v of the chain; and keeps what acts on gears beside their torque: the residual so far. */
 typedef void er_motor_wind_up_function(const er_robot *robot, int motors, const er_nodes *nodes, int states,
-                                       er_lanes *x, er_lanes *v, const er_lanes *residual, er_motor_work *work);
+                                       const er_lanes *x, const er_lanes *v, const er_lanes *residual,
+                                       er_motor_work *work);
 
 /* Residuals of motors from those of the chain, where the gears' torques are now, and p''; with the torques at which
  * they slip, and those that motors without servo exert, NULL with servos [N m]. */

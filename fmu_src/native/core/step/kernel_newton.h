@@ -191,25 +191,28 @@ static void ER_NAME(motor_stages)(const er_robot *robot, int motors, double h, c
     }
 }
 
-/* x and v of the chain become wind-ups; what acts on gears beside their torque, the residual so far, is kept. */
-static void ER_NAME(motor_wind_up)(const er_robot *robot, int motors, const er_nodes *nodes, int states, er_lanes *x,
-                                   er_lanes *v, const er_lanes *residual, er_motor_work *work)
+/* What acts on gears beside their torque, the residual so far, is kept. */
+static void ER_NAME(motor_wind_up)(const er_robot *robot, int motors, const er_nodes *nodes, int states,
+                                   const er_lanes *x, const er_lanes *v, const er_lanes *residual, er_motor_work *work)
 {
+    er_lanes *angle = work->wind_up, *rate = work->wind_up_rate;
+    memcpy(angle, x, (size_t)robot->elastics * sizeof *angle);
+    memcpy(rate, v, (size_t)robot->elastics * sizeof *rate);
     for (int d = 0; d < motors; d++) {
         const er_motor *motor = &robot->motor[d];
         const int k = motor->coordinate, i = motor->joint;
         const double *p = work->stage_p[d], *pv = work->stage_pv[d];
         memcpy(work->load[d], residual[k], sizeof work->load[d]);
         for (int l = 0; l < ER_LANES; l++) {
-            x[k][l] -= p[l];
-            v[k][l] -= pv[l];
+            angle[k][l] -= p[l];
+            rate[k][l] -= pv[l];
             work->winds[d][l] = 1.0;
             work->error[d][l] = 0.0;
         }
         for (int l = 0; er_has_gear_error(robot, i) && l < states; l++) {
             er_gear_error error = er_gear_error_at(robot, i, nodes->q[i][l] + p[l]);
-            x[k][l] -= error.value;
-            v[k][l] -= error.slope * (nodes->qd[i][l] + pv[l]);
+            angle[k][l] -= error.value;
+            rate[k][l] -= error.slope * (nodes->qd[i][l] + pv[l]);
             work->winds[d][l] = 1.0 + error.slope;
             work->error[d][l] = error.value;
         }
@@ -272,19 +275,19 @@ static double ER_NAME(motor_after)(const er_robot *robot, int motors, const er_l
     er_lanes squares = {0.0};
     for (int d = 0; d < motors; d++) {
         const double *chain = acceleration[robot->motor[d].coordinate];
-        er_lanes change, own = {0.0};
-        er_pairs moved = {0.0}, force;
+        er_lanes change, change_of_motor = {0.0};
+        er_pairs pairs = {0.0}, force;
         for (int l = 0; l < ER_LANES; l++)
             change[l] = chain[l] - work->before[d][l];
-        add_mixed(er_gauss_to_pairs, change, moved);
-        times(work->gear[d], moved, force);
+        add_mixed(er_gauss_to_pairs, change, pairs);
+        times(work->gear[d], pairs, force);
         for (int p = 0; p < 2 * ER_PAIRS; p++)
             force[p] -= work->left[d][p];
-        times(work->yields[d], force, moved);
-        add_mixed(er_gauss_from_pairs, moved, own);
+        times(work->yields[d], force, pairs);
+        add_mixed(er_gauss_from_pairs, pairs, change_of_motor);
         for (int l = 0; l < ER_LANES; l++) {
-            motor_acceleration[d][l] += own[l];
-            squares[l] += own[l] * own[l];
+            motor_acceleration[d][l] += change_of_motor[l];
+            squares[l] += change_of_motor[l] * change_of_motor[l];
         }
     }
     return squares[0] + squares[1] + squares[2] + squares[3];

@@ -143,14 +143,14 @@ ER_INLINE vec plus_axis(int along, const double a[3], vec v, er_real value)
 /* v + b x a value */
 ER_INLINE vec plus_cross_axis(int along, const double a[3], vec v, vec b, er_real value)
 {
-    er_real own;
+    er_real factor;
     if (along == ER_ASKEW)
         return add(v, cross(b, scaled(a, value)));
-    own = a[along] * value;
+    factor = a[along] * value;
     switch (along) {
-    case 0: return (vec){v.x, v.y + b.z * own, v.z - b.y * own};
-    case 1: return (vec){v.x - b.z * own, v.y, v.z + b.x * own};
-    default: return (vec){v.x + b.y * own, v.y - b.x * own, v.z};
+    case 0: return (vec){v.x, v.y + b.z * factor, v.z - b.y * factor};
+    case 1: return (vec){v.x - b.z * factor, v.y, v.z + b.x * factor};
+    default: return (vec){v.x + b.y * factor, v.y - b.x * factor, v.z};
     }
 }
 

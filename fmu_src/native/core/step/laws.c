@@ -9,9 +9,10 @@
 #include "crossing_sensitivity.h"
 #include "motor_step.h"
 #include "stage.h"
+#include "events.h"
 
 /* Stage accelerations at other nodes of a step's polynomial. */
-static void interpolate(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
+static void interpolate_stages(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
 {
     double weight[ER_STAGES][ER_STAGES];
     if (m == 0)
@@ -33,8 +34,8 @@ void er_guess(const er_run *r, const er_state *state, double h, er_step *step)
     if (state->predictor_step > 0.0) {
         /* Of a step that is hardly one the acceleration at its end is held: its polynomial is rounding. */
         double ratio = er_command_counts(r->system->robot, state->predictor_step) ? h / state->predictor_step : 0.0;
-        interpolate(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
-        interpolate(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
+        interpolate_stages(r->m, 1.0, ratio, (const er_lanes *)state->predictor, step->acceleration);
+        interpolate_stages(r->motors, 1.0, ratio, (const er_lanes *)state->motors.predictor, step->motor_acceleration);
     } else {
         memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
         memset(step->motor_acceleration, 0, (size_t)r->motors * sizeof *step->motor_acceleration);
@@ -43,8 +44,8 @@ void er_guess(const er_run *r, const er_state *state, double h, er_step *step)
 
 void er_guess_part(const er_run *r, double ratio, const er_step *tried, er_step *step)
 {
-    interpolate(r->m, 0.0, ratio, (const er_lanes *)tried->acceleration, step->acceleration);
-    interpolate(r->motors, 0.0, ratio, (const er_lanes *)tried->motor_acceleration, step->motor_acceleration);
+    interpolate_stages(r->m, 0.0, ratio, (const er_lanes *)tried->acceleration, step->acceleration);
+    interpolate_stages(r->motors, 0.0, ratio, (const er_lanes *)tried->motor_acceleration, step->motor_acceleration);
 }
 
 bool er_try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
@@ -57,73 +58,14 @@ bool er_try_step(const er_run *r, const er_state *state, double h, double accura
     return er_solve_step(r, state, h, accuracy, step);
 }
 
-/* How far a step's end is beyond a boundary [rad, rad/s, m], and at what rate it goes on. */
-static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
-{
-    int k = crossing->coordinate;
-    bool of_motor = crossing->at != ER_AT_CONTACT && k >= r->m;
-    const er_servo_course *course = of_motor ? &r->work->motors.course[k - r->m] : NULL;
-    double value = of_motor ? step->motors.angle[k - r->m] : step->x[k];
-    *rate = of_motor ? step->motors.rate[k - r->m] : step->v[k];
-    if (crossing->at == ER_AT_REVERSAL) {
-        value = *rate;
-        *rate = of_motor ? step->motors.acceleration[k - r->m] : step->a[k];
-    } else if (crossing->at == ER_AT_CONTACT) {
-        value = step->depth[ER_DEGREE];
-        *rate = er_end_approach(r, step);
-    } else if (crossing->at == ER_AT_TURN) {
-        value = course->wanted[ER_DEGREE];
-        *rate = course->turning[ER_DEGREE];
-    } else if (crossing->at == ER_AT_LIMIT) {
-        const er_motor *motor = &r->system->robot->motor[k - r->m];
-        value = course->asked[ER_DEGREE];
-        *rate = motor->rate_gain * course->turning[ER_DEGREE] +
-                er_servo_growth(motor, r->work->motors.law[k - r->m], course->wanted[ER_DEGREE],
-                                course->turning[ER_DEGREE]);
-    }
-    *rate *= crossing->outward;
-    return crossing->outward * (value - crossing->boundary);
-}
-
-/* How far a step may miss a boundary [rad, rad/s, m]. */
-static double find_allowed(const er_run *r, const er_crossing *crossing)
-{
-    const er_robot *robot = r->system->robot;
-    double tolerance = r->means->tolerance, slack = ER_CONTACT_SLACK;
-    switch (crossing->at) {
-    case ER_AT_EDGE: slack = er_gear_slack(r->system->gears, r->settings, crossing->coordinate, tolerance); break;
-    case ER_AT_SLIP: slack = er_stop_slack(robot, crossing->element, tolerance); break;
-    case ER_AT_REVERSAL: slack = er_reversal_slack(robot, crossing->coordinate, tolerance); break;
-    case ER_AT_CONTACT: break;
-    case ER_AT_LIMIT: slack = er_servo_slack(r, crossing->coordinate - r->m); break;
-    case ER_AT_TURN: slack = er_servo_rate_slack(r); break;
-    case ER_AT_RELEASE: return INFINITY; /* both laws have the same z' there */
-    }
-    return r->settings->landing * slack;
-}
-
-/* The error that Newton's method may leave in x [rad] for that: x' is less exact by the longest step (er_solve_step). */
-static double find_accuracy(const er_run *r, const er_crossing *crossing, double allowed)
-{
-    double accuracy = r->settings->landing_iteration * allowed;
-    switch (crossing->at) {
-    case ER_AT_EDGE:
-    case ER_AT_SLIP:
-    case ER_AT_CONTACT: return accuracy;
-    case ER_AT_REVERSAL:
-    case ER_AT_TURN: return accuracy * r->settings->longest_step;
-    case ER_AT_LIMIT:
-        return accuracy * r->settings->longest_step / r->system->robot->motor[crossing->coordinate - r->m].rate_gain;
-    case ER_AT_RELEASE: break;
-    }
-    return r->means->iteration * r->means->tolerance;
-}
-
 bool er_land(const er_run *r, const er_state *state, const er_step *step, const er_crossing *crossing)
 {
     er_step *landed = &r->work->landed;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = find_allowed(r, crossing), accuracy = find_accuracy(r, crossing, allowed);
+    const er_event *event = &er_events[crossing->at];
+    const double allowed = r->settings->landing * event->slack(r->system->robot, r->system->gears, r->means->tolerance,
+                                                               crossing->coordinate, crossing->element);
+    const double accuracy = event->accuracy(r, crossing, allowed);
     er_guess_part(r, h / from, step, landed);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
@@ -131,7 +73,8 @@ bool er_land(const er_run *r, const er_state *state, const er_step *step, const 
             er_guess_part(r, h / from, landed, landed);
         if (!er_try_step(r, state, h, accuracy, landed))
             return false;
-        beyond = find_beyond(r, crossing, landed, &rate);
+        beyond = crossing->outward * (event->value(r, crossing, landed, &rate) - crossing->boundary);
+        rate *= crossing->outward;
         if (fabs(beyond) <= allowed)
             return landed->error <= r->means->tolerance;
         if (!(rate > 0.0))
@@ -143,31 +86,15 @@ bool er_land(const er_run *r, const er_state *state, const er_step *step, const 
 }
 
 /* Lets Newton's method find its matrices and its rate anew, as slopes have changed. */
-static void forget(const er_run *r, er_state *state)
+static void forget_matrices(const er_run *r, er_state *state)
 {
     state->rate = 1.0;
     r->work->linearisation.length = 0.0;
 }
 
-static void slip_one(const er_run *r, er_state *state, int j, int direction)
-{
-    if (r->work->sensitivity != NULL)
-        er_sensitivity_slip(r->work->sensitivity, j);
-    er_stops_slip(r->system->robot, &state->stops, j, direction);
-}
-
-static void slip(const er_run *r, er_state *state, const er_crossing *crossing)
-{
-    const er_robot *robot = r->system->robot;
-    int k = crossing->coordinate;
-    for (int j = robot->first_element[k]; j < robot->first_element[k + 1]; j++)
-        if (er_stops_slips_too(robot, &state->stops, j, crossing->element, crossing->outward))
-            slip_one(r, state, j, crossing->outward);
-}
-
 /* A step that ends on one boundary may have passed others of the same moment by a hair: what is beyond one obeys the
  * law there from now on. */
-static void settle(const er_run *r, er_state *state)
+static void settle_laws(const er_run *r, er_state *state)
 {
     const er_system *system = r->system;
     const er_robot *robot = system->robot;
@@ -190,35 +117,19 @@ static void settle(const er_run *r, er_state *state)
         if (way != 0 && way * rate < -er_reversal_slack(robot, k, r->means->tolerance))
             er_stops_stick(robot, &state->stops, k);
         else if (way == 0 && fabs(elongation) > element->angle + er_stop_slack(robot, j, r->means->tolerance))
-            slip_one(r, state, j, elongation > 0.0 ? 1 : -1);
+            er_slip_element(r, state, j, elongation > 0.0 ? 1 : -1);
     }
     er_servos_settle(r, state);
 }
 
-static void change_servo(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing)
-{
-    int d = crossing->coordinate - r->m;
-    const er_servo_law before = state->motors.law[d];
-    er_servo_cross(r, state, crossing);
-    if (r->work->sensitivity != NULL && crossing->at == ER_AT_LIMIT)
-        er_sensitivity_limit(r->work->sensitivity, r, state, step, d, before);
-}
-
 void er_take_crossing(const er_run *r, er_state *state, const er_step *step, const er_crossing *crossing)
 {
-    if (r->work->sensitivity != NULL)
-        er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
+    const er_event *event = &er_events[crossing->at];
     state->time += step->length;
-    switch (crossing->at) {
-    case ER_AT_EDGE: state->region[crossing->coordinate] = crossing->region; break;
-    case ER_AT_SLIP: slip(r, state, crossing); break;
-    case ER_AT_REVERSAL: er_stops_stick(r->system->robot, &state->stops, crossing->coordinate); break;
-    case ER_AT_CONTACT: state->touching = crossing->region; break;
-    case ER_AT_LIMIT:
-    case ER_AT_TURN:
-    case ER_AT_RELEASE: change_servo(r, state, step, crossing); break;
-    }
-    settle(r, state);
+    if (r->work->sensitivity != NULL && r->work->sensitivity->reason == NULL && event->correct != NULL)
+        event->correct(r->work->sensitivity, r, state, step, crossing);
+    event->apply(r, state, crossing);
+    settle_laws(r, state);
     if (crossing->at == ER_AT_EDGE || crossing->at == ER_AT_CONTACT) {
         r->work->crossings++;
         state->step = fmin(r->settings->first_step, state->step);
@@ -232,7 +143,7 @@ void er_take_crossing(const er_run *r, er_state *state, const er_step *step, con
             state->motors.predictor[d][l] = step->motors.pa[d];
             state->predictor[r->system->robot->motor[d].coordinate][l] += step->motors.pa[d];
         }
-    forget(r, state);
+    forget_matrices(r, state);
 }
 
 void er_stick_reversed(const er_run *r, er_state *state)
@@ -243,11 +154,11 @@ void er_stick_reversed(const er_run *r, er_state *state)
         if (!(way * state->motors.rate[d] < -er_reversal_slack(robot, r->m + d, r->means->tolerance)))
             continue;
         er_stops_stick(robot, &state->stops, r->m + d);
-        forget(r, state);
+        forget_matrices(r, state);
     }
 }
 
-static void touch(const er_run *r, er_state *state)
+static void settle_contact(const er_run *r, er_state *state)
 {
     int before = state->touching, after = 0;
     double miss = r->settings->landing * ER_CONTACT_SLACK;
@@ -261,13 +172,13 @@ static void touch(const er_run *r, er_state *state)
         state->rate = 1.0; /* what the contact exerts is not linear, and its law may be another */
     if (before >= 0 && before != after) {
         state->step = fmin(r->settings->first_step, state->step);
-        forget(r, state);
+        forget_matrices(r, state);
     }
 }
 
 void er_obey_inputs(const er_run *r, er_state *state)
 {
-    touch(r, state);
+    settle_contact(r, state);
     if (er_servos_settle(r, state))
-        forget(r, state);
+        forget_matrices(r, state);
 }

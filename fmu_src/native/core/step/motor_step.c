@@ -92,7 +92,7 @@ static er_motor_slopes find_slopes(const er_run *r, const er_state *state, int d
     return slopes;
 }
 
-static void multiply(double a_re, double a_im, double b_re, double b_im, double *re, double *im)
+static void multiply_complex(double a_re, double a_im, double b_re, double b_im, double *re, double *im)
 {
     *re = a_re * b_re - a_im * b_im;
     *im = a_re * b_im + a_im * b_re;
@@ -117,8 +117,8 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
         for (int p = 0; p < ER_PAIRS; p++) {
             double re = at->length * er_gauss_eigen_re[p], im = at->length * er_gauss_eigen_im[p];
             double re2, im2, re3, im3, g_re, g_im, a_re, a_im, size, lost_re, lost_im;
-            multiply(re, im, re, im, &re2, &im2);
-            multiply(re, im, re2, im2, &re3, &im3);
+            multiply_complex(re, im, re, im, &re2, &im2);
+            multiply_complex(re, im, re2, im2, &re3, &im3);
             g_re = re * damping + re2 * at->slope[k];
             g_im = im * damping + im2 * at->slope[k];
             a_re = motor->inertia + re * slopes.damping + re2 * slopes.stiffness + re3 * slopes.jerk + both * g_re;
@@ -126,9 +126,9 @@ void er_motors_eliminate(const er_run *r, er_complex_pair *matrix)
             size = a_re * a_re + a_im * a_im;
             work->gear[d][p] = slopes.feels * g_re, work->gear[d][ER_PAIRS + p] = slopes.feels * g_im;
             work->yields[d][p] = a_re / size, work->yields[d][ER_PAIRS + p] = -a_im / size;
-            multiply(g_re, g_im, slopes.winds * a_re / size, -slopes.winds * a_im / size, &work->share[d][p],
+            multiply_complex(g_re, g_im, slopes.winds * a_re / size, -slopes.winds * a_im / size, &work->share[d][p],
                      &work->share[d][ER_PAIRS + p]);
-            multiply(g_re, g_im, work->share[d][p], work->share[d][ER_PAIRS + p], &lost_re, &lost_im);
+            multiply_complex(g_re, g_im, work->share[d][p], work->share[d][ER_PAIRS + p], &lost_re, &lost_im);
             matrix[k * r->m + k].re[p] -= slopes.feels * lost_re;
             matrix[k * r->m + k].im[p] -= slopes.feels * lost_im;
         }
@@ -140,9 +140,9 @@ double er_motors_defect(const er_run *r, double *defect)
     const er_motor_work *work = &r->work->motors;
     double largest = 0.0;
     for (int d = 0; d < r->motors; d++) {
-        double own = work->residual[d][0];
-        defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * own;
-        largest = fmax(largest, fabs(own) * hypot(work->yields[d][0], work->yields[d][ER_PAIRS]));
+        double residual = work->residual[d][0];
+        defect[r->system->robot->motor[d].coordinate] += work->share[d][0] * residual;
+        largest = fmax(largest, fabs(residual) * hypot(work->yields[d][0], work->yields[d][ER_PAIRS]));
     }
     return largest;
 }
@@ -159,7 +159,7 @@ static double find_turning(const er_motor *motor, double pv, double pa, double c
 }
 
 /* Acceleration of a motor in a state under a torque [rad/s^2], as its equation has it. */
-static double find_acceleration(const er_run *r, const er_state *state, int d, double torque)
+static double motor_acceleration_under(const er_run *r, const er_state *state, int d, double torque)
 {
     const er_robot *robot = r->system->robot;
     const er_motor *motor = &robot->motor[d];
@@ -181,7 +181,7 @@ static moment find_moment(const er_run *r, const er_state *state, int d)
     moment now;
     now.wanted = er_servo_wanted(motor, work->p[d], work->pv[d], state->motors.rate[d] - work->pv[d]);
     now.asked = er_servo_asked(motor, now.wanted, state->motors.integral[d]);
-    acceleration = find_acceleration(r, state, d, er_servo_limited(motor, now.asked));
+    acceleration = motor_acceleration_under(r, state, d, er_servo_limited(motor, now.asked));
     now.turning = find_turning(motor, work->pv[d], acceleration - command_acceleration, command_acceleration);
     return now;
 }
@@ -193,18 +193,18 @@ double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, d
                                       : 0.0;
 }
 
-double er_servo_slack(const er_run *r, int d)
+double er_servo_slack(const er_robot *robot, int d, double tolerance)
 {
-    const er_settings *settings = r->settings;
-    const er_motor *motor = &r->system->robot->motor[d];
+    const er_settings *settings = &robot->settings;
+    const er_motor *motor = &robot->motor[d];
     double step = settings->longest_step;
-    return fmin(settings->slack * r->means->tolerance * motor->inertia / (step * step),
+    return fmin(settings->slack * tolerance * motor->inertia / (step * step),
                 settings->slack_of_width * motor->torque_limit);
 }
 
-double er_servo_rate_slack(const er_run *r)
+double er_servo_rate_slack(const er_robot *robot, double tolerance)
 {
-    return r->settings->slack * r->means->tolerance / r->settings->first_step;
+    return robot->settings.slack * tolerance / robot->settings.first_step;
 }
 
 /* The law from a moment on.  At the limit an integral that grows may ask for more and one that waits for less: it then
@@ -213,7 +213,7 @@ static er_servo_law find_law(const er_run *r, int d, const moment *now)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     const int side = now->asked < 0.0 ? -1 : 1;
-    const double beyond = fabs(now->asked) - motor->torque_limit, slack = er_servo_slack(r, d);
+    const double beyond = fabs(now->asked) - motor->torque_limit, slack = er_servo_slack(r->system->robot, d, r->means->tolerance);
     const double waiting = side * motor->rate_gain * now->turning;
     const double growing = waiting + side * motor->integral_gain * now->wanted;
     if (side * now->wanted > 0.0 && fabs(beyond) <= 2.0 * slack && waiting < 0.0 && growing > 0.0)
@@ -224,10 +224,10 @@ static er_servo_law find_law(const er_run *r, int d, const moment *now)
 }
 
 /* Whether a law goes on from a moment. */
-static bool holds(const er_run *r, int d, er_servo_law law, const moment *now)
+static bool law_holds(const er_run *r, int d, er_servo_law law, const moment *now)
 {
     const er_motor *motor = &r->system->robot->motor[d];
-    const double slack = er_servo_slack(r, d), rate_slack = er_servo_rate_slack(r);
+    const double slack = er_servo_slack(r->system->robot, d, r->means->tolerance), rate_slack = er_servo_rate_slack(r->system->robot, r->means->tolerance);
     const double onwards = law.side * now->wanted, beyond = law.side * now->asked - motor->torque_limit;
     if (law.side == 0)
         return fabs(now->asked) <= motor->torque_limit + slack;
@@ -237,7 +237,7 @@ static bool holds(const er_run *r, int d, er_servo_law law, const moment *now)
 }
 
 /* Lets a servo obey a law from a moment on. */
-static void obey(const er_run *r, er_state *state, int d, er_servo_law law, const moment *now)
+static void obey_law(const er_run *r, er_state *state, int d, er_servo_law law, const moment *now)
 {
     const er_motor *motor = &r->system->robot->motor[d];
     state->motors.law[d] = law;
@@ -263,21 +263,35 @@ bool er_servos_settle(const er_run *r, er_state *state)
             begin_motors(r, state);
         begun = true;
         now = find_moment(r, state, d);
-        if (!holds(r, d, law, &now))
+        if (!law_holds(r, d, law, &now))
             law = find_law(r, d, &now);
-        obey(r, state, d, law, &now);
+        obey_law(r, state, d, law, &now);
         changed |= law.side != before.side || law.integral != before.integral;
     }
     return changed;
 }
 
-void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing)
+static er_servo_law law_beyond(const er_run *r, int d, const er_crossing *crossing, const moment *now)
 {
-    int d = crossing->coordinate - r->m;
+    return crossing->at == ER_AT_LIMIT ? find_law(r, d, now) : crossing->law;
+}
+
+er_servo_law er_servo_beyond(const er_run *r, const er_state *state, const er_crossing *crossing)
+{
+    const int d = crossing->coordinate - r->m;
     moment now;
     begin_motors(r, state);
     now = find_moment(r, state, d);
-    obey(r, state, d, crossing->at == ER_AT_LIMIT ? find_law(r, d, &now) : crossing->law, &now);
+    return law_beyond(r, d, crossing, &now);
+}
+
+void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing)
+{
+    const int d = crossing->coordinate - r->m;
+    moment now;
+    begin_motors(r, state);
+    now = find_moment(r, state, d);
+    obey_law(r, state, d, law_beyond(r, d, crossing, &now), &now);
 }
 
 /* z at the end of a step, where w is known, and the course of a servo that has a torque limit. */

@@ -17,7 +17,8 @@ void er_motors_end(const er_run *r, const er_state *state, er_step *step);
  * obeys another than before. */
 bool er_servos_settle(const er_run *r, er_state *state);
 
-/* Has the servo of a crossing obey what is beyond it, in the state there. */
+/* The law of the servo of a crossing beyond it, in the state there; and has it obeyed. */
+er_servo_law er_servo_beyond(const er_run *r, const er_state *state, const er_crossing *crossing);
 void er_servo_cross(const er_run *r, er_state *state, const er_crossing *crossing);
 
 /* z' under a law [N m/s]. */
@@ -25,8 +26,8 @@ double er_servo_growth(const er_motor *motor, er_servo_law law, double wanted, d
 
 /* How far beyond its torque limit a servo obeys another law [N m], and by what w it turns [rad/s]: the motor goes as
  * far by it within a longest step, or a first one, as a coordinate may beyond its boundary. */
-double er_servo_slack(const er_run *r, int d);
-double er_servo_rate_slack(const er_run *r);
+double er_servo_slack(const er_robot *robot, int d, double tolerance);
+double er_servo_rate_slack(const er_robot *robot, double tolerance);
 
 /* Torque by which a gear holds its link at a wind-up and its rate in a step from a state [N m]. */
 double er_wind_up_torque(const er_run *r, const er_state *state, int k, double x, double v);

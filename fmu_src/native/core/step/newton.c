@@ -19,7 +19,7 @@ static bool is_near(int joints, const double *a, const double *b)
     return near;
 }
 
-static void find_mass(const er_run *r)
+static void build_mass(const er_run *r)
 {
     const er_robot *robot = r->system->robot;
     er_workspace *w = r->work;
@@ -92,7 +92,7 @@ static bool is_any(const double values[ER_SYMMETRIC])
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
-static bool invert(const er_run *r)
+static bool invert_matrix(const er_run *r)
 {
     er_workspace *w = r->work;
     const er_linearisation *at = &w->linearisation;
@@ -162,8 +162,8 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     er_workspace *w = r->work;
     er_linearisation *at = &w->linearisation;
     double q[ER_MAX_JOINTS];
-    yielding own;
-    const yielding *now = find_yielding(r, state, &own);
+    yielding present;
+    const yielding *now = find_yielding(r, state, &present);
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
     for (int d = 0; d < r->motors; d++)
@@ -175,7 +175,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
         memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);
         memcpy(at->x, state->x, (size_t)r->m * sizeof *at->x);
         at->has_mass = true;
-        find_mass(r);
+        build_mass(r);
     }
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_gear_slope(system->gears, k, state->region[k], state->x[k]);
@@ -186,13 +186,13 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     memcpy(at->offset, now->offset, sizeof at->offset);
     at->length = h;
     er_motors_linearise(r, state);
-    if (invert(r))
+    if (invert_matrix(r))
         return true;
     er_relinearise(w);
     return false;
 }
 
-static bool same(const er_run *r, const er_linearisation *a, const er_linearisation *b)
+static bool is_same_linearisation(const er_run *r, const er_linearisation *a, const er_linearisation *b)
 {
     size_t joints = (size_t)r->system->robot->joints, m = (size_t)r->m;
     size_t first = offsetof(er_linearisation, anchor); /* of what spring and contact have, the last of all */
@@ -208,15 +208,15 @@ void er_linearise_as(const er_run *r, const er_state *state)
     er_workspace *w = r->work;
     const er_linearisation *linearisation = &state->linearisation;
     size_t bytes = (size_t)r->motors * sizeof *w->motors.slopes;
-    if (same(r, linearisation, &w->linearisation) &&
+    if (is_same_linearisation(r, linearisation, &w->linearisation) &&
         memcmp(w->motors.slopes, state->motors.slopes, bytes) == 0)
         return;
     memcpy(w->motors.slopes, state->motors.slopes, bytes);
     w->linearisation = *linearisation;
     if (w->linearisation.has_mass)
-        find_mass(r);
+        build_mass(r);
     if (w->linearisation.length > 0.0)
-        invert(r); /* which succeeded when they were first made */
+        invert_matrix(r); /* which succeeded when they were first made */
 }
 
 void er_relinearise(er_workspace *work)

@@ -116,7 +116,8 @@ typedef enum { ER_AT_EDGE,
                ER_AT_CONTACT,
                ER_AT_LIMIT,
                ER_AT_TURN,
-               ER_AT_RELEASE } er_change_of_law;
+               ER_AT_RELEASE,
+               ER_EVENTS } er_change_of_law;
 
 /* Where a step's polynomial first leaves what obeys one smooth law. */
 typedef struct {
@@ -144,6 +145,17 @@ typedef struct {
     int m;
     int motors; /* that move by themselves */
 } er_run;
+
+/* Wind-ups at the present nodes and their rates: x and x' of the chain, where motors move counted from them. */
+static inline const er_lanes *er_wind_up(const er_run *r)
+{
+    return (const er_lanes *)(r->motors > 0 ? r->work->motors.wind_up : r->work->x);
+}
+
+static inline const er_lanes *er_wind_up_rate(const er_run *r)
+{
+    return (const er_lanes *)(r->motors > 0 ? r->work->motors.wind_up_rate : r->work->v);
+}
 
 /* What the chain starts from: x and x' of the state, under motors that move counted from the commands. */
 typedef struct {

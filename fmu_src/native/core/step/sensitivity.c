@@ -56,7 +56,7 @@ static void prepare_gears(er_sensitivity *s, const er_run *r, const er_state *st
 }
 
 /* The motion at the stages of a solved step, and what the tangents need of it. */
-static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
+static void prepare_step(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
@@ -79,13 +79,13 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     if (system->robot->balancers > 0 || system->robot->errors > 0)
         prepare_gears(s, r, state, step->length);
     if (r->motors > 0)
-        r->means->kernel.motor_wind_up(r->system->robot, r->motors, &w->stages, ER_STAGES, w->x, w->v,
-                                       (const er_lanes *)w->residual, &w->motors);
+        r->means->kernel.motor_wind_up(r->system->robot, r->motors, &w->stages, ER_STAGES, (const er_lanes *)w->x,
+                                       (const er_lanes *)w->v, (const er_lanes *)w->residual, &w->motors);
     memset(s->stuck, 0, sizeof s->stuck);
     er_stops_stiffness(system->robot, system->gears->slip_torque, &state->stops, s->stuck);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]) + s->stuck[k];
+            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], er_wind_up(r)[k][l]) + s->stuck[k];
 }
 
 /* Derivative of the contact's wrench at a stage along a change of the motion and of the load. */
@@ -115,10 +115,10 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_ca
     r->means->kernel.shift(system->robot, &s->links, direction, shift);
     for (int l = 0; l < ER_STAGES; l++) {
         const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
-        const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
+        const double shift_of_tcp[3] = {shift[0][l], shift[1][l], shift[2][l]};
         const er_load *load = &share[cause == ER_BY_WRENCH ? 0 : l].load;
         double force[3], contact[6] = {0.0};
-        er_anchor_along(&system->load.anchor, gap, &load->anchor, moved, force);
+        er_anchor_along(&system->load.anchor, gap, &load->anchor, shift_of_tcp, force);
         if (s->touching)
             follow_contact(r, direction, load, l, contact);
         for (int k = 0; k < 6; k++)
@@ -130,7 +130,7 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_ca
 
 /* Tangent of the stage residuals along a column of x and x' at the start of a step of length h, its stage
  * accelerations and its input [N m]. */
-static void find_tangent(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+static void build_tangent(const er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
                          er_cause cause, const er_share share[], const er_lanes *acceleration, er_motor_column *motors,
                          er_lanes *tangent)
 {
@@ -161,7 +161,7 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, const er_stat
                     find_pull(s, r, cause, share, &direction, pull), tangent);
 }
 
-static double response(er_sensitivity *s, const er_run *r)
+static double unit_response(er_sensitivity *s, const er_run *r)
 {
     double unit[ER_MAX_ANGLES];
     for (int k = 0; k < r->m; k++)
@@ -172,7 +172,7 @@ static double response(er_sensitivity *s, const er_run *r)
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(er_sensitivity *s, const er_run *r, er_cause cause, const er_share *share)
+static double negligible_size(er_sensitivity *s, const er_run *r, er_cause cause, const er_share *share)
 {
     /* What a command changes of a motor's way is the difference of two such changes, under its stiff friction. */
     double time = r->motors > 0 ? r->settings->first_step : r->settings->longest_step, force = 1.0;
@@ -187,7 +187,7 @@ static double negligible(er_sensitivity *s, const er_run *r, er_cause cause, con
         er_anchor_along(&r->system->load.anchor, last, &share->load.anchor, still, pull);
         force = sqrt(er_dot(pull, pull));
     }
-    return force * NEGLIGIBLE * response(s, r);
+    return force * NEGLIGIBLE * unit_response(s, r);
 }
 
 /* What a parameter itself changes in the residuals of the stages [N m]. */
@@ -195,7 +195,7 @@ static void find_parameter(const er_run *r, const er_state *state, int column, e
                            er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
-    const er_workspace *w = r->work;
+    const er_lanes *x = er_wind_up(r), *v = er_wind_up_rate(r);
     er_parameters change;
     er_motion still;
     double stuck[ER_MAX_ANGLES] = {0.0};
@@ -203,7 +203,7 @@ static void find_parameter(const er_run *r, const er_state *state, int column, e
     er_parameter_along(robot, column, 1.0, &change);
     memset(load, 0, (size_t)r->m * sizeof *load);
     if (cause == ER_BY_GRAVITY) {
-        still = w->motion;
+        still = r->work->motion;
         memset(still.rate, 0, sizeof still.rate);
         memset(still.acceleration, 0, sizeof still.acceleration);
         r->means->kernel.loads(robot, &still, ER_STAGES, change.gravity, NULL, NULL, load);
@@ -213,16 +213,16 @@ static void find_parameter(const er_run *r, const er_state *state, int column, e
     for (int k = 0; k < r->m; k++) {
         double held = er_elements_torque(robot, k, change.hysteresis[k], state->stops.elongation);
         for (int l = 0; l < ER_STAGES; l++)
-            load[k][l] = change.damping[k] * w->v[k][l] +
-                         er_gear_along(r->system->gears, k, state->region[k], w->x[k][l],
+            load[k][l] = change.damping[k] * v[k][l] +
+                         er_gear_along(r->system->gears, k, state->region[k], x[k][l],
                                        change.stiffness[k], change.backlash[k]) +
-                         held + stuck[k] * (w->x[k][l] - state->x[k]);
+                         held + stuck[k] * (x[k][l] - state->x[k]);
     }
 }
 
 /* What elongations at the step's start change in the gears' torques at the stages, and a parameter but gravity [N m];
  * false where that is nothing. */
-static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *state, int column, er_cause cause,
+static bool find_gear_load(const er_sensitivity *s, const er_run *r, const er_state *state, int column, er_cause cause,
                      er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
@@ -242,7 +242,7 @@ static bool find_own(const er_sensitivity *s, const er_run *r, const er_state *s
     return true;
 }
 
-static void add_to(int m, er_lanes *tangent, bool is_any, const er_lanes *load)
+static void add_load(int m, er_lanes *tangent, bool is_any, const er_lanes *load)
 {
     for (int k = 0; is_any && k < m; k++)
         for (int l = 0; l < ER_STAGES; l++)
@@ -256,15 +256,15 @@ static void add_to(int m, er_lanes *tangent, bool is_any, const er_lanes *load)
  *
  * by the step's own matrices, which belong to its start, and refines with the exact tangent of the
  * residual at its stages.  False if that does not converge. */
-static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+static bool solve_column(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
                   er_lanes *acceleration, er_motor_column *motors)
 {
     const er_kernel *kernel = &r->means->kernel;
-    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], own[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], gear_load[ER_MAX_ANGLES], weight[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     int entry;
     er_cause cause = er_cause_of(r->system->robot, column, &entry);
-    bool has_own = find_own(s, r, state, column, cause, own);
+    bool has_gear_load = find_gear_load(s, r, state, column, cause, gear_load);
     const bool has_weight = cause == ER_BY_GRAVITY;
     int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
@@ -280,12 +280,12 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
             memset(tangent, 0, (size_t)r->m * sizeof *tangent);
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
-            find_tangent(s, r, state, h, column, cause, share, (const er_lanes *)acceleration, motors, tangent);
-            add_to(r->m, tangent, has_own, (const er_lanes *)own);
-            add_to(r->m, tangent, has_weight, (const er_lanes *)weight);
+            build_tangent(s, r, state, h, column, cause, share, (const er_lanes *)acceleration, motors, tangent);
+            add_load(r->m, tangent, has_gear_load, (const er_lanes *)gear_load);
+            add_load(r->m, tangent, has_weight, (const er_lanes *)weight);
         }
         if (r->motors > 0) {
-            er_motor_column_residual(s, r, state, h, column, motors, (const er_lanes *)own);
+            er_motor_column_residual(s, r, state, h, column, motors, (const er_lanes *)gear_load);
             kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)acceleration, tangent,
                                  &r->work->motors);
         }
@@ -296,7 +296,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)
-            limit = fmax(limit, negligible(s, r, cause, &share[shares - 1]));
+            limit = fmax(limit, negligible_size(s, r, cause, &share[shares - 1]));
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */
@@ -319,11 +319,11 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
     er_motor_column motors;
     if (s->reason != NULL)
         return;
-    prepare(s, r, state, step);
+    prepare_step(s, r, state, step);
     for (int column = s->first; column < s->first + s->count; column++) {
         if (r->motors > 0)
             er_motor_column_begin(s, r, state, column, &motors);
-        if (!solve(s, r, state, step->length, column, acceleration, &motors)) {
+        if (!solve_column(s, r, state, step->length, column, acceleration, &motors)) {
             s->reason = "the linearised step does not converge";
             return;
         }

@@ -119,7 +119,7 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states)
     double theta[MOST], rate[MOST];
     for (int l = 0; l < states; l++) {
         find_angles(r, nodes, l, theta, rate);
-        er_contact_move(r->system->robot, &r->system->load, nodes->elapsed[l], theta, rate,
+        er_contact_motion_at(r->system->robot, &r->system->load, nodes->elapsed[l], theta, rate,
                         &r->work->contact[l]);
     }
 }
@@ -144,7 +144,7 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
 }
 
 /* Depths of the contact at nodes, from w->x. */
-static void find_depth(const er_run *r, const er_nodes *nodes, int states, double *depth)
+static void depths_at_nodes(const er_run *r, const er_nodes *nodes, int states, double *depth)
 {
     const er_robot *robot = r->system->robot;
     const er_load *load = &r->system->load;
@@ -166,7 +166,7 @@ double er_contact_depth(const er_run *r, const er_state *state)
         time[l] = state->time;
     drive_nodes(r, time, &w->start);
     r->means->kernel.spread(r->m, er_chain_start(r, state).x, w->x);
-    find_depth(r, &w->start, 1, &depth);
+    depths_at_nodes(r, &w->start, 1, &depth);
     return depth;
 }
 
@@ -185,14 +185,14 @@ double er_end_approach(const er_run *r, const er_step *step)
     return er_contact_approach(&w->contact[0].touch);
 }
 
-void er_find_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step)
+void er_step_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
     step->depth[0] = er_contact_depth(r, state);
     kernel->stages(r->m, step->length, from->x, from->v, (const er_lanes *)step->acceleration, w->x,
                    w->v);
-    find_depth(r, &w->stages, ER_STAGES, step->depth + 1);
+    depths_at_nodes(r, &w->stages, ER_STAGES, step->depth + 1);
     kernel->spread(r->m, step->x, w->x);
-    find_depth(r, &w->end, 1, step->depth + ER_DEGREE);
+    depths_at_nodes(r, &w->end, 1, step->depth + ER_DEGREE);
 }

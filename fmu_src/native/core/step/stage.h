@@ -27,6 +27,6 @@ double er_contact_depth(const er_run *r, const er_state *state);
 double er_end_approach(const er_run *r, const er_step *step);
 
 /* Depths of the contact along a solved step that starts from there. */
-void er_find_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step);
+void er_step_depths(const er_run *r, const er_state *state, const er_start *from, er_step *step);
 
 #endif

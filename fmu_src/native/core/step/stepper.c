@@ -129,7 +129,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
 
 /* Tries after which an integration over a time [s] is given up; with a smaller tolerance steps are
  * shorter. */
-static double most_tries(const er_settings *settings, double tolerance, double length)
+static double count_tries(const er_settings *settings, double tolerance, double length)
 {
     double finer = pow(settings->usual_local_error / tolerance, ERROR_EXPONENT);
     return fmax(finer, 1.0) * (settings->most_tries +
@@ -137,7 +137,7 @@ static double most_tries(const er_settings *settings, double tolerance, double l
 }
 
 /* The first coordinate that has bent further than a robot can, or -1. */
-static int overbent(const er_run *r, const er_state *state)
+static int find_overbent(const er_run *r, const er_state *state)
 {
     for (int k = 0; k < r->m; k++)
         if (!(fabs(state->x[k]) <= r->settings->most_deflection))
@@ -146,7 +146,7 @@ static int overbent(const er_run *r, const er_state *state)
 }
 
 /* At which elasticity throws the TCP, each joint as if all beyond it were in a line [m/s]. */
-static double speed_of(const er_run *r, const er_state *state)
+static double elastic_speed(const er_run *r, const er_state *state)
 {
     double sum = 0.0;
     for (int k = 0; k < r->m; k++) {
@@ -177,7 +177,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     /* What is left after a crossing just before the end may be less than any step, unless that is all. */
     const double negligible = fmin(fmax(shortest, 8.0 * DBL_EPSILON * fabs(end)), 0.5 * length);
     work->shortest = fmin(shortest, PART_OF_SHORT * length);
-    work->tries = most_tries(settings, means->tolerance, length);
+    work->tries = count_tries(settings, means->tolerance, length);
     work->made = 0;
     work->crossings = 0;
     er_linearise_as(&r, state);
@@ -186,12 +186,12 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
         state->rate = 1.0; /* of other matrices */
     er_obey_inputs(&r, state);
     while (end - state->time > negligible) {
-        double speed = speed_of(&r, state);
+        double speed = elastic_speed(&r, state);
         int k;
         work->price = fmax(1.0, speed / settings->usual_speed);
         if (!take_step(&r, state, end))
             return give_up(&r, state->time - start, length, speed, failure);
-        k = overbent(&r, state);
+        k = find_overbent(&r, state);
         if (k >= 0)
             return er_fail(failure, "the motion, %.3g s into a step of %.6g s, bends deflection[%d]"
                            " beyond %.3g rad", state->time - start, length, k + 1,
