@@ -52,8 +52,7 @@ static void derive_gears(er_model *model)
     const er_parameters *parameters = &model->memory.parameters;
     const er_settings *settings = &model->robot.settings;
     double longest = settings->longest_step;
-    double local = options->tolerance / (er_law_switches(options->curve)
-                                             ? settings->tcp_per_local_error_with_backlash
+    double local = options->tolerance / (er_law_switches(options->curve) ? settings->tcp_per_local_error_with_backlash
                                              : settings->tcp_per_local_error);
     if (model->derived_law == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
@@ -116,13 +115,11 @@ static bool require_drives(const er_model *model, er_failure *failure)
                        options->drive == ER_SERVO ? "servo" : "torque");
     if (options->drive == ER_TORQUE && (options->quasistatic || options->trajectory[0] != '\0'))
         return er_fail(failure, "drive torque: expected mode dynamic and no trajectory, as torques are not told at"
-                                " rest or by one, got %s",
-                       options->quasistatic ? "mode quasistatic" : "a trajectory");
+                                " rest or by one, got %s", options->quasistatic ? "mode quasistatic" : "a trajectory");
     return true;
 }
 
-bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
-                    er_failure *failure)
+bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load, er_failure *failure)
 {
     er_memory *memory = &model->memory;
     er_drives drives;
@@ -191,10 +188,8 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
     if (er_contact_holds(&held->load.contact))
         snprintf(contact, sizeof contact, "a contact of %.3g N/m, ", held->load.contact.stiffness);
     return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %s%sdrives of %.3g rad/s and %.3g rad/s2:"
-                            " one of these is too large, or the robot is unstable",
-                   reason.text,
-                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate,
-                   acceleration);
+                            " one of these is too large, or the robot is unstable", reason.text,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate, acceleration);
 }
 
 /* Moves a state on, `exact` to rounding; it is of no use if that fails. */
@@ -209,8 +204,7 @@ static bool advance_state(er_model *model, er_state *state, double end, const er
     er_means finer;
     double most = model->robot.settings.most_step;
     if (!(end - start <= most))
-        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
-                       end - start);
+        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most, end - start);
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */

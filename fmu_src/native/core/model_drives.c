@@ -59,8 +59,7 @@ bool er_model_find_held(const er_model *model, const er_drives *drives, double t
 }
 
 /* Reads a file, or one of this name among the resources if it is there only. */
-static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
-                            er_failure *failure)
+static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory, er_failure *failure)
 {
     char *packed = model->resources != NULL ? er_path_in_folder(model->resources, path) : NULL;
     bool is_packed = packed != NULL && !er_exists(path) && er_exists(packed);
@@ -70,8 +69,7 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
     return good;
 }
 
-bool er_model_require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
-                                 er_failure *failure)
+bool er_model_require_trajectory(er_model *model, const char *path, uint64_t fingerprint, er_failure *failure)
 {
     bool there = strcmp(path, model->loaded_path) == 0;
     er_trajectory read;
@@ -82,8 +80,7 @@ bool er_model_require_trajectory(er_model *model, const char *path, uint64_t fin
     if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
         if (!there)
             er_trajectory_free(&read);
-        return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved"
-                                " with, got another",
+        return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved with, got another",
                        path);
     }
     if (!there) {
@@ -115,8 +112,7 @@ void er_model_hold(er_model *model, double time, const er_command *command, cons
 bool er_model_covers(er_model *model, double time, er_failure *failure)
 {
     er_drives drives = trajectory_drives(model);
-    return er_drives_cover(&drives, time - model->memory.origin,
-                           er_slack_at(&model->robot.settings, time), failure);
+    return er_drives_cover(&drives, time - model->memory.origin, er_slack_at(&model->robot.settings, time), failure);
 }
 
 double er_model_next_kink(er_model *model, double time)

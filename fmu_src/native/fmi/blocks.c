@@ -78,8 +78,7 @@ static bool find_compliance(er_instance *instance, double *values)
 static bool compliance_along(er_instance *instance, const er_change *change, double *derivatives)
 {
     return er_compliance_along(instance->model, change, derivatives) ||
-           er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is"
-                                       " singular");
+           er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is singular");
 }
 
 static bool find_acceleration(er_instance *instance, double *values)
@@ -90,8 +89,7 @@ static bool find_acceleration(er_instance *instance, double *values)
     if (model->memory.options.quasistatic)
         return true;
     if (!er_free_motion_solve(model))
-        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
-                                           " singular");
+        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is singular");
     memcpy(values, model->free.acceleration, size);
     return true;
 }
@@ -196,8 +194,7 @@ static void watch_limits(er_instance *instance, int reference)
         instance->over_limit |= bit;
         instance->warned = true;
         er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
-                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
-                er_shown(q, number));
+                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high), er_shown(q, number));
     }
 }
 

@@ -35,8 +35,7 @@ static void tell_log_or_stderr(const er_component *c, unsigned category, const c
     }
 }
 
-er_component *er_component_create(const char *name, er_log log, er_instance *robot,
-                                  const er_failure *failure)
+er_component *er_component_create(const char *name, er_log log, er_instance *robot, const er_failure *failure)
 {
     size_t length = name != NULL ? strlen(name) : 0;
     er_component *c = calloc(1, sizeof *c + length + 1);
@@ -114,8 +113,7 @@ bool er_component_given(er_component *c, size_t count, const void *first, const 
            er_component_refuse(c, "expected the address of every array and result, got NULL");
 }
 
-bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories,
-                      size_t count)
+bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories, size_t count)
 {
     unsigned chosen, others;
     if (!er_component_may(c, ER_CALL_ANY))
@@ -159,8 +157,7 @@ bool er_component_exit(er_component *c)
     er_failure text;
     bool changed; /* what the master has not read yet */
     char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
-    if (!er_component_may(c, ER_CALL_EXIT) ||
-        !er_component_told(c, er_instance_start(c->robot) &&
+    if (!er_component_may(c, ER_CALL_EXIT) || !er_component_told(c, er_instance_start(c->robot) &&
                                   (!c->robot->exchange.on || er_exchange_settle(c->robot, &changed))))
         return false;
     pass_warning_on(c);
@@ -205,8 +202,7 @@ bool er_component_reset(er_component *c)
     return true;
 }
 
-bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
-                            const double *values)
+bool er_component_set_reals(er_component *c, const unsigned *references, size_t count, const double *values)
 {
     if (!er_component_may(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
         !er_component_tried(c, er_instance_set_reals(c->robot, references, count, values)))
@@ -250,8 +246,7 @@ bool er_component_get_strings(er_component *c, er_call call, const unsigned *ref
     return good;
 }
 
-bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
-                              const char *const *values)
+bool er_component_set_strings(er_component *c, const unsigned *references, size_t count, const char *const *values)
 {
     return er_component_may(c, count > 0 ? ER_CALL_SET_FIXED : ER_CALL_SET) &&
            er_component_given(c, count, references, values) &&
@@ -266,7 +261,6 @@ bool er_component_none_of(er_component *c, er_call call, const char *kind, const
         return false;
     if (count == 0)
         return true;
-    er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind,
-            references[0], others);
+    er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind, references[0], others);
     return er_component_refuse(c, failure.text);
 }

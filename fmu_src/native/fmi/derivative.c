@@ -80,8 +80,7 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                            " behind initialisation, a state to differentiate by, got %s",
                            name_of(instance, knowns[j], text));
         if (!isfinite(seed[j]))
-            return er_fail(&instance->failure, "the seed of %s is not finite",
-                           name_of(instance, knowns[j], text));
+            return er_fail(&instance->failure, "the seed of %s is not finite", name_of(instance, knowns[j], text));
     }
     return true;
 }
@@ -211,8 +210,7 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
         x[k] *= seed;
         change->x[k] += x[k];
     }
-    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x,
-                    change->elongation);
+    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x, change->elongation);
     return true;
 }
 
@@ -283,8 +281,7 @@ static bool block_along(er_instance *instance, int number, const er_change *chan
 }
 
 bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
-                            const unsigned *knowns, size_t known_count, const double *seed,
-                            double *sensitivity)
+                            const unsigned *knowns, size_t known_count, const double *seed, double *sensitivity)
 {
     double along[ER_MAX_REALS];
     uint64_t there = 0; /* blocks in `along`, a bit each */

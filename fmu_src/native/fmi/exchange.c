@@ -100,8 +100,7 @@ bool er_exchange_set_time(er_instance *instance, double time)
 {
     char number[ER_NUMBER_TEXT];
     if (!isfinite(time))
-        return er_fail(&instance->failure, "time: expected a finite number, got %s s",
-                       er_shown(time, number));
+        return er_fail(&instance->failure, "time: expected a finite number, got %s s", er_shown(time, number));
     instance->progress.time = time;
     er_exchange_disturb(instance);
     return true;

@@ -37,8 +37,7 @@ static bool require_references(er_instance *instance, er_exchanged which, const 
 {
     int total = list_references(&instance->interface, which, references);
     return count == (size_t)total ||
-           er_fail(&instance->failure, "%s: expected %d values, got %lu", what, total,
-                   (unsigned long)count);
+           er_fail(&instance->failure, "%s: expected %d values, got %lu", what, total, (unsigned long)count);
 }
 
 static bool set_states(er_instance *instance, const double *states, size_t count)
@@ -80,8 +79,7 @@ static bool get_nominals(er_instance *instance, double *nominals, size_t count)
 static bool may_exchange(er_component *c, er_call call)
 {
     if (c != NULL && !c->robot->exchange.on)
-        return er_component_refuse(c, "model exchange is asked for; this instance was made for"
-                                      " co-simulation");
+        return er_component_refuse(c, "model exchange is asked for; this instance was made for co-simulation");
     return er_component_may(c, call);
 }
 

@@ -37,8 +37,7 @@ static er_instance *create_for_fmi2(fmi2Type type, fmi2String guid, fmi2String l
     if (guid == NULL)
         er_fail(failure, "GUID: expected that of modelDescription.xml, got none");
     else if (file == NULL)
-        er_fail(failure, "resources: expected a file: URI, got '%.300s'",
-                location != NULL ? location : "");
+        er_fail(failure, "resources: expected a file: URI, got '%.300s'", location != NULL ? location : "");
     else
         robot = er_instance_create(file, guid, failure);
     if (robot != NULL)
@@ -48,8 +47,7 @@ static er_instance *create_for_fmi2(fmi2Type type, fmi2String guid, fmi2String l
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
-                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
-                              fmi2Boolean logging)
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
     er_log log = {tell_fmi2, NULL, NULL, logging != fmi2False ? ER_LOG_ALL : 0};
     er_failure failure;
@@ -66,8 +64,7 @@ void fmi2FreeInstance(fmi2Component c)
     er_component_free(c);
 }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count,
-                               const fmi2String categories[])
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count, const fmi2String categories[])
 {
     return er_status(er_component_log(c, logging != fmi2False, false, categories, count));
 }
@@ -75,8 +72,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t coun
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
-    return er_status(er_component_setup(c, start, has_stop ? stop : INFINITY,
-                                        has_tolerance ? tolerance : 0.0));
+    return er_status(er_component_setup(c, start, has_stop ? stop : INFINITY, has_tolerance ? tolerance : 0.0));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -99,14 +95,11 @@ fmi2Status fmi2Reset(fmi2Component c)
     return er_status(er_component_reset(c));
 }
 
-fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                       fmi2Real values[])
+fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count, fmi2Real values[])
 {
     er_component *c = instance;
-    return er_status_tried(c, er_component_may(c, ER_CALL_GET) &&
-                                  er_component_given(c, count, references, values) &&
-                                  er_component_tried(c, er_instance_get_reals(c->robot, references, count,
-                                                                              values)));
+    return er_status_tried(c, er_component_may(c, ER_CALL_GET) && er_component_given(c, count, references, values) &&
+                                  er_component_tried(c, er_instance_get_reals(c->robot, references, count, values)));
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
@@ -115,8 +108,7 @@ fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference referenc
     return er_status_taken(instance, er_component_set_reals(instance, references, count, values));
 }
 
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                         fmi2String values[])
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count, fmi2String values[])
 {
     return er_status(er_component_get_strings(c, ER_CALL_GET, references, count, values));
 }
@@ -171,8 +163,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     return er_status(er_component_serialise(c, state, bytes, size));
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state)
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     return er_status(er_component_deserialise(c, bytes, size, state));
 }
@@ -187,12 +178,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                      er_component_given(c, unknown_count, unknowns, sensitivity) &&
                      er_component_given(c, known_count, knowns, seed) &&
                      er_component_told(c, er_instance_derivative(c->robot, unknowns, unknown_count,
-                                                                 knowns, known_count, seed,
-                                                                 sensitivity)));
+                                                                 knowns, known_count, seed, sensitivity)));
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
-                                       const fmi2ValueReference references[], size_t count,
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[])
 {
     er_component *c = instance;
@@ -206,8 +195,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)references;
     (void)order;
     (void)values;
-    return er_status(er_component_may(c, ER_CALL_RESULT) &&
-                     (count == 0 ||
+    return er_status(er_component_may(c, ER_CALL_RESULT) && (count == 0 ||
                       er_component_refuse(c, "output derivatives are asked for; there are none")));
 }
 
@@ -219,8 +207,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fmi2Boolean
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return er_status(
-        er_component_refuse(c, "a step is cancelled; steps of this FMU are not asynchronous"));
+    return er_status(er_component_refuse(c, "a step is cancelled; steps of this FMU are not asynchronous"));
 }
 
 /* Whether a status is one that is there; the others are those of steps that are still under way. */
@@ -302,8 +289,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
 {
     bool has_event;
     (void)no_set_state;
-    if (!er_component_given(c, 1, enter_event_mode, terminate) ||
-        !er_component_completed(c, &has_event))
+    if (!er_component_given(c, 1, enter_event_mode, terminate) || !er_component_completed(c, &has_event))
         return fmi2Error;
     *enter_event_mode = has_event ? fmi2True : fmi2False;
     *terminate = fmi2False;

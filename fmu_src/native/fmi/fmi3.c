@@ -49,12 +49,10 @@ static er_instance *create_for_fmi3(fmi3String token, fmi3String resources, er_f
     return robot;
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
     const fmi3ValueReference intermediate[], size_t intermediate_count,
-    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3IntermediateUpdateCallback update)
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
     er_instance *robot = NULL;
     er_failure failure;
@@ -72,8 +70,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
-                                          fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment,
+                                          fmi3Boolean visible, fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
     er_failure failure;
@@ -87,8 +84,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
-    fmi3UnlockPreemptionCallback unlock)
+    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
 {
     er_failure failure;
     (void)token;
@@ -106,20 +102,16 @@ void fmi3FreeInstance(fmi3Instance c)
     er_component_free(c);
 }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
-                               const fmi3String categories[])
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count, const fmi3String categories[])
 {
     return er_status(er_component_log(c, logging, true, categories, count));
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
-                                       fmi3Float64 tolerance, fmi3Float64 start,
-                                       fmi3Boolean has_stop, fmi3Float64 stop)
+                                       fmi3Float64 tolerance, fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop)
 {
-    return er_status(er_component_may(c, ER_CALL_ENTER) &&
-                     er_component_setup(c, start, has_stop ? stop : INFINITY,
-                                        has_tolerance ? tolerance : 0.0) &&
-                     er_component_enter(c));
+    return er_status(er_component_may(c, ER_CALL_ENTER) && er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                        has_tolerance ? tolerance : 0.0) && er_component_enter(c));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
@@ -143,8 +135,7 @@ static bool is_time(const er_component *c, fmi3ValueReference reference)
 }
 
 /* Checks that there is one value for each element of some variables. */
-static bool require_count(er_component *c, const fmi3ValueReference references[], size_t count,
-                          size_t values)
+static bool require_count(er_component *c, const fmi3ValueReference references[], size_t count, size_t values)
 {
     size_t elements = 0;
     for (size_t i = 0; i < count; i++) {
@@ -207,16 +198,14 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 {
     return er_status_tried(c, er_component_may(c, ER_CALL_GET_START) &&
                                   er_component_given(c, count, references, values) &&
-                                  er_component_tried(c, get_elements(c, references, count, values,
-                                                            value_count)));
+                                  er_component_tried(c, get_elements(c, references, count, values, value_count)));
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
     unsigned elements[ER_MAX_REALS];
-    return er_status_taken(c, er_component_may(c, ER_CALL_SET) &&
-                                  er_component_given(c, count, references, values) &&
+    return er_status_taken(c, er_component_may(c, ER_CALL_SET) && er_component_given(c, count, references, values) &&
                                   er_component_tried(c, expand_references(c, references, count, value_count, elements)) &&
                                   er_component_set_reals(c, elements, value_count, values));
 }
@@ -225,8 +214,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 static bool require_strings(er_component *c, size_t count, size_t values)
 {
     return c == NULL || count == values ||
-           er_component_told(
-               c, er_fail(&c->robot->failure, "values: expected one for each of %lu string variables,"
+           er_component_told(c, er_fail(&c->robot->failure, "values: expected one for each of %lu string variables,"
                           " got %lu", (unsigned long)count, (unsigned long)values));
 }
 
@@ -269,8 +257,7 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte by
     return er_status(er_component_serialise(c, state, bytes, size));
 }
 
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
-                                   fmi3FMUState *state)
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
     return er_status(er_component_deserialise(c, bytes, size, state));
 }
@@ -282,15 +269,13 @@ static bool derive_elements(er_component *c, const fmi3ValueReference unknowns[]
     unsigned outputs[ER_MAX_REALS], inputs[ER_MAX_REALS];
     return expand_references(c, unknowns, unknown_count, sensitivity_count, outputs) &&
            expand_references(c, knowns, known_count, seed_count, inputs) &&
-           er_instance_derivative(c->robot, outputs, sensitivity_count, inputs, seed_count, seed,
-                                  sensitivity);
+           er_instance_derivative(c->robot, outputs, sensitivity_count, inputs, seed_count, seed, sensitivity);
 }
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
                                         size_t known_count, const fmi3Float64 seed[],
-                                        size_t seed_count, fmi3Float64 sensitivity[],
-                                        size_t sensitivity_count)
+                                        size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)
 {
     return er_status(er_component_may(c, ER_CALL_DERIVE) &&
                      er_component_given(c, unknown_count, unknowns, sensitivity) &&

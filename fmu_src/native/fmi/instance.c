@@ -112,8 +112,7 @@ bool er_instance_setup(er_instance *instance, double start, double stop, double 
 {
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     if (!isfinite(start))
-        return er_fail(&instance->failure, "start time: expected a finite number, got %s s",
-                       er_shown(start, number));
+        return er_fail(&instance->failure, "start time: expected a finite number, got %s s", er_shown(start, number));
     if (!(stop >= start))
         return er_fail(&instance->failure, "stop time: expected the start time, %s s, or a later one, got"
                        " %s s", er_shown(start, other), er_shown(stop, number));
@@ -140,8 +139,7 @@ bool er_instance_require_before_stop(er_instance *instance, double time)
                    er_shown(progress->stop, other), er_shown(time, number));
 }
 
-/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the
- * usual one. */
+/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the usual one. */
 static double tcp_tolerance(const er_instance *instance)
 {
     const er_tolerance *tolerance = &instance->interface.tolerance;
@@ -179,8 +177,7 @@ bool er_instance_initialise(er_instance *instance)
         return true;
     if (instance->exchange.on && model->memory.options.quasistatic)
         return er_fail(&instance->failure, "%s: expected dynamic in model exchange, got quasistatic: a"
-                       " robot at rest has no states; use co-simulation",
-                       instance->interface.string[ER_MODE].name);
+                       " robot at rest has no states; use co-simulation", instance->interface.string[ER_MODE].name);
     if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure) ||
         !er_contact_require(&instance->inputs.load.contact, &instance->failure))
         return false;
@@ -251,8 +248,7 @@ static bool advance(er_instance *instance, double end)
     er_step_start *next = &instance->step_start[1 - instance->latest];
     next->past = model->memory.past;
     if (!require_load(instance) ||
-        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load, &next->state,
-                       &instance->failure))
+        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load, &next->state, &instance->failure))
         return false;
     keep_step_start(instance, end, true);
     return true;
@@ -306,8 +302,7 @@ static void watch_rates(er_instance *instance)
     instance->warned = true;
     er_fail(&instance->failure, "%s: expected qd_cmd and qdd_cmd beside angles that change from step to step, got zero:"
             " each angle is held to the step's end, and the drive jumps to the next; set all three, or name the"
-            " motion's file in trajectory",
-            instance->interface.name[instance->interface.first[block] + joint]);
+            " motion's file in trajectory", instance->interface.name[instance->interface.first[block] + joint]);
 }
 
 /* A motion that is chaotic is told of once; `before`: it had been. */
@@ -335,8 +330,7 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
                        er_shown(size, number));
-    if (!(fabs(start - progress->time) <=
-          er_slack_at(&instance->model->robot.settings, progress->time)))
+    if (!(fabs(start - progress->time) <= er_slack_at(&instance->model->robot.settings, progress->time)))
         return er_fail(&instance->failure, "step start: expected the last step's end, %s s, got %s s",
                        er_shown(progress->time, other), er_shown(start, number));
     if (size == 0.0)
@@ -344,8 +338,7 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!er_instance_require_before_stop(instance, start + size))
         return false;
     end = step_end(instance->model, start, size);
-    if (!(progress->parameters_changed ? advance_with_parameters(instance, end)
-                                       : advance(instance, end)))
+    if (!(progress->parameters_changed ? advance_with_parameters(instance, end) : advance(instance, end)))
         return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;

@@ -162,7 +162,6 @@ static inline unsigned er_time_reference(const er_interface *interface)
 }
 
 /* Refuses a value that is out of the range of a parameter or of a contact's number; others have none. */
-bool er_require_range(const er_interface *interface, unsigned reference, double value,
-                      er_failure *failure);
+bool er_require_range(const er_interface *interface, unsigned reference, double value, er_failure *failure);
 
 #endif

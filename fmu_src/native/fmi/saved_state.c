@@ -54,18 +54,15 @@ static bool require_same_fmu(er_instance *instance, const saved_state *saved)
         return er_fail(&instance->failure, "state: expected one of %s, got one of %s",
                        kind_of_instance(&instance->exchange), kind_of_instance(&saved->exchange));
     return saved->fingerprint == instance->fingerprint ||
-           er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
-                                       " robot, got %016llx",
-                   (unsigned long long)instance->fingerprint,
-                   (unsigned long long)saved->fingerprint);
+           er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same robot, got %016llx",
+                   (unsigned long long)instance->fingerprint, (unsigned long long)saved->fingerprint);
 }
 
 static bool restore_instance(er_instance *instance, const saved_state *saved)
 {
     if (!require_same_fmu(instance, saved))
         return false;
-    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
-                          &instance->failure))
+    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed, &instance->failure))
         return false;
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
@@ -128,8 +125,7 @@ static bool read_bytes(er_instance *instance, const void *bytes, size_t size, sa
 {
     uint64_t checksum;
     if (size != SERIALISED_SIZE)
-        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
-                                           " %lu bytes",
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got %lu bytes",
                        (unsigned long)SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
@@ -153,8 +149,7 @@ static saved_state *new_state(er_component *c)
 static bool require_state(er_component *c, const void *state)
 {
     return er_component_may(c, ER_CALL_ANY) &&
-           (state != NULL ||
-            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
+           (state != NULL || er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
 }
 
 bool er_component_get_state(er_component *c, void **state)

@@ -46,8 +46,7 @@ static bool require_finite(er_instance *instance, unsigned reference, double val
     char number[ER_NUMBER_TEXT];
     return isfinite(value) ||
            er_fail(&instance->failure, "%s: expected a finite number, got %s %s: give inputs, parameters and"
-                                       " states of physical size",
-                   instance->interface.name[reference],
+                                       " states of physical size", instance->interface.name[reference],
                    er_shown(value, number), instance->interface.unit[reference]);
 }
 
@@ -68,8 +67,7 @@ static bool get_run(er_instance *instance, unsigned first, size_t count, double 
     return true;
 }
 
-bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
-                           double *values)
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count, double *values)
 {
     const unsigned time = er_time_reference(&instance->interface);
     size_t run;
@@ -97,8 +95,7 @@ static bool may_derive(er_instance *instance, unsigned reference, int order, dou
     if (!require_real(instance, reference))
         return false;
     if (er_block_of(interface, reference)->kind != ER_INPUT)
-        return er_fail(&instance->failure, "derivative: expected that of an input, got %s",
-                       interface->name[reference]);
+        return er_fail(&instance->failure, "derivative: expected that of an input, got %s", interface->name[reference]);
     if (order != 1)
         return er_fail(&instance->failure, "derivative of %s: expected order 1, got %d",
                        interface->name[reference], order);
@@ -137,8 +134,7 @@ static bool may_set(er_instance *instance, unsigned reference)
         return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
                        interface->name[reference]);
     return instance->progress.phase != ER_CONTINUOUS_MODE || block->kind == ER_INPUT || state ||
-           er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
-                                       " continuous-time mode",
+           er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got continuous-time mode",
                    interface->name[reference]);
 }
 
@@ -155,8 +151,7 @@ static bool may_be(er_instance *instance, unsigned reference, double value)
     return er_let_retry(&instance->failure);
 }
 
-bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
-                           const double *values)
+bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count, const double *values)
 {
     const er_interface *interface = &instance->interface;
     size_t run;
@@ -227,23 +222,20 @@ static bool set_trajectory_option(er_instance *instance, er_options *options, co
 {
     if (strlen(value) >= ER_MAX_PATH)
         return er_fail(&instance->failure, "%s: expected less than %d characters, got %lu",
-                       instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH,
-                       (unsigned long)strlen(value));
+                       instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH, (unsigned long)strlen(value));
     memset(options->trajectory, 0, sizeof options->trajectory);
     strcpy(options->trajectory, value);
     return true;
 }
 
-static bool set_option(er_instance *instance, er_options *options, unsigned reference,
-                       const char *value)
+static bool set_option(er_instance *instance, er_options *options, unsigned reference, const char *value)
 {
     unsigned which;
     int chosen = 0;
     if (!require_string(instance, reference, &which))
         return false;
     if (value == NULL)
-        return er_fail(&instance->failure, "%s: expected a text, got NULL",
-                       instance->interface.string[which].name);
+        return er_fail(&instance->failure, "%s: expected a text, got NULL", instance->interface.string[which].name);
     if (!er_is_utf8(value))
         return er_fail(&instance->failure, "%s: expected UTF-8, got other bytes",
                        instance->interface.string[which].name) ||
@@ -260,8 +252,7 @@ static bool set_option(er_instance *instance, er_options *options, unsigned refe
     return chosen >= 0 || er_let_retry(&instance->failure);
 }
 
-bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
-                             const char *const *values)
+bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count, const char *const *values)
 {
     er_options options = instance->model->memory.options;
     for (size_t i = 0; i < count; i++)

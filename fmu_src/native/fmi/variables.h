@@ -6,10 +6,8 @@
 #include "instance.h"
 
 /* Reals and strings by value reference.  Outputs are computed when they are read. */
-bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
-                           double *values);
-bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
-                           const double *values);
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count, double *values);
+bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count, const double *values);
 
 /* Takes derivatives of the first order of inputs: those of the wrench and of the anchor's position, which are
  * inputs too, and of q''.  Others have no effect: `ignored` says of the first, or is NULL. */

@@ -133,8 +133,7 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
     a->content = er_zip_member(archive, size, file, &content_size, failure);
     if (a->content == NULL)
         return false;
-    if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 ||
-        a->content[6] > 3)
+    if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 || a->content[6] > 3)
         return er_fail(failure, "the array '%s' is not in NumPy's format", name);
     prefix = a->content[6] == 1 ? 10 : 12;
     length = (size_t)er_little(a->content + 8, prefix == 10 ? 2 : 4);
@@ -154,8 +153,7 @@ static bool require_size(const array *a, const char *name, size_t item, er_failu
     uint64_t columns = a->header.axes == 2 ? a->header.shape[1] : 1;
     bool fits = rows == 0 || columns == 0 ? left == 0 : left % rows == 0 && left / rows == columns;
     return (a->bytes % item == 0 && fits) ||
-           er_fail(failure, "the array '%s' has %lu bytes, not those of its header", name,
-                   (unsigned long)a->bytes);
+           er_fail(failure, "the array '%s' has %lu bytes, not those of its header", name, (unsigned long)a->bytes);
 }
 
 static uint64_t bits_at(const unsigned char *at, size_t size, bool big)
@@ -253,8 +251,7 @@ static bool take_data(er_data_table *table, const array *a, void *spare, er_fail
     if (!require_size(a, "data", a->header.size, failure))
         return false;
     if (columns != (size_t)table->columns)
-        return er_fail(failure, "%d column names over %lu columns", table->columns,
-                       (unsigned long)columns);
+        return er_fail(failure, "%d column names over %lu columns", table->columns, (unsigned long)columns);
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
@@ -272,8 +269,7 @@ static bool take_data(er_data_table *table, const array *a, void *spare, er_fail
     return true;
 }
 
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
-                  er_failure *failure)
+bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare, er_failure *failure)
 {
     array columns = {0}, data = {0};
     return open_array(archive, size, "columns", "columns.npy", &columns, failure) &&

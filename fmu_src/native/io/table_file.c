@@ -67,12 +67,10 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         if (c >= end) {
             if (k + 1 == table->columns)
                 return true;
-            return er_fail(failure, "line %d: %d column names over %d columns", line,
-                           table->columns, k + 1);
+            return er_fail(failure, "line %d: %d column names over %d columns", line, table->columns, k + 1);
         }
         if (*c != ',')
-            return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'",
-                           line, er_printable(*c));
+            return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'", line, er_printable(*c));
         c++;
     }
 }
@@ -130,8 +128,7 @@ static bool parse_table(er_data_table *table, const char *content, size_t size, 
     return good;
 }
 
-bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
-                    er_failure *failure)
+bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz, er_failure *failure)
 {
     bool good = parse_table(table, content, size, is_npz, NULL, failure);
     if (!good)
@@ -146,8 +143,7 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
     bool good, kept;
     if (content == NULL)
         return false;
-    good = parse_table(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content,
-                 failure);
+    good = parse_table(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content, failure);
     kept = (void *)table->data == (void *)content;
     if (!good)
         er_table_free(table);

@@ -69,8 +69,7 @@ static void pass_rotation(const er_rotation *rotation, double angle, double R[9]
     turn_frame(rotation, angle, R);
 }
 
-void er_place_tool(const er_robot *robot, const double *theta, double position[3],
-                   double rotation[9])
+void er_place_tool(const er_robot *robot, const double *theta, double position[3], double rotation[9])
 {
     double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0};
     for (int i = 0; i < robot->angles; i++)
@@ -104,8 +103,7 @@ static void see_body(const er_body *body, const double R[9], const double offset
 }
 
 /* Frames of all rotations, base to tool: `frames` and `origins` in base axes. */
-static void place_frames(const er_robot *robot, const double *theta, er_placement *placement,
-                  double (*frames)[9])
+static void place_frames(const er_robot *robot, const double *theta, er_placement *placement, double (*frames)[9])
 {
     double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0}, tool[3];
     int n = robot->angles;
@@ -300,8 +298,7 @@ static void multiply_turns(er_turns *turns, const er_robot *robot, const double 
     turns->set = true;
 }
 
-double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
-                     const double quaternion[4])
+double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta, const double quaternion[4])
 {
     const double *near = turns->theta, *q = turns->quaternion;
     double apart[2] = {0.0, 0.0}; /* two sums at a time */

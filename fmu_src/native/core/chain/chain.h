@@ -25,8 +25,7 @@ typedef struct {
 void er_angles(const er_robot *robot, const double *q, const double *x, double *theta);
 
 /* TCP in the base frame [m] and base_from_tool, by rows, alone. */
-void er_place_tool(const er_robot *robot, const double *theta, double position[3],
-                   double rotation[9]);
+void er_place_tool(const er_robot *robot, const double *theta, double position[3], double rotation[9]);
 
 /* Places the frames: TCP, axes and arms; `bodies` are done by er_place_bodies. */
 void er_place(const er_robot *robot, const double *theta, er_placement *placement);
@@ -66,8 +65,7 @@ typedef struct {
 } er_turns;
 
 /* 1 where a tool's quaternion is that of the turns by these angles, -1 where it is the opposite. */
-double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
-                     const double quaternion[4]);
+double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta, const double quaternion[4]);
 
 /* Entries of a stiffness, xx, xy, xz, yy, yz, zz, and their rows and columns. */
 #define ER_SYMMETRIC 6

@@ -44,8 +44,7 @@ static bool read_joint(er_robot *robot, er_lines *lines)
 {
     er_rotation *rotation;
     if (robot->joints == ER_MAX_JOINTS)
-        return er_fail(lines->failure, "the robot's data: expected at most %d joints, got more",
-                       ER_MAX_JOINTS);
+        return er_fail(lines->failure, "the robot's data: expected at most %d joints, got more", ER_MAX_JOINTS);
     rotation = add_rotation(robot);
     rotation->drive = robot->joints;
     rotation->shifted = true;
@@ -99,8 +98,7 @@ static bool read_table(er_robot *robot, er_lines *lines)
     if (!er_lines_count(lines, 5, ER_MAX_KNOTS, &table->points))
         return false;
     for (int k = 0; k < table->points; k++)
-        if (!er_lines_numbers(lines, 1, &table->angle[k]) ||
-            !er_lines_numbers(lines, 1, &table->torque[k]))
+        if (!er_lines_numbers(lines, 1, &table->angle[k]) || !er_lines_numbers(lines, 1, &table->torque[k]))
             return false;
     return true;
 }
@@ -253,38 +251,37 @@ static bool require_settings(const er_robot *robot, er_lines *lines)
     return true;
 }
 
+static bool read_guid(er_robot *robot, er_lines *lines)
+{
+    return er_lines_text(lines, ER_MAX_GUID, robot->guid, "a guid of less than 64 letters");
+}
+
+static bool read_gravity(er_robot *robot, er_lines *lines)
+{
+    return er_lines_numbers(lines, 3, robot->parameters.gravity);
+}
+
+static bool read_tcp(er_robot *robot, er_lines *lines)
+{
+    return er_lines_numbers(lines, 3, robot->tool_position) && er_lines_numbers(lines, 9, robot->tool_rotation);
+}
+
+/* Lines by their first word: those of the robot, then those of its last joint. */
 static bool read_line(er_robot *robot, er_lines *lines)
 {
-    if (strcmp(lines->word, "guid") == 0)
-        return er_lines_text(lines, ER_MAX_GUID, robot->guid, "a guid of less than 64 letters");
-    if (strcmp(lines->word, "gravity") == 0)
-        return er_lines_numbers(lines, 3, robot->parameters.gravity);
-    if (strcmp(lines->word, "tcp") == 0)
-        return er_lines_numbers(lines, 3, robot->tool_position) &&
-               er_lines_numbers(lines, 9, robot->tool_rotation);
-    if (strcmp(lines->word, "setting") == 0)
-        return read_setting(robot, lines);
-    if (strcmp(lines->word, "joint") == 0)
-        return read_joint(robot, lines);
-    if (robot->joints == 0)
-        return er_lines_refuse(lines, "guid, gravity, tcp, setting or joint");
-    if (strcmp(lines->word, "spring") == 0)
-        return read_spring(robot, lines);
-    if (strcmp(lines->word, "table") == 0)
-        return read_table(robot, lines);
-    if (strcmp(lines->word, "stop") == 0)
-        return read_stop(robot, lines);
-    if (strcmp(lines->word, "error") == 0)
-        return read_error(robot, lines);
-    if (strcmp(lines->word, "balancer") == 0)
-        return read_balancer(robot, lines);
-    if (strcmp(lines->word, "motor") == 0)
-        return read_motor(robot, lines);
-    if (strcmp(lines->word, "tilt") == 0)
-        return read_tilt(robot, lines);
-    if (strcmp(lines->word, "body") == 0)
-        return read_body(robot, lines);
-    return er_lines_refuse(lines, "joint, error, spring, table, balancer, stop, motor, tilt, body or end");
+    static const struct {
+        const char *key;
+        bool (*read)(er_robot *, er_lines *);
+    } kinds[] = {{"guid", read_guid}, {"gravity", read_gravity}, {"tcp", read_tcp}, {"setting", read_setting},
+                 {"joint", read_joint}, {"error", read_error}, {"spring", read_spring}, {"table", read_table},
+                 {"balancer", read_balancer}, {"stop", read_stop}, {"motor", read_motor}, {"tilt", read_tilt},
+                 {"body", read_body}};
+    const size_t of_robot = 5, count = robot->joints > 0 ? sizeof kinds / sizeof *kinds : of_robot;
+    for (size_t k = 0; k < count; k++)
+        if (strcmp(lines->word, kinds[k].key) == 0)
+            return kinds[k].read(robot, lines);
+    return er_lines_refuse(lines, robot->joints == 0 ? "guid, gravity, tcp, setting or joint"
+                                                     : "joint, error, spring, table, balancer, stop, motor, tilt, body or end");
 }
 
 static double origin_distance(const double v[3])

@@ -168,8 +168,7 @@ double er_gear_flank_curvature(const er_gears *gears, int k, double x)
 }
 
 /* Of the rounded backlash S is k B times a function of x / B. */
-double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness,
-                     double backlash)
+double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness, double backlash)
 {
     double torque = er_gear_torque(gears, k, region, x), flank = gears->stiffness[k], of_backlash;
     if (region == 0 || (gears->spline[k].points > 0 && !er_gear_switches(gears, k)))
@@ -183,8 +182,7 @@ double er_gear_along(const er_gears *gears, int k, int region, double x, double 
     return torque / flank * stiffness + of_backlash * backlash;
 }
 
-double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness,
-                                 double backlash)
+double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness, double backlash)
 {
     if (gears->spline[k].points == 0)
         return stiffness;

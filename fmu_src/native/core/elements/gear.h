@@ -77,10 +77,8 @@ static inline double er_gear_slope(const er_gears *gears, int k, int region, dou
 
 /* Changes of S(x) [N m] on the branch of a region, and of the slope below [N m/rad], along changes of the
  * stiffness and the backlash of coordinate k; a table of its own takes the place of both. */
-double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness,
-                     double backlash);
-double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness,
-                                 double backlash);
+double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness, double backlash);
+double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness, double backlash);
 
 /* dS/dx [N m/rad], of the nearest flank where the gear is inside its backlash. */
 double er_gear_flank_slope(const er_gears *gears, int k, double x);

@@ -11,8 +11,7 @@ double er_elements_torque(const er_robot *robot, int k, double slip_torque, cons
     return slip_torque * sum;
 }
 
-void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops,
-                        double *stiffness)
+void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops, double *stiffness)
 {
     for (int j = 0; j < robot->elements; j++)
         if (stops->slipping[j] == 0)

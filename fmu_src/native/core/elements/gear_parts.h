@@ -30,8 +30,7 @@ double er_elements_torque(const er_robot *robot, int k, double slip_torque, cons
 
 /* Adds the stiffness of those that stick [N m/rad], with the torques at which all of a coordinate slip; it is
  * linear in these. */
-void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops,
-                        double *stiffness);
+void er_stops_stiffness(const er_robot *robot, const double *slip_torque, const er_stops *stops, double *stiffness);
 
 /* Lets the elongations of elements that stick, or changes of them, follow x, or the motors. */
 void er_stops_follow(const er_robot *robot, const er_stops *stops, const double *before, const double *after,

@@ -46,8 +46,7 @@ bool er_anchor_require(const er_anchor *anchor, er_failure *failure)
         return true;
     return er_fail(failure, "stiffness of the contact spring (anchor.kxx to anchor.kzz): expected no"
                             " eigenvalue below 0, got %.6g, %.6g, %.6g N/m: a contact pushes back in every"
-                            " direction, so leave out what does not",
-                   value[0] * scale, value[1] * scale,
+                            " direction, so leave out what does not", value[0] * scale, value[1] * scale,
                    value[2] * scale);
 }
 

@@ -289,8 +289,7 @@ static bool descend_to_rest(descent *s)
         after = largest_residual(s);
         /* Where it does not fall any more that is rounding, or the edge of a backlash. */
         if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
-             (after <= s->negligible && after >= 0.5 * before)) &&
-            !release_loaded_gears(s))
+             (after <= s->negligible && after >= 0.5 * before)) && !release_loaded_gears(s))
             return true;
     }
     return false;

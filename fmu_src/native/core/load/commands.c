@@ -41,8 +41,7 @@ static double one_sided(limited x, double value, double bound)
 /* At a corner the mean of both sides. */
 static double median_along(limited x, limited change)
 {
-    return 0.5 * (one_sided(x, change.value, change.bound) -
-                  one_sided(x, -change.value, -change.bound));
+    return 0.5 * (one_sided(x, change.value, change.bound) - one_sided(x, -change.value, -change.bound));
 }
 
 /* What limits need to know of a drive and of both steps. */
@@ -122,8 +121,7 @@ static void follow_command(const er_robot *robot, const er_past *past, const er_
             find_command_limits(unit, &none, &of_gained, &of_angle, &of_rate);
             if (!has_jerk)
                 slopes[i][k][3] = per * median_along(gained, of_gained) / 6.0;
-            add_offset(median_along(angle, of_angle), median_along(rate, of_rate), per_length,
-                       slopes[i][k]);
+            add_offset(median_along(angle, of_angle), median_along(rate, of_rate), per_length, slopes[i][k]);
         }
     }
 }

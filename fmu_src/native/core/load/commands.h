@@ -43,8 +43,7 @@ void er_command_along(const er_robot *robot, const er_past *past, const er_comma
                       double length, er_command_slopes slopes);
 
 /* q, q', q'' from coefficients at a time after the start [s]. */
-static inline void er_command_at(const double c[ER_COMMAND_POWERS], double s, double *q, double *qd,
-                                 double *qdd)
+static inline void er_command_at(const double c[ER_COMMAND_POWERS], double s, double *q, double *qd, double *qdd)
 {
     *q = c[0] + (c[1] + (c[2] + (c[3] + c[4] * s) * s) * s) * s;
     *qd = c[1] + (2.0 * c[2] + (3.0 * c[3] + 4.0 * c[4] * s) * s) * s;

@@ -25,12 +25,10 @@ bool er_contact_require(const er_contact *contact, er_failure *failure)
         return true;
     length = vector_length(n);
     if (contact->friction > 0.0 && contact->slip_speed == 0.0)
-        return er_fail(failure, "contact.slip_speed: expected a number > 0 m/s where there is friction, got"
-                       " 0");
+        return er_fail(failure, "contact.slip_speed: expected a number > 0 m/s where there is friction, got 0");
     return (length > 0.0 && length < INFINITY) ||
            er_fail(failure, "normal of the contact (contact.nx to contact.nz): expected a vector that is"
-                   " not zero, out of the plane to the robot's side, got %.6g, %.6g, %.6g", n[0], n[1],
-                   n[2]);
+                   " not zero, out of the plane to the robot's side, got %.6g, %.6g, %.6g", n[0], n[1], n[2]);
 }
 
 /* n of length 1. */
@@ -96,8 +94,7 @@ void er_contact_along(const er_contact *contact, const er_touch *touch, const er
     for (int c = 0; c < 3; c++) {
         double part = slip[c] / size, part_change = (slip_change[c] - part * size_change) / size;
         force[c] = pressure_change * (n[c] - contact->friction * part) +
-                   pressure * (along->normal[c] - change->friction * part -
-                               contact->friction * part_change);
+                   pressure * (along->normal[c] - change->friction * part - contact->friction * part_change);
     }
 }
 

@@ -1,14 +1,13 @@
 /* Contact of a sphere at the TCP with a plane that only pushes: it lifts off.
  *
- * The plane goes through the anchor and moves with it; n points out of it, to the robot's side.  With the
- * penetration d = R - n . (p - a) of the sphere of radius R and its rate d' there act, at the sphere's
- * lowest point, where d > 0
+ * The plane goes through the anchor and moves with it; n points out of it, to the robot's side.  With the penetration
+ * d = R - n . (p - a) of the sphere of radius R and its rate d' there act, at the sphere's lowest point, where d > 0
  *
  *     N = k d max(0, 1 + c d') along n,    -mu N s / sqrt(s . s + v^2) across,
  *
- * s the velocity across n of that point relative to the plane: Hunt's and Crossley's law with an exponent
- * of 1 (docs/references.md, Hunt1975), and Coulomb's regularised by the slip speed v.  Both are continuous
- * where the contact begins and ends.  Base axes; elastic_robot/plane_contact.py is the same in Python. */
+ * s the velocity across n of that point relative to the plane: Hunt's and Crossley's law with an exponent of 1
+ * (docs/references.md, Hunt1975), and Coulomb's regularised by the slip speed v.  Both are continuous where the
+ * contact begins and ends.  Base axes; elastic_robot/plane_contact.py is the same in Python. */
 #ifndef ER_CONTACT_H
 #define ER_CONTACT_H
 

@@ -8,8 +8,7 @@
  *
  *     (omega_i x z_i) x (TCP - o_i) + z_i x u_i + (z_i x (omega - omega_i)) x r.
  */
-static void find_levers(const er_placement *place, const er_robot *robot, const double *rate,
-                        er_contact_motion *motion)
+static void find_levers(const er_placement *place, const er_robot *robot, const double *rate, er_contact_motion *motion)
 {
     int n = robot->angles;
     double omega[ER_MAX_ANGLES][3], sum[3] = {0.0, 0.0, 0.0}, arm_rate[3] = {0.0, 0.0, 0.0};
@@ -71,8 +70,7 @@ static void offset_along(const er_contact *contact, const er_contact_motion *mot
 }
 
 void er_contact_place_along(const er_robot *robot, const er_load *load, const er_contact_motion *motion,
-                            const double *theta, const double *rate, const er_load *change,
-                            er_touch *along)
+                            const double *theta, const double *rate, const er_load *change, er_touch *along)
 {
     double tcp_to_anchor[3], offset[3];
     for (int c = 0; c < 3; c++) {
@@ -90,8 +88,7 @@ void er_contact_place_along(const er_robot *robot, const er_load *load, const er
 }
 
 void er_contact_wrench_along(const er_robot *robot, const er_load *load, const er_contact_motion *motion,
-                             const double *theta, const double *rate, const er_load *change,
-                             double wrench[6])
+                             const double *theta, const double *rate, const er_load *change, double wrench[6])
 {
     er_touch along;
     double offset[3];

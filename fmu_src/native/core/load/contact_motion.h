@@ -24,12 +24,10 @@ void er_contact_wrench(const er_contact_motion *motion, double wrench[6]);
 
 /* How the sphere's place changes along a change of angles, rates and load, its anchor where it is then. */
 void er_contact_place_along(const er_robot *robot, const er_load *load, const er_contact_motion *motion,
-                            const double *theta, const double *rate, const er_load *change,
-                            er_touch *along);
+                            const double *theta, const double *rate, const er_load *change, er_touch *along);
 
 /* Derivative of the wrench along such a change. */
 void er_contact_wrench_along(const er_robot *robot, const er_load *load, const er_contact_motion *motion,
-                             const double *theta, const double *rate, const er_load *change,
-                             double wrench[6]);
+                             const double *theta, const double *rate, const er_load *change, double wrench[6]);
 
 #endif

@@ -246,8 +246,7 @@ static bool rest_under_load(search *s, const er_load *load)
 }
 
 bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_history *history,
-                    const double gravity[3], const double *q, const er_load *load, double *x,
-                    er_failure *failure)
+                    const double gravity[3], const double *q, const er_load *load, double *x, er_failure *failure)
 {
     search s;
     char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "", contact[64] = "";
@@ -265,8 +264,7 @@ bool er_equilibrium(const er_robot *robot, const er_gears *gears, const er_histo
     if (er_contact_holds(&load->contact))
         snprintf(contact, sizeof contact, " and a contact of %.6g N/m", load->contact.stiffness);
     if (er_anchor_holds(&load->anchor))
-        snprintf(spring, sizeof spring, " and a spring of [%s] N/m anchored at [%s] m", stiffness,
-                 anchor);
+        snprintf(spring, sizeof spring, " and a spring of [%s] N/m anchored at [%s] m", stiffness, anchor);
     return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
                    " N m%s%s; the joints are too soft for this load", posture, wrench, spring, contact);
 }

@@ -104,8 +104,7 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
 }
 
 /* q''' a part u of an interval behind its start, likewise. */
-static void bend_along_quintic(int n, const double *left, const double *right, double h, double u,
-                               double *third)
+static void bend_along_quintic(int n, const double *left, const double *right, double h, double u, double *third)
 {
     double d = 1.0 / h;
     const weights by_time = {
@@ -140,8 +139,7 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    for (size_t k = find_interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples;
-         k++) {
+    for (size_t k = find_interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples; k++) {
         double at = t->time[k] + drives->start;
         if (at >= end)
             break;

@@ -50,8 +50,7 @@ static bool require_samples(const table_samples *s, const er_settings *settings,
     static const char *const names[] = {"q", "qd", "qdd"};
     bool sane;
     if (s->samples < 2)
-        return er_fail(failure, "expected at least 2 samples, got %lu",
-                       (unsigned long)s->samples);
+        return er_fail(failure, "expected at least 2 samples, got %lu", (unsigned long)s->samples);
     sane = largest_size(s->data, s->samples * (size_t)column_count(s)) <= settings->most_sample;
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
@@ -105,8 +104,7 @@ static bool complete_samples(er_trajectory *t, const table_samples *s)
     t->row = malloc(s->samples * er_trajectory_width(t) * sizeof *t->row);
     if (work != NULL && t->row != NULL) {
         for (size_t k = 0; k < s->samples; k++)
-            memcpy(t->row + k * er_trajectory_width(t), sample_row(s, k),
-                   (size_t)column_count(s) * sizeof *t->row);
+            memcpy(t->row + k * er_trajectory_width(t), sample_row(s, k), (size_t)column_count(s) * sizeof *t->row);
         for (int i = 0; i < t->joints; i++)
             fit_cubic(t, i, work, work + s->samples);
     }
@@ -115,8 +113,7 @@ static bool complete_samples(er_trajectory *t, const table_samples *s)
 }
 
 /* Third derivatives at both ends of the quintic behind sample k, of each joint [rad/s^3]. */
-static void third_derivatives(const er_trajectory *t, size_t k, double *restrict at_start,
-                              double *restrict at_end)
+static void third_derivatives(const er_trajectory *t, size_t k, double *restrict at_start, double *restrict at_end)
 {
     int n = t->joints;
     const double *left = t->row + k * er_trajectory_width(t) + 1, *right = left + er_trajectory_width(t);
@@ -222,8 +219,7 @@ static bool missing_column(const er_data_table *table, const char *name, er_fail
     char names[400] = "";
     size_t length = 0;
     for (int k = 0; k < table->columns && length + ER_MAX_NAME + 2 < sizeof names; k++)
-        length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
-                                   k > 0 ? ", " : "", table->name[k]);
+        length += (size_t)snprintf(names + length, sizeof names - length, "%s%s", k > 0 ? ", " : "", table->name[k]);
     return er_fail(failure, "expected one column '%s', got %s", name, names);
 }
 
@@ -259,8 +255,7 @@ static bool choose_columns(er_data_table *table, int joints, table_samples *samp
 {
     int column[1 + 3 * ER_MAX_JOINTS], width;
     bool q, qd, qdd, there;
-    if (!find_column(table, "time", &column[0], failure) ||
-        !find_block(table, "q", joints, column + 1, &q, failure))
+    if (!find_column(table, "time", &column[0], failure) || !find_block(table, "q", joints, column + 1, &q, failure))
         return false;
     if (!q)
         return missing_column(table, "q1", failure);
@@ -268,16 +263,14 @@ static bool choose_columns(er_data_table *table, int joints, table_samples *samp
         !find_block(table, "qdd", joints, column + 1 + 2 * joints, &qdd, failure))
         return false;
     if (qd != qdd)
-        return er_fail(failure, "expected qd and qdd, or none of them, got %s alone",
-                       qd ? "qd" : "qdd");
+        return er_fail(failure, "expected qd and qdd, or none of them, got %s alone", qd ? "qd" : "qdd");
     width = 1 + joints * (qd ? 3 : 1);
     there = width == table->columns;
     for (int c = 0; c < width; c++)
         there &= column[c] == c;
     for (size_t k = 0; !there && k < table->rows; k++) {
         double row[ER_MAX_TABLE_COLUMNS];
-        memcpy(row, table->data + k * (size_t)table->columns,
-               (size_t)table->columns * sizeof *row);
+        memcpy(row, table->data + k * (size_t)table->columns, (size_t)table->columns * sizeof *row);
         for (int c = 0; c < width; c++)
             table->data[k * (size_t)width + (size_t)c] = row[column[c]];
     }

@@ -175,8 +175,7 @@ static void prepare_tangent(er_model *model)
     for (int k = 0; k < model->robot.elastics; k++)
         values[model->robot.elastic_angle[k]] += free->acceleration[k];
     fill_lanes(model->robot.angles, values, free->motion.acceleration);
-    model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL,
-                       &free->links);
+    model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL, &free->links);
     free->linked = true;
 }
 

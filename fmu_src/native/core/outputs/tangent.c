@@ -15,8 +15,7 @@ static void moment_about_joint(const er_placement *p, int i, double moment[3])
 
 /* How a placement moves along a change of theta; `weight` only where it has bodies and `bodies` asks for it.
  *
- * An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies'
- * moment is:
+ * An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies' moment is:
  *
  *     d arm_i = sum_(j<=i) z_j dtheta_j x arm_i + sum_(j>i) z_j dtheta_j x arm_j. */
 static void placement_along(const er_robot *robot, const er_placement *p, const double *theta,
@@ -69,8 +68,7 @@ static void static_torque_along(const er_robot *robot, const er_placement *p,
  * before i entry i, j has z_j . (z_i x M) as well: er_static_torque_gradient by the product rule. */
 static void static_torque_gradient_along(const er_robot *robot, const er_placement *p,
                                          const er_placement_tangent *along, const double gravity[3],
-                                         const double wrench[6], const double wrench_change[6],
-                                         double *gradient)
+                                         const double wrench[6], const double wrench_change[6], double *gradient)
 {
     int m = robot->elastics;
     for (int k = 0; k < m; k++) {
@@ -163,8 +161,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
         change.motors.angle[d] = acting->held.q[robot->motor[d].joint];
     er_placement_change_at(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
-    static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
-                           x);
+    static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change, x);
     er_static_torque(robot, &p.at, change.parameters.gravity, no_wrench, of_gravity);
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
     balance_along(model, &change, false, x);
@@ -182,8 +179,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
             neutral ? 1.0 : er_gear_slope(gears, k, er_gear_region(gears, k, at), at) + stuck[k];
         x[k] = neutral ? 0.0
                        : x[k] + of_gravity[k] -
-                             er_gear_along(gears, k, er_gear_region(gears, k, at), at,
-                                           change.parameters.stiffness[k],
+                             er_gear_along(gears, k, er_gear_region(gears, k, at), at, change.parameters.stiffness[k],
                                            change.parameters.backlash[k]) -
                              er_elements_torque(robot, k, change.parameters.hysteresis[k], stops->elongation);
     }
@@ -193,33 +189,40 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     return true;
 }
 
-bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
+/* Factors of the stiffness of the robot, its gears on their flanks, with spring and contact; false if it is singular. */
+static bool factor_stiffness(const er_model *model, const er_placement *placement, const double wrench[6],
+                             double *stiffness, int *pivot)
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    const er_load *load = &memory->held.load;
-    const double *x = memory->state.x;
-    int m = robot->elastics, pivot[MOST];
-    double driven[ER_MAX_JOINTS], theta[MOST], stiffness[MOST * MOST], response[3][MOST], wrench[6];
-    double stuck[MOST] = {0.0};
-    er_placement placement;
-    memset(compliance, 0, 6 * sizeof *compliance);
-    if (m == 0)
-        return true;
+    double driven[ER_MAX_JOINTS], stuck[MOST] = {0.0};
+    int m = robot->elastics;
     er_model_driven(model, driven);
-    er_angles(robot, driven, x, theta);
-    er_place_bodies(robot, theta, &placement);
-    er_load_wrench(load, placement.tool_position, wrench);
-    er_static_torque_gradient(robot, &placement, memory->parameters.gravity, wrench, stiffness);
-    er_balance_gradient(robot, driven, x, stiffness);
+    er_static_torque_gradient(robot, placement, memory->parameters.gravity, wrench, stiffness);
+    er_balance_gradient(robot, driven, memory->state.x, stiffness);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
     er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
     for (int k = 0; k < m; k++)
-        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x[k]) + stuck[k];
-    if (er_load_yields(load))
-        er_load_support_chain(load, robot, &placement, stiffness);
-    if (!er_lu_factor(m, stiffness, pivot))
+        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, memory->state.x[k]) + stuck[k];
+    if (er_load_yields(&memory->held.load))
+        er_load_support_chain(&memory->held.load, robot, placement, stiffness);
+    return er_lu_factor(m, stiffness, pivot);
+}
+
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
+{
+    const er_robot *robot = &model->robot;
+    int m = robot->elastics, pivot[MOST];
+    double theta[MOST], stiffness[MOST * MOST], response[3][MOST], wrench[6];
+    er_placement placement;
+    memset(compliance, 0, 6 * sizeof *compliance);
+    if (m == 0)
+        return true;
+    er_model_angles(model, false, theta);
+    er_place_bodies(robot, theta, &placement);
+    er_load_wrench(&model->memory.held.load, placement.tool_position, wrench);
+    if (!factor_stiffness(model, &placement, wrench, stiffness, pivot))
         return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
     for (int axis = 0; axis < 3; axis++) {
         for (int k = 0; k < m; k++)
@@ -266,8 +269,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
-    double response[3][MOST], response_change[3][MOST], stuck[MOST] = {0.0};
-    double of_hysteresis[MOST] = {0.0}, driven[ER_MAX_JOINTS];
+    double response[3][MOST], response_change[3][MOST];
+    double of_hysteresis[MOST] = {0.0};
     static const double no_wrench[6] = {0.0};
     er_placement_change p;
     memset(compliance, 0, 6 * sizeof *compliance);
@@ -275,30 +278,21 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
         return true;
     er_placement_change_at(model, change, false, true, &p);
     wrench_along(model, change, &p, wrench, wrench_change);
-    er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
     static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
     er_static_torque_gradient(robot, &p.at, change->parameters.gravity, no_wrench, of_gravity);
-    er_model_driven(model, driven);
-    er_balance_gradient(robot, driven, memory->state.x, stiffness);
     balance_along(model, change, true, softening);
     take_off_support(model, change, &p, softening);
-    for (int i = 0; i < m * m; i++) {
-        stiffness[i] = -stiffness[i];
+    for (int i = 0; i < m * m; i++)
         softening[i] += of_gravity[i];
-    }
-    er_load_support_chain(&memory->held.load, robot, &p.at, stiffness);
-    er_stops_stiffness(robot, model->gears.slip_torque, &memory->state.stops, stuck);
     er_stops_stiffness(robot, change->parameters.hysteresis, &memory->state.stops, of_hysteresis);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
-        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x) + stuck[k];
         softening[k * m + k] -= of_hysteresis[k];
         softening[k * m + k] -= er_gear_flank_curvature(&model->gears, k, x) * change->x[k] +
-                                er_gear_flank_slope_along(&model->gears, k, x,
-                                                          change->parameters.stiffness[k],
+                                er_gear_flank_slope_along(&model->gears, k, x, change->parameters.stiffness[k],
                                                           change->parameters.backlash[k]);
     }
-    if (!er_lu_factor(m, stiffness, pivot))
+    if (!factor_stiffness(model, &p.at, wrench, stiffness, pivot))
         return false;
     for (int axis = 0; axis < 3; axis++) {
         double *y = response[axis], *dy = response_change[axis];

@@ -165,8 +165,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
             kernel->motor_before(r->system->robot, r->motors, (const er_lanes *)step->acceleration, w->residual,
                                  &w->motors);
         }
-        size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
-                               step->acceleration);
+        size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual, step->acceleration);
         if (r->motors > 0)
             size = sqrt(size * size + kernel->motor_after(r->system->robot, r->motors,
                                                           (const er_lanes *)step->acceleration, &w->motors,

@@ -4,11 +4,10 @@
 
 #include "run.h"
 
-/* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
- * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
- * damping, backlash and hysteresis of each entry of x;
- * friction and torque of each motor, which move nothing under ideal drives; and a shift of the state that is none of
- * these. */
+/* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity, the
+ * stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness, damping,
+ * backlash and hysteresis of each entry of x; friction and torque of each motor, which move nothing under ideal
+ * drives; and a shift of the state that is none of these. */
 typedef enum {
     ER_BY_WRENCH,
     ER_BY_Q,
@@ -86,8 +85,7 @@ typedef struct {
     er_load load; /* its anchor is where it is then */
 } er_share;
 
-er_share er_share_of(const er_sensitivity *sensitivity, const er_robot *robot, int column,
-                     double elapsed);
+er_share er_share_of(const er_sensitivity *sensitivity, const er_robot *robot, int column, double elapsed);
 
 /* How the command of a motor's drive follows a column: q, q' and q''. */
 typedef struct {

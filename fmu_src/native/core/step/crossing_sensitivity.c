@@ -110,17 +110,16 @@ static double find_released(const er_run *r, const er_state *state, const er_cro
 }
 
 /* The torque is continuous where a coordinate x_k passes the edge of its backlash, or where an element of its
- * hysteresis begins to slip, only its slope jumps.
- * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
- * second order only, and the sensitivities are continuous.
+ * hysteresis begins to slip, only its slope jumps. So x'' is the same under both laws there, a shift of the moment of
+ * the passage changes x and x' to second order only, and the sensitivities are continuous.
  *
- * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.
- * With the time t since the edge and the jump J of the torque at x_k, what is missing is
+ * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there. With the time t
+ * since the edge and the jump J of the torque at x_k, what is missing is
  *
  *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2,
  *
- * dx_k that of the elongation for an element.  As it sticks again nothing jumps, and the place where it does is
- * where x_k does not move. */
+ * dx_k that of the elongation for an element.  As it sticks again nothing jumps, and the place where it does is where
+ * x_k does not move. */
 static void pass_boundary(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step,
                           const er_crossing *crossing, double edge, double beyond, double jump)
 {

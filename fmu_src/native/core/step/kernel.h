@@ -42,24 +42,19 @@ typedef er_lanes er_vector[3];
 typedef er_lanes er_pull[6];
 
 /* Position of the TCP in the base frame [m], from sines and cosines alone. */
-typedef void er_reach_function(const er_robot *robot, const er_motion *motion, int states,
-                               er_vector position);
+typedef void er_reach_function(const er_robot *robot, const er_motion *motion, int states, er_vector position);
 
 /* Loads [N m], [x][state]; on the robot at the TCP act in base axes `wrench`, the same in all states, and
  * the force and moment `pull` of each; NULL for none. */
 typedef void er_loads_function(const er_robot *robot, const er_motion *motion, int states,
-                               const double gravity[3], const double *wrench,
-                               const er_lanes *pull, er_lanes *load);
+                               const double gravity[3], const double *wrench, const er_lanes *pull, er_lanes *load);
 
-/* Positions and rates at the stages of a step of length h [s] from those at its start and the stage
- * accelerations. */
+/* Positions and rates at the stages of a step of length h [s] from those at its start and the stage accelerations. */
 typedef void er_stages_function(int count, double h, const double *x, const double *v,
-                                const er_lanes *acceleration, er_lanes *stage_x,
-                                er_lanes *stage_v);
+                                const er_lanes *acceleration, er_lanes *stage_x, er_lanes *stage_v);
 
 /* Takes positions and rates at the start of a step of length h [s] to its end. */
-typedef void er_finish_function(int count, double h, const er_lanes *acceleration, double *x,
-                                double *v);
+typedef void er_finish_function(int count, double h, const er_lanes *acceleration, double *x, double *v);
 
 /* The same values in all states: [x][state]. */
 typedef void er_spread_function(int count, const double *values, er_lanes *lanes);
@@ -77,16 +72,14 @@ typedef struct {
 
 /* The inverses of two complex symmetric n x n matrices by rows, of which the lower triangles count and are
  * overwritten, as A^-1 = (L^-T D^-1) L^-1 of A = L D L^T: L^-1 below the diagonal, the other factor from it
- * on.  Products with both take no longer than solving with L would, and none of them waits for another.
- * There is no pivoting, because the matrices are M + l D + l^2 K with positive definite M, D, K and
- * |arg l| < pi/2: turned by -arg l their numerical range lies in the right half plane.  False if a pivot is
- * not finite. */
+ * on.  Products with both take no longer than solving with L would, and none of them waits for another. There is no
+ * pivoting, because the matrices are M + l D + l^2 K with positive definite M, D, K and |arg l| < pi/2: turned by -arg
+ * l their numerical range lies in the right half plane.  False if a pivot is not finite. */
 typedef bool er_invert_function(int n, er_complex_pair *matrix, er_factor *inverse);
 
 /* One pass of Newton's method: takes the solution for these residuals off the stage accelerations
  * and returns its length. */
-typedef double er_improve_function(int n, const er_factor *inverse, const er_lanes *residual,
-                                   er_lanes *acceleration);
+typedef double er_improve_function(int n, const er_factor *inverse, const er_lanes *residual, er_lanes *acceleration);
 
 /* Length of the solution of the first system, the one next to the real axis, for a real right-hand
  * side: the error estimate's filter. */
@@ -119,20 +112,17 @@ typedef struct {
 
 /* Prepares the tangent of the loads at a motion; the arguments are those of the loads. */
 typedef void er_link_function(const er_robot *robot, const er_motion *motion,
-                              const double gravity[3], const double *wrench,
-                              const er_lanes *pull, er_links *links);
+                              const double gravity[3], const double *wrench, const er_lanes *pull, er_links *links);
 
-/* The direction that the stages of a step of length h [s] take when x, x' at its start and the stage
- * accelerations change, the drives at rest; and what springs and dampers of these slopes
- * [x][state] carry then [N m]. */
+/* The direction that the stages of a step of length h [s] take when x, x' at its start and the stage accelerations
+ * change, the drives at rest; and what springs and dampers of these slopes [x][state] carry then [N m]. */
 typedef void er_direct_function(const er_robot *robot, double h, const double *x, const double *v,
                                 const er_lanes *acceleration, const er_lanes *slope,
                                 const double *damping, er_direction *direction, er_lanes *load);
 
 /* Adds what straight springs and dampers carry in each state: slope (x - zero) + damping v. */
 typedef void er_carry_function(int count, int states, const double *slope, const double *zero,
-                               const double *damping, const er_lanes *x, const er_lanes *v,
-                               er_lanes *load);
+                               const double *damping, const er_lanes *x, const er_lanes *v, er_lanes *load);
 
 /* Displacement of the TCP along a direction of the motion [m], base axes. */
 typedef void er_shift_function(const er_robot *robot, const er_links *links,

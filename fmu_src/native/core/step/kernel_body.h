@@ -9,21 +9,18 @@
 /* Rotation i of a chain in ER_WIDTH states from `first` on. */
 ER_INLINE turned turn_of(int along, const er_robot *robot, const er_motion *motion, int i, int first)
 {
-    return turn_about(along, robot->rotation[i].axis, load(&motion->sine[i][first]),
-                      load(&motion->cosine[i][first]));
+    return turn_about(along, robot->rotation[i].axis, load(&motion->sine[i][first]), load(&motion->cosine[i][first]));
 }
 
 /* A point behind rotation i, seen from the frame before it. */
-ER_INLINE vec reach_through(int along, const er_robot *robot, const er_motion *motion, int i, int first,
-                            vec point)
+ER_INLINE vec reach_through(int along, const er_robot *robot, const er_motion *motion, int i, int first, vec point)
 {
     turned R = turn_of(along, robot, motion, i, first);
     return out_of(along, &R, point);
 }
 
 /* From the tool inwards. */
-static void ER_NAME(reach)(const er_robot *robot, const er_motion *motion, int states,
-                           er_vector position)
+static void ER_NAME(reach)(const er_robot *robot, const er_motion *motion, int states, er_vector position)
 {
     const double *tool = robot->tool_position;
     for (int first = 0; first < states; first += ER_WIDTH) {
@@ -32,8 +29,7 @@ static void ER_NAME(reach)(const er_robot *robot, const er_motion *motion, int s
         for (int i = robot->angles - 1; i >= 0; i--) {
             const er_rotation *rotation = &robot->rotation[i];
             const double *origin = rotation->origin;
-            FOR_AXIS(rotation->along,
-                     reach = reach_through(along, robot, motion, i, first, reach));
+            FOR_AXIS(rotation->along, reach = reach_through(along, robot, motion, i, first, reach));
             if (rotation->shifted)
                 reach = (vec){reach.x + origin[0], reach.y + origin[1], reach.z + origin[2]};
         }
@@ -78,8 +74,7 @@ ER_INLINE void go_in(int along, const er_robot *robot, const er_motion *motion, 
 
 /* The recursive Newton-Euler algorithm in the bodies' frames: ER_WIDTH states from `first` on. */
 static void loads_from(const er_robot *robot, const er_motion *motion, int first,
-                       const double gravity[3], const double *wrench, const er_lanes *pull,
-                       er_lanes *result)
+                       const double gravity[3], const double *wrench, const er_lanes *pull, er_lanes *result)
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     const double *force_at_base = wrench != NULL ? wrench : zero;
@@ -139,16 +134,14 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
 }
 
 static void ER_NAME(loads)(const er_robot *robot, const er_motion *motion, int states,
-                           const double gravity[3], const double *wrench, const er_lanes *pull,
-                           er_lanes *result)
+                           const double gravity[3], const double *wrench, const er_lanes *pull, er_lanes *result)
 {
     for (int first = 0; first < states; first += ER_WIDTH)
         loads_from(robot, motion, first, gravity, wrench, pull, result);
 }
 
 static void ER_NAME(carry)(int count, int states, const double *slope, const double *zero,
-                           const double *damping, const er_lanes *x, const er_lanes *v,
-                           er_lanes *result)
+                           const double *damping, const er_lanes *x, const er_lanes *v, er_lanes *result)
 {
     for (int first = 0; first < states; first += ER_WIDTH)
         for (int k = 0; k < count; k++)
@@ -203,8 +196,7 @@ static void ER_NAME(drive)(int joints, const er_command_powers powers, er_nodes 
 }
 
 static void move_at(const er_robot *robot, const er_nodes *nodes, const er_reference *reference,
-                    const er_lanes *x, const er_lanes *v, const er_lanes *acceleration, int first,
-                    er_motion *motion)
+                    const er_lanes *x, const er_lanes *v, const er_lanes *acceleration, int first, er_motion *motion)
 {
     er_real none = 0.0 * load(&nodes->q[0][first]);
     for (int i = 0; i < robot->angles; i++) {

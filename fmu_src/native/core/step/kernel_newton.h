@@ -122,8 +122,7 @@ static double sum_of(const er_lanes lanes)
     return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-static double ER_NAME(improve)(int n, const er_factor *inverse, const er_lanes *residual,
-                               er_lanes *acceleration)
+static double ER_NAME(improve)(int n, const er_factor *inverse, const er_lanes *residual, er_lanes *acceleration)
 {
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES], x[ER_MAX_ANGLES];
     ER_ALIGNED er_lanes square;

@@ -76,8 +76,7 @@ ER_INLINE void link_out(int along, const er_robot *robot, const er_motion *motio
 }
 
 /* go_in, likewise. */
-ER_INLINE void link_in(int along, const er_robot *robot, int i, int first, vec *force, vec *moment,
-                       er_link *link)
+ER_INLINE void link_in(int along, const er_robot *robot, int i, int first, vec *force, vec *moment, er_link *link)
 {
     const double *a = robot->rotation[i].axis;
     er_real none = 0.0 * load(&link->rate[first]), minus_one = none - 1.0;
@@ -90,8 +89,7 @@ ER_INLINE void link_in(int along, const er_robot *robot, int i, int first, vec *
 }
 
 static void link_from(const er_robot *robot, const er_motion *motion, int first,
-                      const double gravity[3], const double *wrench, const er_lanes *pull,
-                      er_links *links)
+                      const double gravity[3], const double *wrench, const er_lanes *pull, er_links *links)
 {
     vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES]; /* that a body needs, about its origin */
     er_real none = 0.0 * load(&motion->cosine[0][first]), one = 1.0 + none;
@@ -105,8 +103,7 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
         er_link *link = &links->link[i];
         if (rotation->shifted) {
             vec carried = cross_fixed(at.spin, rotation->origin);
-            at.push = add(at.push,
-                          add(cross_fixed(at.spin_rate, rotation->origin), cross(at.spin, carried)));
+            at.push = add(at.push, add(cross_fixed(at.spin_rate, rotation->origin), cross(at.spin, carried)));
             store_swing(link->carry, first, at.spin, rotation->origin);
         }
         FOR_AXIS(rotation->along, link_out(along, robot, motion, i, first, &at, base, link));
@@ -116,8 +113,7 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             vec sling = cross_fixed(at.spin, body->moment);
             forces[i] = plus(add(cross_fixed(at.spin_rate, body->moment), cross(at.spin, sling)),
                              at.push, none + body->mass);
-            torques[i] = minus(add(symmetric_times(body->inertia, at.spin_rate),
-                                   cross(at.spin, momentum)),
+            torques[i] = minus(add(symmetric_times(body->inertia, at.spin_rate), cross(at.spin, momentum)),
                                cross_fixed(at.push, body->moment));
             store_swing(link->sling, first, at.spin, body->moment);
             store_wobble(link->wobble, first, at.spin, body->inertia);
@@ -145,8 +141,7 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             force = add(force, forces[i]);
             moment = add(moment, torques[i]);
         }
-        FOR_AXIS(rotation->along,
-                 link_in(along, robot, i, first, &force, &moment, &links->link[i]));
+        FOR_AXIS(rotation->along, link_in(along, robot, i, first, &force, &moment, &links->link[i]));
         if (rotation->shifted)
             moment = minus(moment, cross_fixed(force, rotation->origin));
     }
@@ -222,8 +217,7 @@ static void ER_NAME(shift)(const er_robot *robot, const er_links *links,
             const er_rotation *rotation = &robot->rotation[i];
             if (rotation->shifted)
                 shift = add(shift, cross_fixed(turn, rotation->origin));
-            FOR_AXIS(rotation->along,
-                     shift_out(along, rotation->axis, &links->link[i], first,
+            FOR_AXIS(rotation->along, shift_out(along, rotation->axis, &links->link[i], first,
                                load(&direction->angle[i][first]), &shift, &turn));
         }
         shift = add(shift, cross_fixed(turn, robot->tool_position));
@@ -240,16 +234,14 @@ typedef struct {
 } frame_change;
 
 ER_INLINE void change_out(int along, const double a[3], const er_link *link,
-                          const er_direction *direction, int i, int first, bool loaded,
-                          frame_change *by)
+                          const er_direction *direction, int i, int first, bool loaded, frame_change *by)
 {
     turned R = turn_at(along, link, first);
     er_real angle = load(&direction->angle[i][first]), rate = load(&direction->rate[i][first]);
     vec spin_by = load_vec(link->spin_by, first);
     by->push = plus_across(along, into(along, &R, by->push), load_vec(link->push_by, first), angle);
     by->spin = plus_across(along, into(along, &R, by->spin), spin_by, angle);
-    by->spin_rate = plus_across(along, into(along, &R, by->spin_rate), load_vec(link->rate_by, first),
-                                angle);
+    by->spin_rate = plus_across(along, into(along, &R, by->spin_rate), load_vec(link->rate_by, first), angle);
     by->spin_rate = plus_cross_axis(along, a, by->spin_rate, by->spin, load(&link->rate[first]));
     by->spin_rate = plus_across(along, by->spin_rate, spin_by, rate);
     by->spin_rate = plus_axis(along, a, by->spin_rate, load(&direction->acceleration[i][first]));
@@ -285,8 +277,7 @@ static void tangent_from(const er_robot *robot, const er_links *links,
         if (rotation->shifted)
             by.push = plus_product(add(by.push, cross_fixed(by.spin_rate, rotation->origin)),
                                    (const er_vector *)link->carry, first, by.spin);
-        FOR_AXIS(rotation->along,
-                 change_out(along, rotation->axis, link, direction, i, first, links->loaded, &by));
+        FOR_AXIS(rotation->along, change_out(along, rotation->axis, link, direction, i, first, links->loaded, &by));
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
             vec swing = symmetric_times(body->inertia, by.spin_rate);

@@ -164,8 +164,7 @@ static void settle_contact(const er_run *r, er_state *state)
     double miss = r->settings->landing * ER_CONTACT_SLACK;
     if (r->system->contacting) {
         double depth = er_contact_depth(r, state);
-        after = depth > (before == 1 ? -miss : before == 0 ? ER_CONTACT_SLACK + miss
-                                                           : 0.0);
+        after = depth > (before == 1 ? -miss : before == 0 ? ER_CONTACT_SLACK + miss : 0.0);
     }
     state->touching = after;
     if (after == 1)

@@ -4,9 +4,8 @@
 
 #include "run.h"
 
-/* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of
- * length h from a state.  The mass matrix of an earlier posture nearby is kept.  False if they are not
- * finite. */
+/* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of length h from
+ * a state.  The mass matrix of an earlier posture nearby is kept.  False if they are not finite. */
 bool er_linearise(const er_run *r, const er_state *state, double h);
 
 /* Has the matrices of a state's linearisation in the workspace, which may hold them already. */

@@ -16,8 +16,7 @@
 /* Most columns are done by then, without asking what is negligible. */
 #define USUAL_PASSES 3
 
-void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause first, er_cause last,
-                          double start)
+void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause first, er_cause last, double start)
 {
     s->first = er_first_column(robot, first);
     s->count = er_first_column(robot, (er_cause)(last + 1)) - s->first;
@@ -104,8 +103,7 @@ static void follow_contact(const er_run *r, const er_direction *direction, const
 /* Derivative of the pull along a change of the motion and of a column's input, into `pull`; NULL where
  * there is none.  The wrench's share does not depend on the time: it is there once for all stages. */
 static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_cause cause,
-                                 const er_share share[], const er_direction *direction,
-                                 er_pull pull)
+                                 const er_share share[], const er_direction *direction, er_pull pull)
 {
     const er_system *system = r->system;
     const er_workspace *w = r->work;
@@ -156,8 +154,7 @@ static void build_tangent(const er_sensitivity *s, const er_run *r, const er_sta
         for (int l = 0; l < ER_STAGES; l++)
             tangent[k][l] -= s->balance[b][l] * direction.angle[robot->elastic_angle[k]][l];
     }
-    kernel->tangent(robot, &s->links, &direction,
-                    cause == ER_BY_WRENCH ? share[0].load.wrench : NULL,
+    kernel->tangent(robot, &s->links, &direction, cause == ER_BY_WRENCH ? share[0].load.wrench : NULL,
                     find_pull(s, r, cause, share, &direction, pull), tangent);
 }
 
@@ -177,8 +174,7 @@ static double negligible_size(er_sensitivity *s, const er_run *r, er_cause cause
     /* What a command changes of a motor's way is the difference of two such changes, under its stiff friction. */
     double time = r->motors > 0 ? r->settings->first_step : r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
-        return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
-                             fabs(share->qdd));
+        return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time + fabs(share->qdd));
     if (cause == ER_BY_ANCHOR || cause == ER_BY_ANCHOR_VELOCITY || cause == ER_BY_SPRING) {
         const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
                                 r->work->gap[2][ER_STAGES - 1]};
@@ -191,8 +187,7 @@ static double negligible_size(er_sensitivity *s, const er_run *r, er_cause cause
 }
 
 /* What a parameter itself changes in the residuals of the stages [N m]. */
-static void find_parameter(const er_run *r, const er_state *state, int column, er_cause cause,
-                           er_lanes *load)
+static void find_parameter(const er_run *r, const er_state *state, int column, er_cause cause, er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
     const er_lanes *x = er_wind_up(r), *v = er_wind_up_rate(r);
@@ -269,8 +264,7 @@ static bool solve_column(er_sensitivity *s, const er_run *r, const er_state *sta
     int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
-        share[l] = er_share_of(s, r->system->robot, column,
-                               state->time + h * er_gauss_node[l] - s->start);
+        share[l] = er_share_of(s, r->system->robot, column, state->time + h * er_gauss_node[l] - s->start);
     if (has_weight)
         find_parameter(r, state, column, cause, weight);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
@@ -309,8 +303,7 @@ static bool solve_column(er_sensitivity *s, const er_run *r, const er_state *sta
     return false;
 }
 
-void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *state,
-                           const er_step *step)
+void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
 {
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
@@ -333,8 +326,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
             memcpy(s->x[column], motors.x, sizeof motors.x);
             memcpy(s->v[column], motors.v, sizeof motors.v);
         }
-        kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column],
-                       s->v[column]);
+        kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column], s->v[column]);
         if (r->motors > 0)
             er_motor_column_end(s, r, state, step, column, &motors);
         if (has_stops)

@@ -12,7 +12,6 @@ void er_sensitivity_start(er_sensitivity *sensitivity, const er_robot *robot, er
                           double start);
 
 /* Carries the columns over a step that was just solved from `state`; the workspace is as it left it. */
-void er_sensitivity_follow(er_sensitivity *sensitivity, const er_run *r, const er_state *state,
-                           const er_step *step);
+void er_sensitivity_follow(er_sensitivity *sensitivity, const er_run *r, const er_state *state, const er_step *step);
 
 #endif

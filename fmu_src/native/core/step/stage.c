@@ -119,8 +119,7 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states)
     double theta[MOST], rate[MOST];
     for (int l = 0; l < states; l++) {
         find_angles(r, nodes, l, theta, rate);
-        er_contact_motion_at(r->system->robot, &r->system->load, nodes->elapsed[l], theta, rate,
-                        &r->work->contact[l]);
+        er_contact_motion_at(r->system->robot, &r->system->load, nodes->elapsed[l], theta, rate, &r->work->contact[l]);
     }
 }
 
@@ -190,8 +189,7 @@ void er_step_depths(const er_run *r, const er_state *state, const er_start *from
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
     step->depth[0] = er_contact_depth(r, state);
-    kernel->stages(r->m, step->length, from->x, from->v, (const er_lanes *)step->acceleration, w->x,
-                   w->v);
+    kernel->stages(r->m, step->length, from->x, from->v, (const er_lanes *)step->acceleration, w->x, w->v);
     depths_at_nodes(r, &w->stages, ER_STAGES, step->depth + 1);
     kernel->spread(r->m, step->x, w->x);
     depths_at_nodes(r, &w->end, 1, step->depth + ER_DEGREE);

@@ -127,8 +127,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     return true;
 }
 
-/* Tries after which an integration over a time [s] is given up; with a smaller tolerance steps are
- * shorter. */
+/* Tries after which an integration over a time [s] is given up; with a smaller tolerance steps are shorter. */
 static double count_tries(const er_settings *settings, double tolerance, double length)
 {
     double finer = pow(settings->usual_local_error / tolerance, ERROR_EXPONENT);
@@ -181,8 +180,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     work->made = 0;
     work->crossings = 0;
     er_linearise_as(&r, state);
-    if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
-               sizeof system->load.anchor.stiffness) != 0)
+    if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness, sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
     er_obey_inputs(&r, state);
     while (end - state->time > negligible) {
@@ -194,8 +192,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
         k = find_overbent(&r, state);
         if (k >= 0)
             return er_fail(failure, "the motion, %.3g s into a step of %.6g s, bends deflection[%d]"
-                           " beyond %.3g rad", state->time - start, length, k + 1,
-                           settings->most_deflection);
+                           " beyond %.3g rad", state->time - start, length, k + 1, settings->most_deflection);
     }
     state->time = end;
     state->linearisation = work->linearisation;
