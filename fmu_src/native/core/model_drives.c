@@ -58,11 +58,11 @@ bool er_model_find_held(const er_model *model, const er_drives *drives, double t
     return true;
 }
 
-/* Reads a file, or one of this name among the resources if it is there only. */
+/* Reads a file of the resources, or else of this name: what was packed is not a master's to replace. */
 static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory, er_failure *failure)
 {
     char *packed = model->resources != NULL ? er_path_in_folder(model->resources, path) : NULL;
-    bool is_packed = packed != NULL && !er_exists(path) && er_exists(packed);
+    bool is_packed = packed != NULL && er_exists(packed);
     bool good = er_trajectory_read(trajectory, is_packed ? packed : path, model->robot.joints,
                                    &model->robot.settings, failure);
     free(packed);

@@ -280,7 +280,7 @@ static double step_end(const er_model *model, double start, double size)
 }
 
 /* Drives hold an angle without a rate to the step's end, and jump to the next: told once, at the second jump in a
- * row.  motion_without_rates in elastic_robot/fmi/master_values.py is the same in Python. */
+ * row. */
 static void watch_rates(er_instance *instance)
 {
     const er_step_start *last = &instance->step_start[1 - instance->latest];

@@ -1,7 +1,7 @@
 /* An instance of the FMU, whichever version of FMI drives it: variables <-> er_model, nothing else.
  *
  * Every function that can fail leaves a sentence in instance->failure and returns false; the instance
- * is then as before.  elastic_robot/fmi/instance.py is the same in Python. */
+ * is then as before. */
 #ifndef ER_INSTANCE_H
 #define ER_INSTANCE_H
 

@@ -1,5 +1,4 @@
-/* Which call may be made when: the states of an instance and one table for FMI 2.0 and FMI 3.0.
- * elastic_robot/fmi/lifecycle.py is the same in Python. */
+/* Which call may be made when: the states of an instance and one table for FMI 2.0 and FMI 3.0. */
 #ifndef ER_LIFECYCLE_H
 #define ER_LIFECYCLE_H
 

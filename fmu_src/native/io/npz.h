@@ -5,7 +5,7 @@
 #ifndef ER_NPZ_H
 #define ER_NPZ_H
 
-#include "table_file.h"
+#include "data_table.h"
 
 /* Reads the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory.
  * `spare`: that memory, where it is from malloc and the table's data may be kept in it, or NULL. */
