@@ -1,4 +1,4 @@
-"""Robot -> the text that the C core reads (`native/core/robot_data.c`): data, not code, per robot."""
+"""Robot -> the text that the C core reads (`native/core/chain/robot_data.c`): data, not code."""
 
 from __future__ import annotations
 
