@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,28 @@ def _problem(response: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
     if not isinstance(response, ProcessResponse):
         return f"expected a coupling.process.ProcessResponse, got {type(response).__name__}"
+    problem = misfit(response, path)
+    if problem:
+        return problem
+    if response.wrench.spring is not None:
+        return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
+    if response.stiffness is None:
+        return ""
+    size = float(np.abs(response.stiffness).max())
+    tool_blocks = own_blocks(response.stiffness)
+    skew = np.abs(tool_blocks - tool_blocks.swapaxes(-1, -2)).max()
+    lowest = float(np.linalg.eigvalsh(tool_blocks).min())
+    if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
+        return (
+            "stiffness: expected symmetric matrices without negative eigenvalues for what a tool feels"
+            " of its own displacement, got ones that differ from their transposes by up to"
+            f" {skew:.3g} N/m, with an eigenvalue of {lowest:.3g} N/m"
+        )
+    return ""
+
+
+def misfit(response: ProcessResponse, path: ToolPath) -> str:
+    """Return what in an answer does not fit its path, empty if nothing: sizes, times, period."""
     expected = (*path.pose.shape[:2], 6)
     if response.wrench.before.shape != expected:
         return (
@@ -64,8 +87,9 @@ def _problem(response: object, path: ToolPath) -> str:
         return (
             "wrench: expected the times of the path, one that is a jump twice, got times of its own"
         )
-    if response.wrench.spring is not None:
-        return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
+    period = response.period
+    if period is not None and not (isinstance(period, Real) and 0.0 < period < np.inf):
+        return f"period: expected a time > 0 [s], or None, got {period!r}"
     if response.stiffness is None:
         return ""
     tools, samples = path.pose.shape[:2]
@@ -75,14 +99,4 @@ def _problem(response: object, path: ToolPath) -> str:
         return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
     if not np.all(np.isfinite(response.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
-    size = float(np.abs(response.stiffness).max())
-    own = own_blocks(response.stiffness)
-    skew = np.abs(own - own.swapaxes(-1, -2)).max()
-    lowest = float(np.linalg.eigvalsh(own).min())
-    if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
-        return (
-            "stiffness: expected symmetric matrices without negative eigenvalues for what a tool feels"
-            " of its own displacement, got ones that differ from their transposes by up to"
-            f" {skew:.3g} N/m, with an eigenvalue of {lowest:.3g} N/m"
-        )
     return ""
