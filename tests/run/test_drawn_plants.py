@@ -46,7 +46,7 @@ def test_what_no_source_states_is_named(example):
     assert not part.is_whole
     whole = basis_of(models, [dict.fromkeys(range(1, 6), (1e6, 3e7))], (0.84, 1.0))
     assert whole.is_whole
-    assert whole.drawn == ("the stated stiffness of 5 gears", "81 to 119 % of the force")
+    assert whole.drawn == ("the stated stiffness of 5 gears", "84 to 100 % of the force")
     free = basis_of(models, [dict.fromkeys(range(1, 6), (1e6, 3e7))], None, has_force=False)
     assert (free.is_whole, free.drawn) == (True, whole.drawn[:1])
     assert whole.missing == ("errors of the file's backlash", "kinematic errors of the gears")
