@@ -10,7 +10,7 @@ import numpy as np
 from places import TESTS
 
 from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
-from coupling.fmu_export.robot_text import robot_text
+from coupling.robot.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES
