@@ -91,9 +91,11 @@ def test_a_file_of_the_core_has_a_header_of_its_name():
 
 
 def test_names_of_static_functions_are_found_by_grep():
-    """Several words, and in one file alone; the kernel's arithmetic is written once for several widths."""
+    """Several words, in one file alone; the kernel is written once for several widths."""
     files: dict[str, set[str]] = defaultdict(set)
-    static = re.compile(r"^static (?:inline )?(?!const struct)[\w ]*?[\w*]+ \*?(\w+)\(", re.MULTILINE)
+    static = re.compile(
+        r"^static (?:inline )?(?!const struct)[\w ]*?[\w*]+ \*?(\w+)\(", re.MULTILINE
+    )
     for file in SOURCES.rglob("*.c"):
         if not file.stem.startswith("kernel_"):
             for name in static.findall(file.read_text()):
