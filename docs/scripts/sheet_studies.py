@@ -72,13 +72,6 @@ class Press:
         self.solutions += 1
         return found.forces[0]
 
-    def steepest(self) -> float:
-        """Return the steepest slope of the midsurface along the part's x axis [rad]."""
-        points = self.state.points
-        corners = 0.25 * (points[:-1, :-1] + points[1:, :-1] + points[:-1, 1:] + points[1:, 1:])
-        cut = np.diff(corners[:, corners.shape[1] // 2], axis=0)
-        return float(np.max(np.arctan2(cut[:, 2], cut[:, 0])))
-
 
 def plunge_curve(side: float, elements: int, depths: np.ndarray) -> np.ndarray:
     """Return the forces [N] at depths [mm], reached in steps of 0.1 mm."""
