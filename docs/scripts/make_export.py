@@ -18,14 +18,11 @@ from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 from docs.scripts.page import finish, replace_parts, table
-from docs.scripts.runs import CASES as CASES_FOLDER
 from docs.scripts.runs import compensated, example
 
 CASES = ("cone", "milling_20000", "iso9283")
 # The last of them ten times as fast.
 _FAST = "iso9283_fast"
-# Cases whose targets are set apart, and least times between them [s].
-SPACED, SPACINGS = ("milling_20000", "gcode_groove"), (0.004, 0.008, 0.012, 0.024)
 # What the tables above have as least time between targets [s].
 _CLOSEST = 0.004
 # Of sensor interfaces [s].
@@ -41,8 +38,6 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 def _run(name: str) -> tuple[Path, Case]:
     """Return the run folder of a case."""
     keys: dict[str, float | str] = {"feed_m_s": 1.0} if name == _FAST else {}
-    if name == "gcode_groove":
-        keys = {"file": str(CASES_FOLDER.parent / "toolpaths" / "groove.ngc")}
     changes = {"tool_path": keys} if keys else {}
     case, folder = example(name.removesuffix("_fast"), **changes), Path(_folder().name, name)
     folder.mkdir()
