@@ -76,17 +76,15 @@ def left() -> str:
     return table((*head, f"torques below {BANDWIDTH:g} Hz"), rows)
 
 
-def held() -> str:
+def coverage() -> str:
     """Return how often intervals hold what is known."""
-    inside = {name: own < 1.0 for name, own in every_error(REPETITIONS).items()}
+    inside = np.array([error < 1.0 for error in every_error(REPETITIONS).values()])
+    shares = 100.0 * inside.mean(axis=1)
     # Numbers of one recording share its noise: the mean's standard error is that over recordings.
-    inside["mean"] = np.mean(list(inside.values()), axis=0)
-    rows = []
-    for name, own in inside.items():
-        error = np.std(own) / np.sqrt(REPETITIONS)
-        words = name if name == "mean" else f"`{name}`"
-        rows.append((words, f"{100.0 * np.mean(own):.1f} %", f"{100.0 * error:.1f} %"))
-    return table(("number", "inside its interval", "standard error"), rows)
+    error = 100.0 * np.std(inside.mean(axis=0)) / np.sqrt(REPETITIONS)
+    row = (f"{len(inside)}", f"{shares.mean():.1f} % ± {error:.1f} %")
+    head = ("numbers", "inside their interval, mean", "lowest", "highest")
+    return table(head, [(*row, f"{shares.min():.1f} %", f"{shares.max():.1f} %")])
 
 
 def picture() -> str:
@@ -128,7 +126,7 @@ def _row(values_: tuple[float | None, ...], factor: float) -> list[str]:
 PARTS: dict[str, Callable[[], str]] = {
     "left": left,
     "picture": picture,
-    "held": held,
+    "coverage": coverage,
 }
 
 
