@@ -241,8 +241,8 @@ def _spacing(program: ExportedProgram, options: ExportOptions) -> Iterator[str]:
     """Yield how close the targets are, and whether that is closer than is usual."""
     usual = options.language.shortest
     text = (
-        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * program.shortest:.0f} ms apart,"
-        f" the closest, the median {1e3 * program.median:.0f} ms"
+        f"{100 * program.share_of_shortest:.0f} % of the targets are {1e3 * program.shortest:.0f} ms"
+        f" apart, the closest, the median {1e3 * program.median:.0f} ms"
     )
     if program.shortest < usual - 1e-6:
         yield (
