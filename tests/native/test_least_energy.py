@@ -25,8 +25,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 NORMAL = np.array([0.2, -0.3, 1.0])
 UPPER = np.triu_indices(3)
 LOADS = ("wrench", "spring", "contact", "spring and contact")
-# Torque that a gear does not feel [N m], of docs/model.md; and rounding [rad]: a spring of 1e8 N/m 3 m
-# away errs by 1e-7 N, which moves a gear of 1e6 N m/rad by 1e-13 rad.
+# Torque that a gear does not feel [N m], of docs/model.md; and rounding [rad]: a spring of 1e8 N/m at 3 m
+# errs by 1e-7 N, which moves a gear of 1e6 N m/rad by 1e-13 rad.
 NEUTRAL, ROUNDING = 1e-6, 1e-12
 
 
@@ -116,9 +116,9 @@ def test_random_robots_rest_where_the_energy_is_least(kind, curve):
 def test_of_several_equilibria_the_core_takes_the_one_that_the_page_names(example, curve, sprung):
     """Hardly loaded gears of the example robot, of which some hang in their backlash: to 1e-9 rad.
 
-    1e-6 N m over a gradient of 1e3 N m/rad.  Where both flanks are as good, the core may take the
-    other one: the TCP as near to the anchor to 0.1 nm, or rounded flanks that carry the same to 10 %,
-    which it compares as if they were straight.
+    1e-6 N m over a gradient of 1e3 N m/rad.  Where both flanks are as good, the core may take the other one:
+    the TCP as near to the anchor to 0.1 nm, or rounded flanks that carry the same to 10 %, which it
+    compares as if they were straight.
     """
     rng, core, others, hanging = np.random.default_rng(1), Core(example), 0, 0
     for _ in range(100):
