@@ -2,14 +2,14 @@
 
     E(x) = sum_k int_0^x_k (S_k + H_k) + weight + balancers - f . p + (a - p)^T K (a - p) / 2 + k d^2 / 2
 
-with torque curves S, hysteresis H on the way from where the gears were (`hysteresis.Past`), force f
-and spring K on the TCP p, and a touched contact of depth d.  A moment that keeps its axes has no
-potential: its torque is that at the last minimum, and the minimum is looked for again until it stays.
-Dampers, and the friction of motors and of a contact, carry nothing at rest.
+with torque curves S, hysteresis H on the way from where the gears were (`hysteresis.Past`), force f and
+spring K on the TCP p, and a touched contact of depth d.  A moment that keeps its axes has no potential: its
+torque is that at the last minimum, and the minimum is looked for again until it stays.  Dampers, and the
+friction of motors and of a contact, carry nothing at rest.
 
-SciPy minimises E, in units of the springs' energy, from several starts: the deflection under the load
-of the undeflected robot, then with each gear that its load drives through its backlash on the other
-flank.  Which minimum is the robot's rest, docs/model.md says.
+SciPy minimises E, in units of the springs' energy, from several starts: the deflection under the load of the
+undeflected robot, then with each gear that its load drives through its backlash on the other flank.  Which
+minimum is the robot's rest, docs/model.md says.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ class EnergyAtRest:
         return float(SETTINGS.neutral_torque + _ROUNDING * stiffness * reach**2)
 
     def _start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the start, and the mask of gears that hardly anything holds, in mid-backlash."""
+        """Return the start, and the mask of gears that hardly anything holds: in the middle of backlash."""
         flanks, width = self.curve.flank_slope(np.zeros(len(self._width))), self._width
         torque = self._torque(np.zeros(len(width)))
         support = self.dynamics.support(self.rigid, self.acting)
@@ -307,8 +307,7 @@ class EnergyAtRest:
         energy += chain.balancers.energy(theta) - acting.wrench[:3] @ tool
         energy += 0.5 * gap @ acting.stiffness @ gap
         if acting.contact.holds:
-            depth = max(float(acting.contact.depth(gap)), 0.0)
-            energy += 0.5 * acting.contact.stiffness * depth**2
+            energy += 0.5 * acting.contact.stiffness * max(acting.contact.depth(gap), 0.0) ** 2
         return float(energy)
 
     def _torque(self, x: np.ndarray) -> np.ndarray:

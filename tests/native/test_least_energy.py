@@ -25,8 +25,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 NORMAL = np.array([0.2, -0.3, 1.0])
 UPPER = np.triu_indices(3)
 LOADS = ("wrench", "spring", "contact", "spring and contact")
-# Torque that a gear does not feel [N m], of docs/model.md; and rounding [rad]: a spring of 1e8 N/m at 3 m
-# errs by 1e-7 N, which moves a gear of 1e6 N m/rad by 1e-13 rad.
+# Torque that a gear does not feel [N m], of docs/model.md; and rounding of a spring of 1e8 N/m at 3 m, 1e-7 N, which
+# moves a gear of 1e6 N m/rad by 1e-13 rad.
 NEUTRAL, ROUNDING = 1e-6, 1e-12
 
 
