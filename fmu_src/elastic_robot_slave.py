@@ -255,7 +255,9 @@ class ElasticRobotSlave(Fmi2Slave):
         backlash, hysteresis = np.zeros((2, robot.chain.elastic_count))
         backlash[robot.chain.torsions] = values["backlash"]
         hysteresis[robot.chain.elements.gears] = values["hysteresis"]
-        tuned: dict[str, Any] = {key: values[key] for key in ("gravity", "stiffness", "damping", "friction")}
+        tuned: dict[str, Any] = {
+            key: values[key] for key in ("gravity", "stiffness", "damping", "friction")
+        }
         tuned |= {"backlash": backlash, "hysteresis": hysteresis}
         robot.parameters = replace(robot.parameters, **tuned)
         self._is_tuned = False
