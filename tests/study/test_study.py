@@ -416,13 +416,13 @@ def test_slip_torques_are_uncertain_where_gears_have_elements(tmp_path):
     assert alike.entries[-1].range == pytest.approx((0.7, 1.3))
     (changed,) = alike.sampled([1.0, 1.0, 1.0, 0.9]).differences
     robot = load_robot(tmp_path / "robot.toml")
-    assert changed.parameters(robot, "backlash") == {
+    assert changed.values(robot, "backlash") == {
         f"joint[{i}].hysteresis": pytest.approx(36.0, rel=1e-15) for i in (1, 2)
     }
     each = parameters("hysteresis_factor = [0.5, 1.5]\njoints = 'each'", slipping)
     assert each.names == ("hysteresis_factor[1]", "hysteresis_factor[2]")
     (changed,) = each.sampled([1.0, 0.5]).differences
-    assert changed.parameters(robot, "linear") == {"joint[2].hysteresis": 20.0}
+    assert changed.values(robot, "linear") == {"joint[2].hysteresis": 20.0}
     assert "hysteresis_factor" not in (*parameters("").names, *parameters("").silent)
     assert parameters("hysteresis_factor = [0.5, 1.5]").silent == ("hysteresis_factor",)
 

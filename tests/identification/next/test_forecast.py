@@ -38,12 +38,10 @@ def told(
 
     Two robots are possible: the next command moves their tools by `off` waves more.
     """
-    parameter = SimpleNamespace(name="wave", value=1.0)
     history = SimpleNamespace(
-        parameters=(parameter,),
-        fmu=SimpleNamespace(
-            simulate=lambda command, wrench, mode, own: moved(np.log(own["wave"]), wave)
-        ),
+        parameters=(SimpleNamespace(name="wave"),),
+        robot_at=lambda x: x,
+        fmu=SimpleNamespace(simulate=lambda command, wrench, mode, robot: moved(robot, wave)),
         simulated=lambda number, x: SimulatedPath(moved(0.0 * x, wave)),
     )
     size = deviation_size(TIME, DEVIATION, noise)
