@@ -155,8 +155,8 @@ def deflections(folder: Path) -> Path:
 def placing(folder: Path) -> Path:
     """Write a case of few settings for the command place; return its file."""
     place = (
-        "\n[place]\nx_m = [1.5, 1.7]\nz_m = [0.7, 0.9]\nyaw_deg = [0.0, 0.0]\nrotation_deg = [0.0, 0.0]\n"
-        'settings = 100\ncases = 1\noptimise = "stiffness"\n'
+        "\n[place]\nx_m = [1.5, 1.7]\nz_m = [0.7, 0.9]\nyaw_deg = [0.0, 0.0]\n"
+        'rotation_deg = [0.0, 0.0]\nsettings = 100\ncases = 1\noptimise = "stiffness"\n'
     )
     file = folder / "place.toml"
     file.write_text(changed_text(LINE_CASE, ("0.01", "0.02")) + place)
