@@ -265,7 +265,7 @@ def test_a_scheduler_that_is_killed_is_a_sentence_and_the_same_command_goes_on(
     scheduler = subprocess.Popen(
         [*dask[:2], f"{dask[2]}scheduler", *ports], stderr=subprocess.DEVNULL
     )
-    wait_until(file.is_file)
+    wait_until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
     address = json.loads(file.read_text())["address"]
     worker = subprocess.Popen(
         [*dask[:2], f"{dask[2]}worker", address, "--nthreads", "1", "--no-nanny"],
