@@ -110,7 +110,7 @@ def plan(
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
-        x = history.robot_of(judgement.best)
+        x = history.factors_of(judgement.best)
         offered = [
             own
             for own in ranked

@@ -19,7 +19,6 @@ from coupling.identification.next.forecast import forecast
 from coupling.identification.next.moves import next_repeating, worse
 from coupling.identification.next.repeatability import Hypotheses
 from coupling.identification.next.repeating import RepeatablePart, as_before
-from coupling.identification.runs.parameters import robot_with
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.joint_path import JointPath
 from coupling.results.forecast import RunForecast
@@ -90,7 +89,7 @@ def _tried(found: CommandPlan) -> Iterator[RepeatablePart | None]:
 def _again(found: CommandPlan) -> CommandPlan:
     """Return the plan that gives the best command so far once more."""
     history, number = found.history, found.judgement.best
-    run, x = history.runs[number], history.robot_of(number)
+    run, x = history.runs[number], history.factors_of(number)
     own = next(move for move in found.moves if np.allclose(move.model.x, x, rtol=0.0, atol=1e-9))
     before = run.source.discrepancy
     kind = "parameters" if before is None else own.kind
@@ -105,7 +104,7 @@ def _again(found: CommandPlan) -> CommandPlan:
 def _commands(found: CommandPlan, models: Models) -> Callable[[RepeatablePart | None], JointPath]:
     """Return the function that gives the command with a correction, under the wrench that was last."""
     history, source = found.history, found.history.runs[-1].source
-    robot = robot_with(history.runs[0].source.robot, history.parameters, found.move.model.x)
+    robot = history.robot_at(found.move.model.x)
     fmu = models.of(robot, source.torque_curve, source.drive).fmu
     inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu, drive=source.drive)
     wanted = source.wanted_whole

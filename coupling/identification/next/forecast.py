@@ -19,7 +19,6 @@ from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.repeatability import VALUES
 from coupling.identification.runs.measurement import SimulatedPath
-from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -56,7 +55,7 @@ def forecast(
         return kept if absolute else less_constant(time, kept)
 
     def moved(x: np.ndarray) -> np.ndarray:
-        after = history.fmu.simulate(command, wrench, "dynamic", changed(history.parameters, x))
+        after = history.fmu.simulate(command, wrench, "dynamic", history.robot_at(x))
         change: np.ndarray = SimulatedPath(after).position(time) - history.simulated(
             number, x
         ).position(time)

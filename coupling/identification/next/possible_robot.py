@@ -10,7 +10,7 @@ from coupling.identification.next.contraction import GAIN, Responses, chosen
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.learning import Learned
-from coupling.identification.runs.parameters import factors_between, prior_of, robot_with
+from coupling.identification.runs.parameters import factors_between, prior_of
 from coupling.identification.runs.residual import UnexplainedPart
 from coupling.results.next_result import Contraction
 from elastic_robot.chain import build_chain
@@ -69,7 +69,7 @@ def earlier_models(history: History, options: NextOptions) -> list[PossibleRobot
     """Return the robots of the runs that were computed for another one than the file's."""
     found: list[PossibleRobot] = []
     for number, run in enumerate(history.runs):
-        x = history.robot_of(number)
+        x = history.factors_of(number)
         known = [history.start, *(own.x for own in found)]
         if any(np.allclose(x, own, rtol=0.0, atol=1e-9) for own in known):
             continue
@@ -149,7 +149,7 @@ def _model(
 ) -> PossibleRobot:
     """Return a robot with the filter of learning along the path that goes with it."""
     source = history.runs[0].source
-    robot = robot_with(source.robot, history.parameters, x)
+    robot = history.robot_at(x)
     stiffness, damping = _factors(history, robot, robots - x, options.seed)
     joints = source.stored.joints.q[0]
     rows = np.linspace(0, len(joints) - 1, _POSTURES).astype(int)
