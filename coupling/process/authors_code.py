@@ -41,9 +41,9 @@ def authors_code(said: Callable[[str], CouplingError]) -> Iterator[None]:
     os._exit = end_code
     try:
         yield
-    except CouplingError:
+    except (CouplingError, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as cause:
+    except BaseException as cause:
         lines = [
             line
             for line in traceback.extract_tb(cause.__traceback__)

@@ -29,7 +29,9 @@ ResponseColumn = Literal[
     "fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz"
 ]
 
-_NEEDS_TOOL = " (it declares needsExecutionTool: is the tool or Python that it was exported for installed here?)"
+_NEEDS_TOOL = (
+    " (it declares needsExecutionTool: is the tool that it was exported for installed here?)"
+)
 
 
 @dataclass(frozen=True)

@@ -91,6 +91,18 @@ def test_what_would_end_the_whole_command_ends_the_process_alone():
     assert os._exit is end
 
 
+@pytest.mark.parametrize("ends", [SystemExit, GeneratorExit, BaseException])
+def test_what_is_no_ordinary_exception_is_named_as_well(ends):
+    class Ends:
+        identity = ""
+
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
+            raise ends
+
+    with pytest.raises(ProcessError, match=rf"mine failed: {ends.__name__}:? "):
+        CheckedProcess(Ends(), "mine").evaluate(PATH)
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that fork")
 def test_what_a_process_has_forked_ends_as_ever():
     class Forks:
