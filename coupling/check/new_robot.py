@@ -217,7 +217,7 @@ class _Skeleton:
 
         A link between others may be without mass; the last one, which nothing else moves, may not.
         """
-        masses = [body.mass for body in self.chain.carried]
+        masses = [body.mass for body in self.chain.inertias]
         if not any(masses):
             return list(range(len(masses)))
         last = max(number for number, mass in enumerate(masses) if mass > 0.0)
@@ -231,7 +231,7 @@ class _Skeleton:
     def _impossible(self) -> list[int]:
         """Numbers of the bodies whose inertia no body has."""
         numbers = []
-        parts = zip(self.chain.joints, self.chain.carried, strict=True)
+        parts = zip(self.chain.joints, self.chain.inertias, strict=True)
         for number, (joint, carried) in enumerate(parts):
             try:
                 body_of(carried, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
@@ -241,7 +241,7 @@ class _Skeleton:
 
     def _body(self, number: int) -> list[str]:
         """Return the lines of an estimated body: a rod from its joint to the next one."""
-        mass = self.chain.carried[number].mass
+        mass = self.chain.inertias[number].mass
         count = len(self.chain.joints)
         if number in self._estimated:
             shares = _LIGHTER ** np.arange(count)

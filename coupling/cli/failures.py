@@ -12,7 +12,7 @@ _PACKAGE = Path(__file__).parents[1]
 _REPORT = "please report it, with what the same command shows with --debug"
 
 
-def told(error: Exception) -> str:
+def describe_failure(error: Exception) -> str:
     """Return one sentence for an exception.
 
     Errors of this package tell the user what to do.  Others are the machine's, such as a full disk, or

@@ -61,7 +61,7 @@ def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
                 f"{folder}: holds files that are not a study ({min(os.listdir(folder))}): name another"
                 " folder"
             )
-        begin_folder(folder, _KIND, own=_FILES if is_earlier else ())
+        begin_folder(folder, _KIND, known_names=_FILES if is_earlier else ())
         if overwrite:
             remove_written(folder)
             begin_folder(folder, _KIND)

@@ -13,7 +13,7 @@ from command_line import command
 from places import LINE_CASE
 
 from coupling.cli.console import console
-from coupling.cli.failures import told
+from coupling.cli.failures import describe_failure
 from coupling.cli.streams import LastingStream
 from coupling.errors import CaseError
 
@@ -128,8 +128,8 @@ def test_a_fault_of_the_program_asks_for_a_report_and_debug_shows_where(monkeypa
     ],
 )
 def test_every_kind_of_exception_is_one_sentence(error, words):
-    assert words in told(error)
-    assert "\n" not in told(error)
+    assert words in describe_failure(error)
+    assert "\n" not in describe_failure(error)
 
 
 def test_nothing_that_is_printed_steers_the_terminal():
