@@ -28,6 +28,7 @@ from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ProcessSchema
+from coupling.process.authors_code import authors_code
 from coupling.process.plugin import find_process
 from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
@@ -99,7 +100,8 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         if file.support is not None:
             task = _supported(task, file.support, process_table)
         motion, task = task.motion, replace(task.sampled, watch=watch)
-        process = process_table.process(task)
+        with authors_code(lambda what: CaseError(f"process: {what}")):
+            process = process_table.process(task)
     if file.discrepancy is not None:
         with _errors_of(f"{path}: discrepancy"):
             robots = [_measured(robots, file.discrepancy, motion.path)]

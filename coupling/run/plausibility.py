@@ -96,6 +96,7 @@ def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
         return
     forces = wrench.at(case.desired.time)[..., :3]
     for placed, path, force in zip(case.robots, case.desired.tools, forces, strict=True):
+        force = _without_peaks(force)
         size = float(np.linalg.norm(force, axis=1).mean())
         pull = float(np.sum(force * path.rotations[0].apply(APPROACH), axis=1).mean())
         if size > 0.0 and pull > _PULL * size:
@@ -105,6 +106,17 @@ def _of_pulling_forces(case: Case, wrench: WrenchHistory) -> Iterator[str]:
                 f" magnitude {size:.3g} N): check the frame, and the sign, which is that of the force on"
                 " the tool, not on the part or the sensor"
             )
+
+
+def _without_peaks(force: np.ndarray) -> np.ndarray:
+    """Return forces [N], (n, 3), none longer than twice the median of those that are there.
+
+    A wrong sign lets many an iteration diverge, to a few forces of any direction that outweigh others.
+    """
+    size = np.linalg.norm(force, axis=1, keepdims=True)
+    longest = 2.0 * np.median(size[size > 0.0]) if np.any(size) else 1.0
+    shortened: np.ndarray = force * longest / np.maximum(size, longest)
+    return shortened
 
 
 def _of_rigid_robots(case: Case) -> Iterator[str]:

@@ -243,3 +243,8 @@ def test_a_part_inside_the_robots_column_is_remarked_upon(tmp_path):
     assert any("distance of the forming tool from the column of joint 1" in text for text in said)
     above = remarks_of(tmp_path, ("position_m = [1.6, 0.0, 0.8]", "position_m = [0.05, 0.0, 2.4]"))
     assert not any("column" in text for text in above)
+
+
+def test_a_rated_load_in_kilonewton_and_an_edge_a_thousand_times_too_hard_are_remarked():
+    assert "2650 N (2.65 kN)" in remark("", "payload_N", 2.65)
+    assert remark("", "process.K_te_N_m", 7e5)
