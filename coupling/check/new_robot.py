@@ -87,10 +87,10 @@ def new_robot(name_or_path: str, choice: RobotChoice, folder: Path) -> NewRobot:
             text = str(cause).removeprefix(f"{urdf}: ")
             raise RobotFileError(f"{name_or_path}: {text}") from cause
     texts = {} if foreign.file else {f"{foreign.name}.urdf": foreign.text}
-    named = f"{foreign.name}.urdf"
+    urdf_name = f"{foreign.name}.urdf"
     if foreign.file:
-        named = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
-    skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, named)
+        urdf_name = Path(os.path.relpath(foreign.file.resolve(), folder.resolve())).as_posix()
+    skeleton = _Skeleton(foreign, tree, ends, chain, choice.gears, urdf_name)
     file = f"{foreign.name}.toml"
     return NewRobot(file, {file: skeleton.text(), **texts}, tuple(skeleton.remarks()))
 
@@ -201,8 +201,8 @@ class _Skeleton:
         if abs(out @ axis) < _SAME and len(ends) > 1:
             out = ends[-1] - ends[-2]
         x = axis if out @ axis >= -_SAME else -axis
-        left = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
-        y = left - (left @ x) * x
+        leftward = np.array([0.0, 1.0, 0.0] if abs(x[1]) < 0.9 else [-1.0, 0.0, 0.0])
+        y = leftward - (leftward @ x) * x
         y /= np.linalg.norm(y)
         base_from_tool = np.stack([x, y, np.cross(x, y)], axis=1)
         quarters = pin.rpy.matrixToRpy(self.chain.base_from_tip.rotation.T @ base_from_tool)
@@ -232,9 +232,9 @@ class _Skeleton:
         """Numbers of the bodies whose inertia no body has."""
         numbers = []
         parts = zip(self.chain.joints, self.chain.inertias, strict=True)
-        for number, (joint, carried) in enumerate(parts):
+        for number, (joint, inertia) in enumerate(parts):
             try:
-                body_of(carried, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
+                body_of(inertia, 1.0, None, np.eye(3), None if number else np.array(joint.axis))
             except ValueError:
                 numbers.append(number)
         return numbers
