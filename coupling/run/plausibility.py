@@ -187,7 +187,8 @@ def _of_ideal_drives(case: Case) -> Iterator[str]:
             table = "robot" if robot.name == "forming" else robot.name
             yield (
                 f"robot {robot.description.name}: its drives are ideal, all figures are without"
-                f' following error and friction: drive = "servo" in [{table}] computes the command of its servos'
+                f' following error and friction: drive = "servo" in [{table}] computes the command of'
+                " its servos"
             )
 
 
