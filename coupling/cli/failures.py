@@ -19,9 +19,9 @@ def describe_failure(error: Exception) -> str:
     this program's own faults, which the sentence calls so.
 
     Example:
-        >>> told(FileNotFoundError(2, "No such file or directory", "line.toml"))
+        >>> describe_failure(FileNotFoundError(2, "No such file or directory", "line.toml"))
         'line.toml: No such file or directory'
-        >>> told(ZeroDivisionError("float division by zero"))[:71]
+        >>> describe_failure(ZeroDivisionError("float division by zero"))[:71]
         'a fault of this program (ZeroDivisionError: float division by zero): pl'
     """
     from elastic_robot.errors import ElasticRobotError

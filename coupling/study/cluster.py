@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-import coupling
 import elastic_robot
 from coupling.errors import HostError, StudyError
 from coupling.results.study_result import StudySample
@@ -45,6 +44,8 @@ except ImportError as cause:
 _NOTHING = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
 _PATIENCE = 10.0
+# This package's name, and in a wheel that of the one it lies in.
+_PACKAGES = {__name__.partition(".")[0], __name__.removesuffix(".study.cluster")}
 # Variable with which Python does not import from the working folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
 
@@ -89,8 +90,8 @@ def _simulated(name: str, version: str, number: int, values: Sequence[float]) ->
 @cache
 def _version() -> str:
     """Return which version of this package runs here: its number, and a hash of its sources."""
-    packages = (Path(package.__path__[0]) for package in (elastic_robot, coupling))
-    sources = "-".join(fingerprint.fingerprint(package)[:8] for package in packages)
+    folders = Path(elastic_robot.__path__[0]), Path(__file__).parents[1]
+    sources = "-".join(fingerprint.fingerprint(folder)[:8] for folder in folders)
     return f"{elastic_robot.__version__} with sources {sources}"
 
 
@@ -106,7 +107,7 @@ def _require_same(version: str, of_workers: Mapping[str, str | Exception]) -> No
         ModuleNotFoundError: If one lacks this package.
     """
     for address, other in of_workers.items():
-        if isinstance(other, ModuleNotFoundError) and other.name == coupling.__name__:
+        if isinstance(other, ModuleNotFoundError) and other.name in _PACKAGES:
             raise other
         if other != version:
             said = f"one that cannot be read ({other!r})" if isinstance(other, Exception) else other
