@@ -131,7 +131,6 @@ def _of_rigid_robots(case: Case) -> Iterator[str]:
 
 def _home_beyond_limits(placed: PlacedRobot) -> Iterator[str]:
     """Yield a sentence for each joint whose angle at home is one that it cannot take."""
-    table = "robot" if placed.name == "forming" else placed.name
     for number, (joint, angle) in enumerate(
         zip(placed.description.joints, np.rad2deg(placed.home).tolist(), strict=True), start=1
     ):
@@ -139,7 +138,8 @@ def _home_beyond_limits(placed: PlacedRobot) -> Iterator[str]:
         if not low <= angle <= high:
             yield (
                 f"robot {placed.description.name}: home_deg of joint {number}: expected {low:.4g} to"
-                f" {high:.4g} deg, its limits, got {angle:.4g}: give [{table}] another home posture"
+                f" {high:.4g} deg, its limits, got {angle:.4g}: give [{placed.table}] another"
+                " home posture"
             )
 
 
@@ -184,11 +184,10 @@ def _of_ideal_drives(case: Case) -> Iterator[str]:
     for robot, difference in zip(case.robots, plant, strict=True):
         motors = any(joint.drive for joint in robot.description.joints)
         if motors and robot.drive == IDEAL and (difference is None or difference.drive == IDEAL):
-            table = "robot" if robot.name == "forming" else robot.name
             yield (
                 f"robot {robot.description.name}: its drives are ideal, all figures are without"
-                f' following error and friction: drive = "servo" in [{table}] computes the command of'
-                " its servos"
+                f' following error and friction: drive = "servo" in [{robot.table}] computes the command'
+                " of its servos"
             )
 
 

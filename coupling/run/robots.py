@@ -24,7 +24,7 @@ def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
     """
     drawn = []
     for placed, joints in zip(case.robots, run.correction.joints.robots, strict=True):
-        table = case.resolved["robot" if placed.name == "forming" else placed.name]
+        table = case.resolved[placed.table]
         numbers: list[Number] = []
         # The run rests on what was read at its start: a file that is gone meanwhile spoils no result.
         with suppress(ElasticRobotError):
