@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 from pathlib import Path
 
@@ -42,9 +43,18 @@ def test_a_huge_file_is_refused(reader, tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
 @pytest.mark.parametrize("reader", READERS)
 def test_a_pipe_that_nobody_writes_to_is_refused_at_once(reader, tmp_path):
+    def interrupt(number: int, frame: object) -> None:
+        raise TimeoutError("the pipe is waited for")
+
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(CaseError, match="pipe: expected a file, got a pipe: name a file"):
-        READERS[reader](tmp_path / "pipe")
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.alarm(10)
+    try:
+        with pytest.raises(CaseError, match="pipe: expected a file, got a pipe: name a file"):
+            READERS[reader](tmp_path / "pipe")
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.mark.skipif(not hasattr(socket, "AF_UNIX"), reason="needs sockets with names")
