@@ -2,8 +2,8 @@
 
 Structure and cut are a periodic equation with delay [Insperger2004], [Bayly2003]. What the tool does
 while teeth are in the cut is a polynomial between the corners of the cut, through Gauss points; the
-modes answer to it exactly, so that only as many points are needed as its waves have. The operator from one
-period to the next is then a matrix, whose largest eigenvalue mu tells the growth ln|mu| / T.
+modes answer to it exactly, so that only as many points are needed as its waves have. The operator from
+one period to the next is then a matrix, whose largest eigenvalue mu tells the growth ln|mu| / T.
 """
 
 from __future__ import annotations
@@ -122,8 +122,8 @@ class Vibration:
 
     Attributes:
         growth: Exponent of its growth [1/s]; negative where it decays.
-        border: "flip" where it changes sign from period to period, "Hopf" where it has a frequency that is
-            not the cut's, "none" where it has neither.
+        border: "flip" where it changes sign from period to period, "Hopf" where its frequency is not the
+            cut's, "none" where neither is so.
         frequency: Frequency of its strongest part [Hz].
         force: Wrench of the cut in that part [N, N m], axes of the cut, complex, (6,); its size means
             nothing.
@@ -148,7 +148,7 @@ def growth_of(structure: Structure, cut: SteadyCut) -> float:
         >>> from coupling.process.cutting_force import Cutter, CuttingCoefficients
         >>> tip = Structure.of_modes([ToolMode(922.0, 0.011, 1.34e6)])
         >>> mill = Cutter(radius=8e-3, teeth=2, helix=0.0, speed=5000.0 * np.pi / 30.0)
-        >>> slot = SteadyCut(mill, CuttingCoefficients(6e8, 2e8, 0, 0, 0, 0), 0.0, np.pi, 5e-5)
+        >>> slot = SteadyCut(mill, CuttingCoefficients(6e8, 2e8, 0, 0, 0, 0), 0.0, np.pi, 2e-5)
         >>> growth_of(tip, slot) < 0.0, growth_of(tip, slot.at_depth(2e-3)) > 0.0
         (True, True)
     """
