@@ -74,7 +74,8 @@ def ssp(
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
     from coupling.case.file import load_case
-    from coupling.run.ssp import SspSystem
+    from coupling.fmu_export.ssp import SspSystem
+    from coupling.run.execute import coupled_path
 
     require_output(output, ".ssp", BuildError)  # before the work that would be lost
     loaded = load_case(case)
@@ -83,7 +84,7 @@ def ssp(
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
     console.print("Simulating what the step costs")
-    for line in system.costs():
+    for line in system.costs(coupled_path(loaded)):
         console.print(line)
 
 
