@@ -14,7 +14,9 @@ from coupling.files.output_file import require_output
 
 Platforms = Annotated[
     str | None,
-    typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
+    typer.Option(
+        help="linux64,win64,... or all; what the installation has or this one, unless given."
+    ),
 ]
 
 
@@ -55,6 +57,8 @@ def build(
     )
     for line in remarks(build_fmu(described, output, options), name):
         console.print(line)
+    if kind == "native" and platforms is None and len(options.platforms) == 1:
+        console.print("This machine's platform alone: --platforms all for the others, too")
 
 
 def ssp(
@@ -91,13 +95,13 @@ def ssp(
 def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
-    from coupling.fmu_export.core_library import is_ready, platforms_named
+    from coupling.fmu_export.core_library import is_ready, platforms_named, usual_platforms
 
     if kind != "native":
         return platform_names(platforms or "")
-    names = platform_names("all" if platforms is None else platforms)
-    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
+    chosen = usual_platforms() if platforms is None else platforms_named(platform_names(platforms))
+    waiting = [p.name for p in chosen if not is_ready(p)]
     if waiting:
         text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
         console.print(text)
-    return names
+    return tuple(p.name for p in chosen)
