@@ -16,7 +16,7 @@ from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import build_fmu
-from coupling.fmu_export.compiler import host_platform
+from coupling.native.compiler import host_platform
 from coupling.run.execute import run_coupling
 from coupling.run.ssp import SspSystem
 from coupling.run.step_limit import LinearisedPosture, StepLimit
