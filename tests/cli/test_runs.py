@@ -18,7 +18,7 @@ from coupling.errors import BuildError, ResultError
 from coupling.files.atomic_folder import whole_folder
 from coupling.files.written_files import claimed
 from coupling.fmu_export.build import KINDS
-from coupling.fmu_export.compiler import PLATFORMS, host_platform
+from coupling.native.compiler import PLATFORMS, host_platform
 from coupling.report import write_report
 from coupling.run.new_folder import RUN_FOLDER
 from coupling.run.stored_run import read_run
