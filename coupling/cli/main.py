@@ -188,7 +188,10 @@ def _notes(error: BaseException) -> list[str]:
 
 @contextmanager
 def termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP be as orderly as Ctrl-C; only a process's main thread can, nohup may not."""
+    """Let SIGTERM and SIGHUP be as orderly as Ctrl-C; only a process's main thread can.
+
+    SIGHUP stays ignored where it is, as under nohup.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -127,10 +127,10 @@ def different(first: Mapping[str, Any], second: Mapping[str, Any], above: str = 
     """
     names = []
     for key in [*first, *(key for key in second if key not in first)]:
-        pair = first.get(key), second.get(key)
-        if isinstance(pair[0], Mapping) and isinstance(pair[1], Mapping):
-            names += different(*pair, f"{above}{key}.")
-        elif pair[0] != pair[1]:
+        value, other = first.get(key), second.get(key)
+        if isinstance(value, Mapping) and isinstance(other, Mapping):
+            names += different(value, other, f"{above}{key}.")
+        elif value != other:
             names.append(f"{above}{key}")
     return names
 
