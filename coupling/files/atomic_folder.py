@@ -34,7 +34,7 @@ class FolderKind:
 
     Attributes:
         name: Its name in the list of what was written, such as "run".
-        content: What it holds, such as "a result".
+        content: Its content in words, such as "a result".
         error: Error of a folder that cannot be written.
         is_of: Function that tells whether a folder is of this kind.
         is_complete: Function that tells whether one of this kind is complete.
