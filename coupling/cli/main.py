@@ -30,6 +30,7 @@ from coupling.cli import (
     identify,
     init,
     learn,
+    modes,
     place,
     robots,
     runs,
@@ -97,6 +98,7 @@ app = typer.Typer(
 _COMMANDS = (
     init.init,
     check.check,
+    modes.modes,
     build.build,
     build.ssp,
     runs.couple,

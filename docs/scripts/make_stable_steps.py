@@ -16,8 +16,8 @@ from fmpy.fmi2 import FMU2Slave
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
-from coupling.run.ssp import SspSystem
-from coupling.run.step_limit import LinearisedPosture
+from coupling.fmu_export.ssp import SspSystem
+from coupling.fmu_export.step_limit import LinearisedPosture
 from docs.scripts.masters import MasterError, run_system
 from docs.scripts.page import finish, replace, table
 
