@@ -100,7 +100,7 @@ def _figures(comparison: Comparison) -> Table:
     names = dict.fromkeys(entry.name for figures in (first, second) for entry in figures.robustness)
     for name in names:
         values = [
-            next((r.deviation_m.maximum for r in f.robustness if r.name == name), None)
+            next((r.deviation.maximum for r in f.robustness if r.name == name), None)
             for f in (first, second)
         ]
         cells = (_cell(value and UM * value, 2) for value in values)

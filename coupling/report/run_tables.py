@@ -10,7 +10,8 @@ from coupling.path.deviation import Deviation
 from coupling.report.section import Note, Section, Table
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
 from coupling.report.style import UM
-from coupling.results.run_result import GearResult, RunResult
+from coupling.results.gear_result import GearDiagnosis
+from coupling.results.run_result import RunResult
 from coupling.solve.correction import HOW
 
 # One step inwards, in no-break spaces.
@@ -125,7 +126,7 @@ def robustness(figures: RunResult) -> list[Section]:
         "Deviation under the command as written and under the same wrench, on dynamic robots of"
         " which one parameter differs from the model, in all gears and tilts or in all motors:"
     )
-    rows = [(row.name, row.deviation_m) for row in figures.robustness]
+    rows = [(row.name, row.deviation) for row in figures.robustness]
     return [Section("On robots that differ from the model", (text, _of_deviations(rows)))]
 
 
@@ -157,13 +158,11 @@ def passages(figures: RunResult) -> list[Section]:
     for robot, joint in sorted({(change.robot, change.joint) for change in figures.reversals}):
         reversals = [c for c in figures.reversals if (c.robot, c.joint) == (robot, joint)]
         other = sum(change.before * change.after < 0 for change in reversals)
-        within = sum(change.ends_s - change.begins_s for change in reversals)
+        within = sum(change.ends - change.begins for change in reversals)
         name = f"{robot} joint {joint}" if several else f"joint {joint}"
         rows.append((name, str(len(reversals)), str(other), f"{within:.2f}"))
     deviations_with_wrong_backlash = [
-        reversals.deviation_m
-        for reversals in figures.robustness
-        if reversals.name.startswith("backlash")
+        row.deviation for row in figures.robustness if row.name.startswith("backlash")
     ]
     most = max(
         (UM * reversals.maximum for reversals in deviations_with_wrong_backlash), default=0.0
@@ -181,22 +180,22 @@ def passages(figures: RunResult) -> list[Section]:
     return [Section("Passages through the backlash", (text, Table(columns, rows)))]
 
 
-def gear_loads(gears: Sequence[GearResult]) -> list[Section]:
+def gear_loads(gears: Sequence[GearDiagnosis]) -> list[Section]:
     """Return whether the path rests on the gears' backlash."""
     if not gears:
         return []
     several = len({gear.robot for gear in gears}) > 1
-    slips = any(gear.hysteresis_30_percent_m is not None for gear in gears)
+    slips = any(gear.hysteresis_error is not None for gear in gears)
     rows = [
         (
             f"{gear.robot} joint {gear.joint}" if several else f"joint {gear.joint}",
-            str(gear.backlash_reversals),
-            f"{gear.in_backlash_s:.2f}",
-            f"{UM * gear.backlash_20_percent_m:.0f}",
-            *([f"{UM * (gear.hysteresis_30_percent_m or 0.0):.0f}"] if slips else []),
-            f"{max(gear.margin_Nm, 0.0):.0f}",
-            f"{-gear.margin_Nm:.0f}" if gear.margin_Nm < 0.0 else "-",
-            "-" if gear.base_tilt_rad is None else f"{degrees(gear.base_tilt_rad):.1f}",
+            str(gear.reversals),
+            f"{gear.in_backlash:.2f}",
+            f"{UM * gear.backlash_error:.0f}",
+            *([f"{UM * (gear.hysteresis_error or 0.0):.0f}"] if slips else []),
+            f"{max(gear.margin, 0.0):.0f}",
+            f"{-gear.margin:.0f}" if gear.margin < 0.0 else "-",
+            "-" if gear.base_tilt is None else f"{degrees(gear.base_tilt):.1f}",
         )
         for gear in gears
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.joint_path import JointPath
-from coupling.results.run_result import DriveMotion
+from coupling.results.drive_result import DriveMotion
 
 # Times per row at which a command is looked at.
 _BETWEEN = 8

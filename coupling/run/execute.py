@@ -10,19 +10,20 @@ from dataclasses import dataclass, field, replace
 from coupling.case.case import Case
 from coupling.errors import SimulationError
 from coupling.events import Event, WarningEvent, Watch, unwatched
-from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.deviation import ToolGap
+from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.path_ends import ends_in_motion
-from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
+from coupling.results.drive_result import DriveMotion
 from coupling.results.forecast import RunForecast
+from coupling.results.gear_result import GearDiagnosis
+from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import DrawnReplays, Replay
-from coupling.results.run_result import DriveMotion, Kind
+from coupling.results.repeatability import Repeatability
+from coupling.results.run_result import Kind
 from coupling.robot.cell import Cell
-from coupling.robot.robot import LimitWarning
 from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import DRAWS, drawn_replays
 from coupling.run.drive_motion import drive_motions
@@ -125,6 +126,21 @@ class Run:
     def before(self) -> ToolPath:
         """Actual paths under the uncorrected command."""
         return self.correction.before.path
+
+    def deviation(
+        self, path: ToolPath, tool: int | None = None, other: ToolPath | None = None
+    ) -> Deviation:
+        """Return the deviation of a path from the desired one, or another.
+
+        Args:
+            path: Paths of all tools.
+            tool: Number of the tool, from 0; None: the worst figures of all.
+            other: Paths to compare with, at the same times.
+        """
+        reference = self.desired if other is None else other
+        if tool is None:
+            return measure(path, reference)
+        return measure(path.tools[tool], reference.tools[tool])
 
     @property
     def dynamic(self) -> ToolPath | None:

@@ -12,9 +12,9 @@ from coupling.inverse.servo import presliding
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
-from coupling.results.run_result import DriveMotion, MotorLoad
+from coupling.results.drive_result import DriveMotion, MotorLoad
+from coupling.results.limit_warning import LimitWarning
 from coupling.robot.parameters import with_joints
-from coupling.robot.robot import LimitWarning
 from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
@@ -53,7 +53,7 @@ class MotorLoads:
         for joint, load in self.loads.items():
             if load.limit is not None and load.torque > load.limit:
                 at = load.torque_time, joint + 1, robot
-                yield LimitWarning("motor-torque", load.torque, load.limit, *at)
+                yield LimitWarning.of("motor-torque", load.torque, load.limit, *at)
 
 
 def motor_warnings(

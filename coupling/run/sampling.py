@@ -13,9 +13,9 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolated
 from coupling.process import NoisySchema, Process, ProcessResponse
+from coupling.results.limit_warning import LimitWarning
 from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
-from coupling.robot.robot import LimitWarning
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, couple
 from coupling.solve.schemes import SCHEMES
@@ -46,7 +46,7 @@ class SamplingCheck:
         """Return a warning where the error exceeds a tolerance [m]."""
         if self.error <= tolerance:
             return []
-        return [LimitWarning("sampling", self.error, tolerance, self.time)]
+        return [LimitWarning.of("sampling", self.error, tolerance, self.time)]
 
 
 def sampling_of(case: Case, cell: Cell, correction: Correction) -> SamplingCheck | None:

@@ -13,8 +13,8 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import WrenchHistory
 from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.results.gear_result import BacklashReversal
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.robot import BacklashReversal
 from coupling.run.execute import Run, run_compensation
 from docs.scripts.pictures import styled
 from docs.scripts.runs import example

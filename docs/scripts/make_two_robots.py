@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force
@@ -86,8 +86,9 @@ def figure_table(run: Run) -> str:
     assert run.gap is not None
     rows = []
     for tool, name in enumerate(run.robots):
-        own = Deviations.of(run, tool)
-        figures = (f"{_UM * own.before.maximum:.0f} um", f"{_UM * own.after.maximum:.1f} um")
+        before = run.deviation(run.before, tool)
+        after = run.deviation(run.correction.achieved, tool)
+        figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
     rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), ""))
     return table(("", "before, max", "after, max", "peak force"), rows)
@@ -106,7 +107,7 @@ def write() -> None:
         evaluations=run.correction.evaluations,
         table=figure_table(run),
         verdict=f"Verdict: {run.correction.reason}.",
-        gravity=_UM * Deviations.of(run).gravity.maximum,
+        gravity=_UM * shares_of(run).gravity.maximum,
     )
 
 

@@ -26,7 +26,8 @@ from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
-from coupling.results.run_result import ReversalResult, RunResult
+from coupling.results.gear_result import BacklashReversal
+from coupling.results.run_result import RunResult
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
@@ -69,7 +70,7 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
     for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
         off[row, 2] += size
         ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
-        change = ReversalResult(robot="forming", joint=joint, **ends, before=-1, after=1)
+        change = BacklashReversal(robot="forming", joint=joint, **ends, before=-1, after=1)
         changes.append(change)
     desired, actual = ToolPath(time, pose), ToolPath(time, off)
     before = desired.displaced(np.full(6, 1e-3))

@@ -31,10 +31,9 @@ from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.report.run_report import cell_head
 from coupling.report.section import Table
+from coupling.results.gear_result import BacklashReversal
 from coupling.robot.cell import Cell, Member
-from coupling.robot.robot import BacklashReversal
 from coupling.run.execute import _gap
-from coupling.run.figures import Deviations
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
@@ -246,10 +245,9 @@ def finished(tmp_path_factory):
 def test_two_robots_case_shortened_is_compensated(finished):
     """Both tools within 10 um of their paths, and so the gap, which was off by far more."""
     case, run, _ = finished
-    deviations = Deviations.of(run)
     assert run.correction.converged, run.correction.reason
-    assert deviations.before.maximum > 1e-3
-    assert deviations.after.maximum <= 1e-5
+    assert run.deviation(run.before).maximum > 1e-3
+    assert run.deviation(run.correction.achieved).maximum <= 1e-5
     assert len(run.desired.tools) == 2
     assert case.task.support is not None
     assert np.abs(run.gap.before).max() > 5e-5
@@ -282,14 +280,22 @@ def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
     assert float(row[4]) > 5.0 * 1e6 * moving.maximum
 
 
+def _reversal(
+    joint: int, begins: float, ends: float, before: int, after: int, robot: str
+) -> BacklashReversal:
+    return BacklashReversal(
+        robot=robot, joint=joint, begins=begins, ends=ends, before=before, after=after
+    )
+
+
 @pytest.fixture(scope="module")
 def told(finished, tmp_path_factory):
     """Return the run's folder and report, as if its path before were one-way and gears reversed."""
     case, run, _ = finished
     changes = (
-        BacklashReversal(1, 0.1, 0.2, -1, 1, "forming"),
-        BacklashReversal(1, 0.3, 0.4, 1, 1, "support"),
-        BacklashReversal(4, 0.5, 0.6, 0, 1, "support"),
+        _reversal(1, 0.1, 0.2, -1, 1, "forming"),
+        _reversal(1, 0.3, 0.4, 1, 1, "support"),
+        _reversal(4, 0.5, 0.6, 0, 1, "support"),
     )
     before = replace(run.correction.before, response=None, how="one-way")
     other = replace(run.correction, before=before, backlash_reversals=changes)
@@ -331,7 +337,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():
         assert np.array_equal(robot.desired.time, desired.time)
-    own, before = Deviations.of(between).before, Deviations.of(run).before
+    own, before = between.deviation(between.before), run.deviation(run.before)
     assert own.maximum == pytest.approx(before.maximum, rel=1e-3)
     assert own.rms == pytest.approx(before.rms, rel=1e-2)
 
