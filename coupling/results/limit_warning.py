@@ -80,5 +80,9 @@ class LimitWarning(ResultPart):
             name=name, value=value, limit=limit, time=time, joint=joint, robot=robot, text=text
         )
 
+    def of_robot(self, name: str) -> LimitWarning:
+        """Return the warning with the name of its robot, "" for the robot that is alone."""
+        return self.of(self.name, self.value, self.limit, self.time, self.joint, name)
+
     def __str__(self) -> str:
         return self.text

@@ -195,7 +195,4 @@ def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, D
 
 def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
     """Return a warning with the name of its robot where there are several."""
-    name = placed.name if len(case.robots) > 1 else ""
-    return LimitWarning.of(
-        warning.name, warning.value, warning.limit, warning.time, warning.joint, name
-    )
+    return warning.of_robot(placed.name if len(case.robots) > 1 else "")

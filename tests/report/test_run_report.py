@@ -69,7 +69,7 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
     changes = []
     for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
         off[row, 2] += size
-        ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
+        ends = {"begins": time[row] - 0.02, "ends": time[row] - 0.01}
         change = BacklashReversal(robot="forming", joint=joint, **ends, before=-1, after=1)
         changes.append(change)
     desired, actual = ToolPath(time, pose), ToolPath(time, off)
@@ -209,24 +209,24 @@ def test_the_verdict_states_its_conditions(finished):
     own = read_run(finished[2]).figures
     said = sentence(own, "elastic-wall")
     rows = [r for r in own.robustness if r.name.startswith("backlash")]
-    worst = max(rows, key=lambda r: r.deviation_m.maximum)
-    left = float(f"{1e6 * worst.deviation_m.maximum:.3g}")
+    worst = max(rows, key=lambda r: r.deviation.maximum)
+    left = float(f"{1e6 * worst.deviation.maximum:.3g}")
     for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
         assert word in said
     assert f"with {worst.name} in all gears {left:g} um would remain" in said
-    stiff = [gear.model_copy(update={"backlash_20_percent_m": 0.0}) for gear in own.gears]
+    stiff = [gear.model_copy(update={"backlash_error": 0.0}) for gear in own.gears]
     rigid = own.model_copy(update={"robustness": (), "gears": stiff})
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
     slips = [rows[0].model_copy(update={"name": f"hysteresis {sign}30 %"}) for sign in "+-"]
     more = own.model_copy(update={"robustness": (*own.robustness, *slips)})
-    known = float(f"{1e6 * rows[0].deviation_m.maximum:.3g}")
+    known = float(f"{1e6 * rows[0].deviation.maximum:.3g}")
     assert sentence(more, "elastic-wall") == (
         f"{said[:-1]}; with hysteresis +30 % in all gears {known:g} um would remain."
     )
     coupled = sentence(own.model_copy(update={"robustness": ()}), "elastic-wall")
     assert re.search(r"\(joint 1[,)].*an error of the backlash has an effect", coupled)
     assert "um" not in coupled.partition("gears reverse")[2]  # without a replay there is no figure
-    loaded = {"backlash_reversals": 0, "in_backlash_s": 0.0}
+    loaded = {"reversals": 0, "in_backlash": 0.0}
     gears = [gear.model_copy(update=loaded) for gear in own.gears]
     calm = own.model_copy(update={"robustness": (), "gears": gears})
     assert "no gear reverses" in sentence(calm, "elastic-wall")

@@ -106,7 +106,7 @@ def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, exam
                 found = left(wrench, {})
             else:
                 found = left(stored.wrench, changed_by_hand(example, key, factor))
-            told = row.deviation_m
+            told = row.deviation
             assert found == pytest.approx((told.maximum, told.rms), abs=1e-12), row.name
             assert found[0] > 5.0 * after.maximum
     assert [row.name for row in rows] == NAMES
