@@ -14,11 +14,11 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.report_file import write_page
 from coupling.report.run_tables import gear_loads, motor_limit
-from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import drawn, in_space
 from coupling.report.thinning import PARTS
 from coupling.results.drive_result import DriveMotion
 from coupling.results.outlook import Replay
+from coupling.results.section import Note, Section, Table, warned
 from coupling.run.motor_demands import COLD, WARM, MotorDemand
 
 _REACH = "#009E73"

@@ -10,9 +10,9 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.run_tables import gear_loads
-from coupling.report.section import Note, Section, Table, warned
 from coupling.report.style import UM, DrawnLine, over_time, rule
 from coupling.results.learned_result import LearnedResult, LearnedRunResult
+from coupling.results.section import Note, Section, Table, warned
 
 
 def learn_page(title: str, result: LearnedResult) -> str:

@@ -23,13 +23,13 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.drives import DRIVES_NOTE, drives, drives_table
 from coupling.report.report_file import write_page
-from coupling.report.section import Note, Part, Section, warned
 from coupling.report.shares import DeviationShares, shares_of
 from coupling.report.style import DrawnLine, over_time, rule
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above, robot_views
 from coupling.results.run_result import RunResult
+from coupling.results.section import Note, Part, Section, warned
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 

@@ -7,11 +7,11 @@ from math import degrees, isnan
 from typing import Any
 
 from coupling.path.deviation import Deviation
-from coupling.report.section import Note, Section, Table
 from coupling.report.shares import BEHIND, DeviationShare, DeviationShares
 from coupling.report.style import UM
 from coupling.results.gear_result import GearDiagnosis
 from coupling.results.run_result import RunResult
+from coupling.results.section import Note, Section, Table
 from coupling.solve.correction import HOW
 
 # One step inwards, in no-break spaces.

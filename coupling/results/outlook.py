@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, computed_field
+from pydantic import Field, PrivateAttr, computed_field
 
 from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
@@ -20,22 +20,23 @@ class Replay(ResultPart):
     Attributes:
         name: Difference from the model, in words.
         deviation: Deviation from the desired paths, the worst figures of all tools.
-        tools: Deviation of every tool; not stored.
     """
 
     name: str
     deviation: Annotated[Deviation, Field(alias="deviation_m")]
-    tools: Annotated[tuple[Deviation, ...], Field(exclude=True)] = ()
+    _tools: tuple[Deviation, ...] = PrivateAttr(())
 
     @classmethod
     def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
         """Return what a path of all tools leaves to the desired one."""
         tools = measure_tools(path, desired)
-        return cls(name=name, deviation=worst_of(tools), tools=tools)
+        replay = cls(name=name, deviation=worst_of(tools))
+        replay._tools = tools
+        return replay
 
     def of_tool(self, tool: int) -> Replay:
         """Return what the command leaves of one tool, by its number from 0."""
-        return Replay(name=self.name, deviation=self.tools[tool])
+        return Replay(name=self.name, deviation=self._tools[tool])
 
 
 _ADVICE = (

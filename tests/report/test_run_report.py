@@ -22,12 +22,12 @@ from coupling.report import write_report
 from coupling.report.run_figures import deviation
 from coupling.report.run_report import robot_page
 from coupling.report.run_tables import deviations
-from coupling.report.section import Table
 from coupling.report.shares import DeviationShare, DeviationShares, shares_of
 from coupling.report.verdict import sentence
 from coupling.report.views import PathView, from_above
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.run_result import RunResult
+from coupling.results.section import Table
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run

@@ -30,8 +30,8 @@ from coupling.process import ProcessResponse
 from coupling.process.isf_force_law import DoubleSided
 from coupling.report import write_report
 from coupling.report.run_report import cell_head
-from coupling.report.section import Table
 from coupling.results.gear_result import BacklashReversal
+from coupling.results.section import Table
 from coupling.robot.cell import Cell, Member
 from coupling.run.execute import _gap
 from coupling.run.folder import write_run
