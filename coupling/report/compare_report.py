@@ -18,11 +18,11 @@ from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.style import UM, DrawnLine, log_axis, over_time, shown_distance
+from coupling.report.style import DrawnLine, log_axis, over_time, shown_distance
 from coupling.report.verdict import verdict
 from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
-from coupling.results.section import Note, Section, Table
+from coupling.results.section import UM, Note, Section, Table
 from coupling.run.stored_run import StoredRobot
 
 _COLOURS = (BEFORE, AFTER)

@@ -14,9 +14,9 @@ from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.report_file import write_page
-from coupling.report.style import UM, Keys, drawn
+from coupling.report.style import Keys, drawn
 from coupling.results.placement_result import PlacementResult, SettingResult
-from coupling.results.section import Note, Part, Section, Table, warned
+from coupling.results.section import UM, Note, Part, Section, Table, warned
 
 # What the page is called.
 REPORT = "report.html"

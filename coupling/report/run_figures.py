@@ -13,7 +13,6 @@ from coupling.report.run_tables import mode_names
 from coupling.report.shares import spike
 from coupling.report.style import (
     FLOOR_UM,
-    UM,
     DrawnLine,
     Keys,
     curve,
@@ -25,6 +24,7 @@ from coupling.report.style import (
     shown_distance,
 )
 from coupling.results.gear_result import BacklashReversal
+from coupling.results.section import UM
 from coupling.run.stored_run import StoredRobot
 
 _STAGES = (BEFORE, AFTER)

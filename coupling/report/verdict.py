@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from coupling.path.deviation import Deviation
 from coupling.report.run_tables import mode_names
-from coupling.report.style import UM
 from coupling.results.outlook import Replay
 from coupling.results.run_result import RunResult
-from coupling.results.section import Section
+from coupling.results.section import UM, Section
 from coupling.robot.parameter_table import VARIED
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for

@@ -10,6 +10,10 @@ if TYPE_CHECKING:  # heavy, and only pages draw
     import plotly.graph_objects as go
 
 
+# Micrometres of a metre, in which lengths are shown.
+UM = 1e6
+
+
 @dataclass(frozen=True)
 class Note:
     """Paragraph for pages alone: how to read what is shown, or what else there is.

@@ -17,15 +17,17 @@ from coupling.results.outlook import DrawnDeviation, WorstReplay
 from coupling.results.run_result import (
     GapResult,
     NoiseResult,
-    PlantCouplingResult,
-    PlantResult,
     RobotResult,
     RunResult,
     SharesResult,
     ToothPassingResult,
 )
+from coupling.run.drawn_plants import DRAWN_ROBOTS
+from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import Run
-from coupling.run.plant import PlantReplay
+from coupling.run.gear_check import GEAR_LOADS
+from coupling.run.path_checks import TOOL_GAP, UNLOADED_PATHS
+from coupling.run.plant import PLANT_REPLAY
 from coupling.run.tooth_passing import tooth_passing_parts
 
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
@@ -37,7 +39,7 @@ def shares_of(run: Run, tool: int | None = None) -> SharesResult:
     def between(path: ToolPath | None, other: ToolPath | None) -> Deviation | None:
         return None if path is None or other is None else run.deviation(path, tool, other)
 
-    correction, unloaded_after = run.correction, run.unloaded_after
+    correction, unloaded_after = run.correction, run.of(UNLOADED_PATHS)
     return SharesResult(
         gravity=run.deviation(correction.unloaded, tool),
         process=run.deviation(run.before, tool, correction.unloaded),
@@ -58,7 +60,7 @@ def figures_of(
         robots: Its robots, as `drawn_robots` has them.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
-    correction = run.correction
+    correction, gap, plant = run.correction, run.of(TOOL_GAP), run.of(PLANT_REPLAY)
     rows_of_tool = slice(None) if tool is None else slice(tool, tool + 1)
     names, reversals = run.robots[rows_of_tool], correction.backlash_reversals
     before = run.deviation(run.before, tool)
@@ -85,24 +87,24 @@ def figures_of(
         ),
         outlook=outlook_of(run, before),
         forecast=run.forecast,
-        plant=_plant(run.plant, tool),
+        plant=None if plant is None else plant.stored(tool),
         backlash_reversals=None
         if reversals is None
         else tuple(r for r in (_named(r, run) for r in reversals) if r.robot in names),
         gears=tuple(
             gear.model_copy(update={"robot": name})
-            for name, gears in zip(names, run.gears[rows_of_tool], strict=True)
+            for name, gears in zip(names, run.of(GEAR_LOADS)[rows_of_tool], strict=True)
             for gear in gears
         ),
         command=CommandResult(
             rows=len(correction.joints.time),
             drives=tuple(
                 DriveResult.of(drive, name)
-                for name, drives in zip(names, run.drives[rows_of_tool], strict=True)
+                for name, drives in zip(names, run.of(DRIVE_MOTION)[rows_of_tool], strict=True)
                 for drive in drives
             ),
         ),
-        pinch_gap_m=None if run.gap is None or tool is not None else GapResult.extremes(run.gap),
+        pinch_gap_m=None if gap is None or tool is not None else GapResult.extremes(gap),
         tooth_passing=_tooth_passing(run, rows_of_tool),
         iterations=correction.iterations,
         warnings=warnings,
@@ -147,7 +149,7 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """
     if run.forecast is not None:
         return None
-    expected = DrawnDeviation.among(run.drawn)
+    expected = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
     return WorstReplay.among(before, run.robustness, expected)
 
 
@@ -169,28 +171,6 @@ def _tooth_passing(run: Run, tools: slice) -> ToothPassingResult | None:
         slow_m=max(part.largest_slow for part in parts_of_tools),
         ripple_m=max(part.largest_ripple for part in parts_of_tools),
         envelope_m=dict(zip("xyz", walls, strict=True)),
-    )
-
-
-def _plant(plant: PlantReplay | None, tool: int | None) -> PlantResult | None:
-    """Return what the command leaves on the plant; None where the case has none."""
-    if plant is None:
-        return None
-    coupling = plant.coupling
-    return PlantResult(
-        differences=plant.differences,
-        wrench="model" if coupling is None else "coupled",
-        remark=plant.remark,
-        deviation_m=plant.deviation(tool),
-        peak_force_N=_of_tool(plant.wrench, tool).peak_force,
-        coupling=None
-        if coupling is None
-        else PlantCouplingResult(
-            converged=coupling.converged,
-            outcome=coupling.outcome.value,
-            reason=coupling.reason,
-            process_evaluations=len(coupling.evaluations),
-        ),
     )
 
 

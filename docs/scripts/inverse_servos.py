@@ -11,6 +11,7 @@ from coupling.case.case import Case
 from coupling.files.robot_file import find_robot
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import Run
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.page import table
 from docs.scripts.robots_with_backlash import FANUC_HOME, MIXED, kept, with_backlash
 from docs.scripts.runs import compensated, example
@@ -83,19 +84,20 @@ def servos() -> str:
     for title, case in cases().items():
         ideal = compensated(case("ideal", {"drive": "servo"}))
         run = compensated(case("servo", _WRONG))
-        assert ideal.plant is not None
-        assert run.plant is not None
+        other, plant = ideal.of(PLANT_REPLAY), run.of(PLANT_REPLAY)
+        assert other is not None
+        assert plant is not None
         rows.append(
             (
                 title,
                 _both(measure(run.before, run.desired)),
-                _both(ideal.plant.deviation()),
+                _both(other.deviation()),
                 _both(run.correction.iterations[-1].deviation),
                 *(
                     _worst(run, name)
                     for name in ("friction", "servo gain", "hysteresis", "backlash")
                 ),
-                _both(run.plant.deviation()),
+                _both(plant.deviation()),
             )
         )
         print(*rows[-1], flush=True)

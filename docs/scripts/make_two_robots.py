@@ -11,6 +11,7 @@ from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
 from coupling.run.figures import shares_of
+from coupling.run.path_checks import TOOL_GAP
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force
@@ -50,15 +51,16 @@ def tools(case: Case) -> go.Figure:
 
 def gap(run: Run) -> go.Figure:
     """Draw the gap over time, before and after."""
-    assert run.gap is not None
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
     figure = go.Figure()
     for opening, name, color in (
-        (run.gap.before, "before", BEFORE),
-        (run.gap.after, "after", AFTER),
+        (gap.before, "before", BEFORE),
+        (gap.after, "after", AFTER),
     ):
-        values = _MM * (run.gap.commanded + opening)
-        figure.add_scatter(x=run.gap.time, y=values, name=name, line={"color": color})
-    figure.add_hline(y=_MM * run.gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+        values = _MM * (gap.commanded + opening)
+        figure.add_scatter(x=gap.time, y=values, name=name, line={"color": color})
+    figure.add_hline(y=_MM * gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]", rangemode="tozero")
     figure.update_xaxes(title="time [s]")
     return styled(figure, 520, 420)
@@ -83,14 +85,15 @@ def deviations(run: Run) -> go.Figure:
 
 def figure_table(run: Run) -> str:
     """Return deviations of both robots and the gap, as Markdown."""
-    assert run.gap is not None
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
     rows = []
     for tool, name in enumerate(run.robots):
         before = run.deviation(run.before, tool)
         after = run.deviation(run.correction.achieved, tool)
         figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), ""))
+    rows.append((f"gap, commanded {_MM * gap.commanded:.3f} mm", *gap_ranges(run), ""))
     return table(("", "before, max", "after, max", "peak force"), rows)
 
 

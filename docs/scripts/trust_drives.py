@@ -11,6 +11,7 @@ from typing import Any
 
 from coupling.case.case import Case
 from coupling.path.deviation import Deviation
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.page import table
 from docs.scripts.runs import compensated, example
 from docs.scripts.trust_comparison import Against, Comparison
@@ -37,11 +38,12 @@ def left_in(ideal: Case, real: Case) -> dict[str, Deviation]:
         real: The same with servos.
     """
     run = compensated(ideal)
-    assert run.plant is not None
+    plant = run.of(PLANT_REPLAY)
+    assert plant is not None
     rows = {
         "ideal drives, not corrected": run.deviation(run.before),
         "ideal drives, corrected": run.deviation(run.correction.achieved),
-        "that command on the servos": run.plant.deviation(),
+        "that command on the servos": plant.deviation(),
     }
     run = compensated(real)
     replays = {replay.name: replay.deviation for replay in run.robustness}

@@ -10,6 +10,7 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.static.found import Identification, rms
 from coupling.run.execute import Run
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example
@@ -71,7 +72,8 @@ def commanded() -> dict[str, Comparison]:
     """
     run = _cone()
     replays = {replay.name: replay.deviation.maximum for replay in run.robustness}
-    assert run.plant is not None
+    plant = run.of(PLANT_REPLAY)
+    assert plant is not None
     left = {
         "as_file": ("as its file", run.deviation(run.correction.achieved).maximum),
         "stiffness": (
@@ -83,7 +85,7 @@ def commanded() -> dict[str, Comparison]:
             "off by 20 % of backlash",
             max(replays["backlash +20 %"], replays["backlash -20 %"]),
         ),
-        "softer": ("20 % softer", run.plant.deviation().maximum),
+        "softer": ("20 % softer", plant.deviation().maximum),
     }
     before = run.deviation(run.before).maximum
     return {

@@ -13,8 +13,8 @@ from coupling.inverse.gears import solve_wind_up
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.report.run_tables import gear_loads as gear_tables
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.gear_check import gear_sections as gear_tables
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.gear_parts import StopElement
 from elastic_robot.tool_load import ToolLoad

@@ -31,6 +31,7 @@ from coupling.results.section import Table
 from coupling.robot.links import link_points
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
+from coupling.run.path_checks import OTHER_MODE
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
@@ -189,7 +190,7 @@ def test_the_other_mode_is_that_of_the_cell(finished):
     assert shares.motion is not None
     assert shares.motion.maximum > 0.0
     assert np.array_equal(
-        run.other_before.position[0], stored.other["before compensation"].position[0]
+        run.of(OTHER_MODE).before.position[0], stored.other["before compensation"].position[0]
     )
 
 

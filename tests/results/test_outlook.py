@@ -16,6 +16,7 @@ from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, Re
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
+from coupling.run.robustness import ROBUSTNESS
 from coupling.run.stored_run import read_run
 
 
@@ -136,15 +137,15 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):
     """A command that is better than none says so second, in the terminal's own colour."""
     case = line_case(tmp_path, "native")
     run = run_compensation(case)
-    shaken = replace(run.robustness[0], deviation=deviation(5.0, 5.0))
+    shaken = Replay(name="shaken", deviation=deviation(5.0, 5.0))
     for replays, first, last in (
-        (run.robustness, "Converged", "Result: "),
-        ((*run.robustness, shaken), "This command may be WORSE THAN NONE", "Do not send"),
+        (run.of(ROBUSTNESS), "Converged", "Result: "),
+        ((*run.of(ROBUSTNESS), shaken), "This command may be WORSE THAN NONE", "Do not send"),
     ):
         said = Console(
             record=True, file=StringIO(), width=500, force_terminal=True, highlight=False
         )
-        found = replace(run, robustness=replays)
+        found = replace(run, findings={**run.findings, ROBUSTNESS.name: replays})
         write_run(tmp_path, case, found)
         done = FinishedRun(found, read_run(tmp_path), 0)
         monkeypatch.setattr(runs, "console", said)

@@ -33,8 +33,8 @@ from coupling.report.run_report import cell_head
 from coupling.results.gear_result import BacklashReversal
 from coupling.results.section import Table
 from coupling.robot.cell import Cell, Member
-from coupling.run.execute import _gap
 from coupling.run.folder import write_run
+from coupling.run.path_checks import OTHER_MODE, TOOL_GAP, UNLOADED_PATHS, OtherModePaths, tool_gap
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
@@ -250,8 +250,8 @@ def test_two_robots_case_shortened_is_compensated(finished):
     assert run.deviation(run.correction.achieved).maximum <= 1e-5
     assert len(run.desired.tools) == 2
     assert case.task.support is not None
-    assert np.abs(run.gap.before).max() > 5e-5
-    assert np.abs(run.gap.after).max() <= 2e-5
+    assert np.abs(run.of(TOOL_GAP).before).max() > 5e-5
+    assert np.abs(run.of(TOOL_GAP).after).max() <= 2e-5
 
 
 def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
@@ -274,7 +274,9 @@ def test_a_cell_shows_the_other_mode_of_its_worse_robot(finished):
     tables = [part for section in cell_head(stored) for part in section.parts]
     rows = {row[0].strip(): row for part in tables if isinstance(part, Table) for row in part.rows}
     row = rows["quasi-static robot under the same command and wrench"]
-    expected = [measure(path, run.desired) for path in (run.other_before, run.other_after)]
+    expected = [
+        measure(path, run.desired) for path in (run.of(OTHER_MODE).before, run.of(OTHER_MODE).after)
+    ]
     assert [row[1], row[4]] == [f"{1e6 * deviation.maximum:.2f}" for deviation in expected]
     moving = measure(run.correction.achieved, run.desired)
     assert float(row[4]) > 5.0 * 1e6 * moving.maximum
@@ -330,10 +332,11 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         achieved=SampledPath.of(found.achieved).refined(0.0021).path,
         response=ProcessResponse(found.response.wrench.refined(desired.time)),
     )
-    gap = _gap(case, finer)
-    np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
-    none = dict.fromkeys(("other_before", "other_after", "unloaded_after"))
-    between = replace(run, correction=finer, gap=gap, **none)
+    gap = tool_gap(case, finer)
+    np.testing.assert_allclose(gap.before[rows], run.of(TOOL_GAP).before, rtol=0, atol=1e-12)
+    findings = dict(run.findings)
+    findings |= {UNLOADED_PATHS.name: None, OTHER_MODE.name: OtherModePaths(), TOOL_GAP.name: gap}
+    between = replace(run, correction=finer, findings=findings)
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():
         assert np.array_equal(robot.desired.time, desired.time)
@@ -407,7 +410,7 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
         own = measure(achieved, run.desired.tools[tool])
         assert stored.figures.deviation_after_m.maximum == pytest.approx(own.maximum)
     assert cell.robots["support"].joints.q[0].shape[1] == 6
-    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.gap.after, atol=1e-15)
+    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.of(TOOL_GAP).after, atol=1e-15)
     page = (out / "report.html").read_text()
     assert 'href="support/report.html"' in page
     assert "Gap between the tools" in page
