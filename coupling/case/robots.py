@@ -14,12 +14,12 @@ from coupling.files.provenance import Provenance, load_provenance
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
+from coupling.native.robot_text import require_native
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
-from coupling.robot.robot_text import require_native
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES

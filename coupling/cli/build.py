@@ -95,7 +95,7 @@ def ssp(
 def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
-    from coupling.fmu_export.core_library import is_ready, platforms_named, usual_platforms
+    from coupling.native.core_library import is_ready, platforms_named, usual_platforms
 
     if kind != "native":
         return platform_names(platforms or "")

@@ -10,11 +10,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from coupling.errors import BuildError, one_of
-from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, FmiStandard
 from coupling.fmu_export.python_fmu import build_python_fmu
 from coupling.fmu_export.python_host import without_host
+from coupling.native.compiler import PLATFORMS
 from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME

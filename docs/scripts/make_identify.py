@@ -21,7 +21,6 @@ from coupling.identification.static.fit import fitted
 from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
-from coupling.identification.static.suspicions import MovedPoint
 from docs.scripts.page import finish, replace_parts, table
 from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
@@ -84,40 +83,23 @@ def fanuc() -> str:
     ]
     (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
     assert tilt.support is not None
-    numbers = table(
-        ("with the tilt", "[kN m/rad]", "95 % from", "to", "verdict"),
-        [
-            (
-                f"`{p.name}`",
-                *(_kilo(value) for value in (p.value, p.low, p.high)),
-                "identified" if p.identifiable else f"not identified: {p.reason}",
-            )
-            for p in tilted.parameters
-        ],
-    )
     kept = [p.name for p in six.parameters if not p.identifiable]
-    shifts = " ".join(
-        f"- {words}, one at a time: {'; '.join(_shift(point) for point in found.points)}.\n"
-        for words, found in (("Without the tilt", axial), ("With it", tilted))
-    ).replace("\n ", "\n")
     return (
-        f"{table(head, table_rows)}\n\n{numbers}\n\n"
+        f"{table(head, table_rows)}\n\n"
         f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
-        f" {len(six.parameters)} parameters are refused.\n\n"
-        "Would a shift of load or marker explain more (TCP's frame, to first order)?\n\n"
-        f"{shifts.rstrip()}"
+        f" {len(six.parameters)} parameters are refused."
     )
 
 
 def coverage() -> str:
     """Return how often intervals hold the truth."""
-    found = [_coverage(name, seed) for seed, name in enumerate(("fanuc_r2000ic", "icme2008"), 1)]
-    head = ("robot, parameter", "identified in", "inside its interval", "median half width")
-    return table(head, [row for rows in found for row in rows])
+    head = ("robot", "parameters", "identified in", "inside their interval", "median half width")
+    robots = enumerate(("fanuc_r2000ic", "icme2008"), 1)
+    return table(head, [_coverage(name, seed) for seed, name in robots])
 
 
-def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
-    """Return a row for each parameter of a robot that MuJoCo measures."""
+def _coverage(name: str, seed: int) -> tuple[str, ...]:
+    """Return the row of a robot that MuJoCo measures."""
     rng, true = np.random.default_rng(seed), load_robot(find_robot(name))
     right = ElasticParameters.of(true, "backlash")
     ways = rng.normal(size=(ROWS, 3))
@@ -142,15 +124,18 @@ def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
         halves.append((sure.high - sure.low) / 2.0 / right.start)
     shares, often = np.mean(inside, axis=0), np.mean(identified, axis=0)
     median = np.median(halves, axis=0)
-    return [
-        (
-            f"{name} `{parameter}`",
-            f"{100 * often[j]:.0f} %",
-            f"{100 * shares[j]:.1f} %",
-            f"{100 * median[j]:.0f} %" if np.isfinite(median[j]) else "no end",
-        )
-        for j, parameter in enumerate(right.names)
-    ]
+    return (
+        name,
+        str(len(right.names)),
+        _percent(often, 0),
+        _percent(shares, 1),
+        _percent(median, 0),
+    )
+
+
+def _percent(shares: np.ndarray, digits: int) -> str:
+    low, high = (f"{100 * share:.{digits}f}" for share in (shares.min(), shares.max()))
+    return f"{low if low == high else f'{low} to {high}'} %".replace("inf %", "unlimited")
 
 
 def _tilted(robot: Robot) -> Robot:
@@ -160,11 +145,6 @@ def _tilted(robot: Robot) -> Robot:
         for joint, own in zip(robot.joints, axes, strict=False)
     ]
     return replace(robot, joints=(*joints, *robot.joints[3:]))
-
-
-def _shift(point: MovedPoint) -> str:
-    place = ", ".join(f"{value:.2f}" for value in point.shift)
-    return f"{point.name} by [{place}] m, {point.support.in_words()}"
 
 
 def _sizes(found: Identification) -> tuple[str, ...]:

@@ -29,8 +29,6 @@ from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from docs.scripts.learning_shop import Shop
-from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -198,40 +196,9 @@ def maps() -> str:
     )
 
 
-def learned() -> str:
-    """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
-    rows: dict[str, list[tuple[str, ...]]] = {"original": [], "placed": []}
-    cases = (case_text(name, tool_path={"depth_m": DEPTH}) for name in ("cone", "cone_robust"))
-    with Shop(next(cases)) as shop, Shop(next(cases)) as robust:
-        robots = {
-            "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
-            "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
-            "all parameters differ": hidden(shop.robot, 11),
-        }
-        for robot, truth in robots.items():
-            for title, own in (("original", shop), ("placed", robust)):
-                found = own.learned(truth, Trial(runs=1))
-                refused = found.found[0].refusal
-                result = "refused: nothing to learn" if refused else f"{found.left[-1]}"
-                if own is shop:
-                    file, both = shop.written(found.found[0]), ""
-                else:
-                    both = f"{robust.left_by(file, truth)}"
-                rows[title].append((title, robot, f"{found.left[0]}", result, both))
-    head = (
-        "cone",
-        "robot",
-        "before learning",
-        "after one measured run",
-        "learned from the original cone",
-    )
-    return table(head, [row for own in rows.values() for row in own])
-
-
 PARTS: dict[str, Callable[[], str]] = {
     "cases": cases,
     "maps": maps,
-    "learned": learned,
 }
 
 

@@ -91,9 +91,7 @@ def cell() -> str:
 PARTS = {
     "shallow": sheet_studies.shallow_table,
     "thick": sheet_studies.thick_table,
-    "cone": sheet_cone_studies.cone_table,
     "fineness": sheet_cone_studies.fineness_table,
-    "friction": sheet_cone_studies.friction_table,
     "example": cone,
     "cell": cell,
     "gap": sheet_case_studies.gap_table,

@@ -7,12 +7,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.forming import SheetSettings
-from coupling.sheet_fem.material import tensile_strength
 from coupling.sheet_fem.mesh import limit_of_force
 from docs.scripts.page import table
-from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, WINDOW, Press
+from docs.scripts.sheet_studies import RADIUS, Press
 
 WALL = np.deg2rad(45.0)
 
@@ -42,44 +40,6 @@ def contours(
             forces.append([force[2], -force @ outward, -force @ ahead])
         sixth = len(forces) // 6
         yield np.mean(forces[sixth:-sixth], axis=0)
-
-
-def aerens() -> tuple[float, float]:
-    """Return the axial and radial force of Aerens' law for the cone's wall [N]."""
-    scallop = scallop_height(1e-3, WALL, 2.0 * RADIUS)
-    return steady_force(tensile_strength(ALUMINIUM), THICKNESS, 2.0 * RADIUS, scallop, WALL)
-
-
-def cone_table() -> str:
-    """Return mean forces of the third contour of a small cone over the mesh, beside Aerens' law."""
-    rows = []
-    for elements in (20, 32, 40):
-        press = Press.above(0.08, elements, 0.02)
-        start = time.process_time()
-        *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
-        seconds = (time.process_time() - start) / press.solutions
-        figures = (f"{axial:.0f}", f"{radial:.0f}", f"{press.solutions}", f"{seconds:.2f}")
-        rows.append((f"elements of {80.0 / elements:.3g} mm", *figures))
-    axial, radial = aerens()
-    strength = 1e-6 * tensile_strength(ALUMINIUM)
-    law = f"Aerens' law, R_m {strength:.0f} MPa"
-    rows.append((law, f"{axial:.0f}", f"{radial:.0f}", "", ""))
-    return table(("", "F_z", "F_r", "positions", "CPU s / position"), rows)
-
-
-def friction_table() -> str:
-    """Return mean forces of the third contour of a small cone over the coefficient of friction."""
-    rows = []
-    without = 0.0
-    for friction in (0.0, 0.05, 0.1, 0.2):
-        press = Press.above(0.08, 32, 0.02, SheetSettings(window=WINDOW, friction=friction))
-        *_, (axial, radial, tangential) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
-        if friction == 0.0:
-            without = tangential
-        share = (tangential - without) / axial
-        figures = (f"{axial:.0f}", f"{radial:.1f}", f"{tangential:.0f}", f"{share:.3f}")
-        rows.append((f"{friction:g}", *figures))
-    return table(("mu", "F_z", "F_r", "F_t", "(F_t - F_t without) / F_z"), rows)
 
 
 # Of the study of fineness: thickness [mm], elements along 80 mm, positions and window [mm].

@@ -17,7 +17,7 @@ from places import LINE_CASE as LINE
 from coupling.errors import BuildError, ResultError
 from coupling.files.written_files import claimed
 from coupling.fmu_export.build import KINDS
-from coupling.fmu_export.compiler import PLATFORMS, host_platform
+from coupling.native.compiler import PLATFORMS, host_platform
 from coupling.report import write_report
 from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run

@@ -12,7 +12,7 @@ import pytest
 from places import DOCS, HOSTS, ROOT, TESTS
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES
+from coupling.native.compiler import SOURCES
 
 PAGE = (DOCS / "conformance.md").read_text()
 KINDS = {

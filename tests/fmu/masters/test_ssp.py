@@ -27,9 +27,9 @@ from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import host_platform
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.ssp import INTERFACES, SspSystem
+from coupling.native.compiler import host_platform
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
