@@ -36,7 +36,7 @@ from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
 
-LARGEST_PAGE = 2_000_000
+LARGEST_PAGE = 3_000_000
 # Upper edge of what is seen of a box, and how many boxes of a list overlap [CSS px].
 OVERLAPS = """
 const boxes = [...document.querySelectorAll('.legend, .figure, h2, .verdict, .scroll')]

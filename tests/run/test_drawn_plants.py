@@ -64,7 +64,7 @@ def test_real_forces_differ_from_the_computed_ones_as_much_as_they_were_measured
 
 def test_a_run_states_the_deviation_on_drawn_robots_where_there_are_ranges(tmp_path):
     case = line_case(tmp_path, "native")
-    assert run_compensation(case).drawn.stated == ()
+    assert run_compensation(case).of(DRAWN_ROBOTS).stated == ()
     (placed,) = case.robots
     provenance = replace(placed.provenance, stiffness_ranges=RANGES)
     run = run_compensation(replace(case, robots=(replace(placed, provenance=provenance),)))
