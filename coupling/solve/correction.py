@@ -14,7 +14,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import ProcessResponse
-from coupling.robot.robot import BacklashReversal, Robot
+from coupling.robot.robot import BacklashReversal, InvertibleRobot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, sampled_at, unloaded_path
 from coupling.solve.outcome import Outcome
 
@@ -138,7 +138,7 @@ class Correction:
 class Method(Protocol):
     """A method that makes a command of a desired path."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, with what it leads to.
 
         Raises:
@@ -159,7 +159,7 @@ class Compensation(Method, Protocol):
 class Uncorrected:
     """Commands the desired path as it is."""
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
         times = sampled_at(desired, loop.mode)
         path = times.path

@@ -16,7 +16,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.path.low_pass import low_pass
-from coupling.robot.robot import Robot
+from coupling.robot.robot import InvertibleRobot
 from coupling.solve.correction import (
     Correction,
     CorrectionIteration,
@@ -68,7 +68,7 @@ class Mirror(Schema):
     max_correction_rate_m_s: Positive = 0.05
     max_passes: Annotated[int, Field(ge=1)] = 12
 
-    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
+    def correct(self, loop: Loop[InvertibleRobot], desired: SampledPath) -> Correction:
         """Return the corrected command for the desired paths of all tools, validated.
 
         Raises:
@@ -112,7 +112,7 @@ class Mirror(Schema):
         return self._validated(loop, rows, correction_so_far, best, verdict)
 
     def _mirrored(
-        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath, rows: np.ndarray
+        self, loop: Loop[InvertibleRobot], last: _Attempt, desired: ToolPath, rows: np.ndarray
     ) -> tuple[_Attempt, SampledCorrection]:
         """Return the next command, coupled, and the figures of its correction."""
         corrected, figures = self._corrected(last, desired)
@@ -175,7 +175,7 @@ class Mirror(Schema):
 
     def _validated(
         self,
-        loop: Loop[Robot],
+        loop: Loop[InvertibleRobot],
         rows: np.ndarray,
         result: Correction,
         best: _Attempt,
