@@ -79,7 +79,7 @@ class StoredProcess(ProcessWrapper):
         """
         self.settle()
         start, key = time.perf_counter(), evaluation_key(self.identity, path)
-        response = None if self._store is None or not key else self._kept(self._store, key, path)
+        response = None if self._store is None or not key else self._read(self._store, key, path)
         origin: Literal["computed", "store"] = "computed" if response is None else "store"
         if response is None:
             if self._store is None or not key:
@@ -108,7 +108,7 @@ class StoredProcess(ProcessWrapper):
                 continue
             del self._pending[key]
 
-    def _kept(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
+    def _read(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
         return self._pending[key][0] if key in self._pending else store.read(key, path)
 
     def _claimed(
