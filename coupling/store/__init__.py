@@ -3,7 +3,7 @@
 `EvaluatedProcess` stands before a process and looks like it, so that the loops know nothing of a store.
 """
 
-from coupling.store.evaluated_process import EvaluatedProcess, StoredAnswer
+from coupling.store.evaluated_process import EvaluatedProcess
 from coupling.store.store import Entry, Store, WaitingForOther
 
-__all__ = ["Entry", "EvaluatedProcess", "Store", "StoredAnswer", "WaitingForOther"]
+__all__ = ["Entry", "EvaluatedProcess", "Store", "WaitingForOther"]

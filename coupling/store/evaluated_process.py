@@ -5,33 +5,17 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 from coupling.errors import ProcessError, StoreError
-from coupling.events import Event, WarningEvent, Watch, unwatched
+from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
 from coupling.process.base import Process, ProcessRequest, ProcessResponse
 from coupling.process.checked import checked_answer
 from coupling.process.smoothing import NoiseRemoval
+from coupling.results.run_state import StoredAnswer
 from coupling.store.entry import EntryInfo, as_stored, evaluation_key, size_of
 from coupling.store.store import Store
-
-
-@dataclass(frozen=True)
-class StoredAnswer(Event):
-    """A process has answered, or the store has in its place.
-
-    Attributes:
-        key: Key of the answer; empty where the process has no identity.
-        origin: "computed", or "store".
-        seconds: Time that it took [s].
-    """
-
-    key: str
-    origin: Literal["computed", "store"]
-    seconds: float
-
 
 _CHANGED = (
     "a file that the process's answers depend on has changed since the run began: the result is used,"
@@ -107,7 +91,7 @@ class EvaluatedProcess:
             else:
                 response, origin = self._claimed(store, key, path)
         seconds = time.perf_counter() - start
-        self._watch(StoredAnswer(key, origin, seconds))
+        self._watch(StoredAnswer(key=key, origin=origin, seconds=seconds))
         self.last = ProcessRequest(path, response, max(seconds, self._stored_seconds(store, key)))
         return response if self.noise_removal is None else self.noise_removal.smoothed(self.last)
 

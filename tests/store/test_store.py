@@ -19,7 +19,8 @@ from coupling.events import Event, WarningEvent
 from coupling.files import atomic_file
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import ProcessResponse
-from coupling.store import EvaluatedProcess, Store, StoredAnswer, WaitingForOther
+from coupling.results.run_state import StoredAnswer
+from coupling.store import EvaluatedProcess, Store, WaitingForOther
 from coupling.store.entry import evaluation_key
 
 
