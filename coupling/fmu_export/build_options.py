@@ -52,13 +52,13 @@ class BuildOptions:
     strings: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for what, name, known in (
+        for what, name, names in (
             ("kind", self.kind, FMU_KINDS),
             ("FMI version", self.fmi, STANDARDS),
             ("dependencies", self.dependencies, DEPENDENCIES),
         ):
-            if name not in known:
-                raise BuildError(f"{what}: {one_of(known, name)}")
+            if name not in names:
+                raise BuildError(f"{what}: {one_of(names, name)}")
         if self.kind == "python" and (self.sources or self.fmi != "2"):
             raise BuildError(
                 "kind: expected native with sources or FMI 3, got python: leave out --kind python"

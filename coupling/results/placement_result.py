@@ -82,7 +82,7 @@ class PlacementResult(ResultFile):
         return f"backlash 20 %{', hysteresis 30 %' if slips else ''} off"
 
     @property
-    def named(self) -> list[tuple[str, SettingResult]]:
+    def settings_by_name(self) -> list[tuple[str, SettingResult]]:
         """Settings by their names, the present one first where it can follow the path."""
         present = [] if self.present is None else [("as it is", self.present)]
         return present + [(str(setting.file), setting) for setting in self.best]

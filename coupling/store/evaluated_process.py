@@ -83,7 +83,7 @@ class EvaluatedProcess:
         self.settle()
         start, key = time.perf_counter(), evaluation_key(self.identity, path)
         store = self._store if key else None
-        response = None if store is None else self._kept(store, key, path)
+        response = None if store is None else self._stored_response(store, key, path)
         origin: Literal["computed", "store"] = "computed" if response is None else "store"
         if response is None:
             if store is None:
@@ -133,7 +133,7 @@ class EvaluatedProcess:
         about = self._pending[key][1] if key in self._pending else store.about(key)
         return 0.0 if about is None else about.seconds
 
-    def _kept(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
+    def _stored_response(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
         return self._pending[key][0] if key in self._pending else store.read(key, path)
 
     def _claimed(
