@@ -77,8 +77,8 @@ class Member:
 
     def model_path(self, path: ToolPath) -> ToolPath:
         """Return the path of its model's tool, in its base, for the tool to be on a path."""
-        on_model = path if self.discrepancy is None else self.discrepancy.model(path)
-        return on_model.transformed(self.world_from_base.inverse())
+        commanded = path if self.discrepancy is None else self.discrepancy.model(path)
+        return commanded.transformed(self.world_from_base.inverse())
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.planner.forward(angles, time).transformed(member.world_from_base)
-                for member, angles in zip(self.members, joints.robots, strict=True)
+                member.planner.forward(motion, time).transformed(member.world_from_base)
+                for member, motion in zip(self.members, joints.robots, strict=True)
             ]
         )
 
@@ -145,8 +145,8 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.simulate(of_robot, load, mode)
-                for member, of_robot, load in zip(
+                member.simulate(motion, load, mode)
+                for member, motion, load in zip(
                     self.members, command.robots, wrench.tools, strict=True
                 )
             ]
@@ -166,27 +166,27 @@ class Cell:
             PlanningError: If a path asks for more than the drives can do.
             SimulationError: If a robot cannot be simulated.
         """
-        solutions = []
+        inverses = []
         rigid = self.undeflected(desired.samples)
-        for member, tool, undeflected, load in zip(
+        for member, tool, joints, load in zip(
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
             loads = load.transformed(member.world_from_base.inverse())
-            motion = DesiredMotion(member.model_path(tool), undeflected, loads)
+            motion = DesiredMotion(member.model_path(tool), joints, loads)
             try:
-                solutions.append(member.inverter.invert(motion, controller, goal, watch))
+                inverses.append(member.inverter.invert(motion, controller, goal, watch))
             except PlanningError as cause:
                 if len(self.members) == 1:
                     raise
                 raise PlanningError(f"{member.name} robot: {cause}") from cause
         changes = [
             change.model_copy(update={"robot": self._name(member)})
-            for member, inverse in zip(self.members, solutions, strict=True)
+            for member, inverse in zip(self.members, inverses, strict=True)
             for change in inverse.backlash_reversals
         ]
         return InverseCommand(
-            JointPath.of_robots([inverse.joints for inverse in solutions]), tuple(changes)
+            JointPath.of_robots([inverse.joints for inverse in inverses]), tuple(changes)
         )
 
     def _name(self, member: Member) -> str:
@@ -197,6 +197,6 @@ class Cell:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
             warning.of_robot(self._name(member))
-            for member, angles in zip(self.members, command.robots, strict=True)
-            for warning in member.planner.rate_warnings(angles)
+            for member, joints in zip(self.members, command.robots, strict=True)
+            for warning in member.planner.rate_warnings(joints)
         ]
