@@ -37,7 +37,13 @@ _LEAST_SLOW, _MOST_SLOW, _SIZINGS = 0.01, 1.0, 60
 
 @dataclass(frozen=True)
 class MotionTrial:
-    """Predictions at values as the fit counts [1], (P,), and half the squares that they leave [1]."""
+    """Predictions that were tried.
+
+    Attributes:
+        x: Values as the fit counts [1], (P,).
+        predicted: Predictions of all recordings there.
+        cost: Half the squares that they leave [1].
+    """
 
     x: np.ndarray
     predicted: tuple[Predicted, ...]
