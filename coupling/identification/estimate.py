@@ -40,7 +40,7 @@ class Linearisation(Protocol):
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix and vector [1 per unit of x, 1], (n, P) and (n,), with the products J^T J and J^T r of all residuals.
+        """Matrix and vector, (n, P) and (n,), with the products J^T J and J^T r of all residuals.
 
         What is known before is in them, and what keeps directions that are not observable.
         """
@@ -58,7 +58,7 @@ class Linearisation(Protocol):
         """Whether J was computed at x."""
 
     def try_step(self, step: np.ndarray) -> Trial | None:
-        """Return the residual after a step, units of x, (P,); None where the model cannot be computed."""
+        """Return the residual after a step, any units, (P,); None where no model is computed."""
 
     def move_to(self, trial: Trial) -> Self:
         """Return the linearisation where a trial was, with weights and Jacobian of its own."""
