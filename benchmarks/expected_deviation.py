@@ -220,10 +220,10 @@ def main() -> None:
             rows.append(found.row)
             print(*found.row, f"({time.perf_counter() - begin:.0f} s)", sep="; ", flush=True)
             if found.softer is not None:
+                says = "" if options.coupled else f" Its run says: *{found.stated.sentence}*"
                 lines.append(
                     "\nThe KR 210 with joint 2 at 60 % and joint 3 at 80 % of the file's stiffness under"
-                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um. Its run says:"
-                    f" *{found.stated.sentence}*"
+                    f" 119 % of the force leaves {1e6 * found.softer:.0f} um.{says}"
                 )
                 print(*lines)
     if options.page:

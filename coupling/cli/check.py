@@ -38,11 +38,13 @@ def check(
     from coupling.check.estimate import forewarned, repeated
     from coupling.errors import ResultError
     from coupling.files.output_file import require_output
+    from coupling.modes.analysis import places_in_brief
     from coupling.path.histories import WrenchHistory
     from coupling.path.path_ends import ends_in_motion
     from coupling.process import ProcessTable
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
+    from coupling.report.modes_report import modes_in_brief
     from coupling.report.section import Section, warned
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
@@ -78,10 +80,16 @@ def check(
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("checking joints and gears", 0, 1))
         robots = checked(loaded, wrench, view.watch)
+        modes = Section("Modes", modes_in_brief(places_in_brief(loaded)))
     touches = touched_off((robot.name, touch_off_of(loaded, robot)) for robot in loaded.robots)
     others = [*alike, *loaded.task.remarks, *touches, _time(loaded, each)]
     moving = ends_in_motion(desired, tuple(placed.name for placed in loaded.robots))
-    sections = [*check_summary(robots, loads), *warned((), (*moving, *said)), Section("", others)]
+    sections = [
+        *check_summary(robots, loads),
+        modes,
+        *warned((), (*moving, *said)),
+        Section("", others),
+    ]
     write_check_page(file, f"{loaded.name}: check", robots, sections)
     print_sections(console, sections)
     console.print(f"Page: {file}")

@@ -19,6 +19,7 @@ from coupling.native.compiler import (
     CompilerError,
     Platform,
     compile_library,
+    host_platform,
     library_file,
     portable_compiler,
     zig,
@@ -45,6 +46,16 @@ def platforms_named(names: Iterable[str]) -> list[Platform]:
             raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
         platforms.append(PLATFORMS[name])
     return platforms
+
+
+def usual_platforms() -> list[Platform]:
+    """Return the platforms unless others are named: all whose library is shipped, else this machine's.
+
+    Raises:
+        CompilerError: If none is shipped and this machine is none of PLATFORMS.
+    """
+    shipped = [p for p in PLATFORMS.values() if (SHIPPED / library_name(p)).is_file()]
+    return shipped or [host_platform()]
 
 
 def library_name(platform: Platform) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydantic import computed_field
 
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import Deviation, measure_tools, worst_of
 from coupling.path.histories import ToolPath
 from coupling.results.base import ResultPart
 
@@ -30,9 +30,8 @@ class Replay:
     @classmethod
     def of(cls, name: str, path: ToolPath, desired: ToolPath) -> Replay:
         """Return what a path of all tools leaves to the desired one."""
-        pairs = zip(path.tools, desired.tools, strict=True)
-        tools = tuple(measure(tool_path, desired_path) for tool_path, desired_path in pairs)
-        return cls(name, measure(path, desired), tools)
+        tools = measure_tools(path, desired)
+        return cls(name, worst_of(tools), tools)
 
 
 _ADVICE = (

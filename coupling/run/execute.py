@@ -170,6 +170,21 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
     )
 
 
+def coupled_path(case: Case) -> ToolPath | None:
+    """Return the path on which a single robot and its process agree, base frame; None: not found.
+
+    Raises:
+        CouplingError: If the robot cannot be simulated.
+    """
+    (robot,) = case.robots
+    with Models("native") as fmus:
+        cell, _ = cell_of(case.robots, fmus)
+        coupled = Uncorrected().correct(loop_of(case, cell), case.motion)
+    if coupled.outcome is not Outcome.CONVERGED:
+        return None
+    return coupled.achieved.transformed(robot.world_from_base.inverse())
+
+
 def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))

@@ -1,12 +1,9 @@
 """Write the tables and pictures of docs/sheet_fem.md anew: make sheet-fem.
 
-With names, only those parts: python docs/scripts/make_sheet_fem.py gap example.  CalculiX runs
-where it is installed.
+CalculiX runs where it is installed.
 """
 
 from __future__ import annotations
-
-import sys
 
 import numpy as np
 
@@ -14,15 +11,19 @@ from coupling.case.case import Case
 from coupling.report import workpiece_figures
 from coupling.run.execute import Run
 from coupling.run.figures import Deviations
-from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts import runs, sheet_studies
+from docs.scripts.experiment import Page
+from docs.scripts.page import table
 from docs.scripts.pictures import save
-from docs.scripts.runs import around_axis, compensated, example, gap_ranges, peak_force, workpieces
+from docs.scripts.runs import around_axis, compensated, gap_ranges, peak_force, workpieces
+
+PAGE = Page("sheet_fem")
 
 
-def cone() -> str:
+@PAGE.part
+def example() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
-    case = example("cone_fem")
+    case = runs.example("cone_fem")
     run = compensated(case)
     _draw(case, run)
     return _verdict(run) + "\n" + _contours(case, run)
@@ -68,9 +69,10 @@ def _draw(case: Case, run: Run) -> None:
     save("cone_fem", cut, *fields)
 
 
+@PAGE.part
 def cell() -> str:
     """Run the cell with a sheet between two tools, and return its figures."""
-    case = example("two_robots_fem")
+    case = runs.example("two_robots_fem")
     run = compensated(case)
     rows = []
     for tool, name in enumerate(run.robots):
@@ -87,17 +89,30 @@ def cell() -> str:
     )
 
 
-PARTS = {
-    "shallow": sheet_studies.shallow_table,
-    "thick": sheet_studies.thick_table,
-    "cone": sheet_cone_studies.cone_table,
-    "fineness": sheet_cone_studies.fineness_table,
-    "friction": sheet_cone_studies.friction_table,
-    "example": cone,
-    "cell": cell,
-    "gap": sheet_case_studies.gap_table,
-}
+@PAGE.part
+def gap() -> str:
+    """Return the mean force across the sheet in a contour of the cell over gap and elements."""
+    rows = []
+    for gap, element in ((0.8, 2.0), (0.9, 2.0), (1.0, 2.0), (1.0, 1.6), (1.2, 2.0), (2.0, 2.0)):
+        case = runs.example(
+            "two_robots_fem",
+            support={"gap_m": 1e-3 * gap},
+            process={"element_m": 1e-3 * element},
+            tool_path={"step_down_m": 0.0005, "depth_m": 0.001},
+        )
+        part = case.task.part
+        deep = part.coordinates(case.desired.position[0])[:, 2] < -0.99e-3
+        forces = [
+            abs(part.rotation.inv().apply(force[deep])[:, 2].mean())
+            for force in case.process.evaluate(case.desired).wrench.force
+        ]
+        rows.append((f"{gap} mm", f"{element} mm", *(f"{force:.0f}" for force in forces)))
+    return table(("gap", "elements", "forming tool", "supporting tool"), rows)
+
+
+for study in (sheet_studies.shallow, sheet_studies.thick, sheet_studies.fineness):
+    PAGE.part(study)
 
 
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("sheet_fem", PARTS, sys.argv[1:])))
+    PAGE.write()

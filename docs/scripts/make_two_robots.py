@@ -11,6 +11,7 @@ from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
 from coupling.run.figures import Deviations
+from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force
@@ -39,10 +40,8 @@ def tools(case: Case) -> go.Figure:
             (supporting, -1.0, "supporting tool", BEFORE),
         ):
             x, z = _MM * (points[at, [0, 2]] + np.array([0.0, side * 0.5 * diameter]) + circle).T
-            figure.add_scatter(
-                x=x, y=z, mode="lines", name=name, showlegend=number == 0,
-                line={"color": color, "width": 1.5}, opacity=0.35 + 0.65 * number / len(contours),
-            )  # fmt: skip
+            circle_curve = Curve(name if number == 0 else "", x, z, color)
+            add_curves(figure, [circle_curve], opacity=0.35 + 0.65 * number / len(contours))
     figure.update_xaxes(title="x of the part [mm]")
     figure.update_yaxes(title="z [mm]", scaleanchor="x")
     return styled(figure, 700, 480)
@@ -51,14 +50,13 @@ def tools(case: Case) -> go.Figure:
 def gap(run: Run) -> go.Figure:
     """Draw the gap over time, before and after."""
     assert run.gap is not None
-    figure = go.Figure()
-    for opening, name, color in (
-        (run.gap.before, "before", BEFORE),
-        (run.gap.after, "after", AFTER),
-    ):
-        values = _MM * (run.gap.commanded + opening)
-        figure.add_scatter(x=run.gap.time, y=values, name=name, line={"color": color})
-    figure.add_hline(y=_MM * run.gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    time, commanded = run.gap.time, run.gap.commanded
+    openings = (("before", run.gap.before, BEFORE), ("after", run.gap.after, AFTER))
+    curves = [
+        Curve(name, time, _MM * (commanded + opening), color) for name, opening, color in openings
+    ]
+    figure = add_curves(go.Figure(), curves)
+    figure.add_hline(y=_MM * commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]", rangemode="tozero")
     figure.update_xaxes(title="time [s]")
     return styled(figure, 520, 420)
@@ -66,16 +64,14 @@ def gap(run: Run) -> go.Figure:
 
 def deviations(run: Run) -> go.Figure:
     """Draw the distance of each tool from its path, before and after."""
-    figure = go.Figure()
+    curves = []
     for tool, (name, dash) in enumerate(zip(run.robots, ("solid", "dot"), strict=True)):
-        for path, state, color in (
-            (run.before, "before", BEFORE),
-            (run.correction.achieved, "after", AFTER),
-        ):
+        states = (("before", run.before, BEFORE), ("after", run.correction.achieved, AFTER))
+        for state, path, color in states:
             apart = path.tools[tool].distance_to(run.desired.tools[tool])
             distance = np.maximum(_UM * apart, _FLOOR)
-            line = {"color": color, "dash": dash, "width": 1.5}
-            figure.add_scatter(x=path.time, y=distance, name=f"{name}, {state}", line=line)
+            curves.append(Curve(f"{name}, {state}", path.time, distance, color, dash=dash))
+    figure = add_curves(go.Figure(), curves)
     figure.update_yaxes(title="deviation [um]", type="log")
     figure.update_xaxes(title="time [s]")
     return styled(figure, 520, 420)

@@ -161,6 +161,22 @@ def test_the_command_says_which_platforms_are_inside(tmp_path, capsys):
         assert f"{file}: built for {platforms}\n" in capsys.readouterr().out
 
 
+def test_a_checkout_builds_for_this_machine_unless_others_are_named(tmp_path, capsys):
+    file = tmp_path / "R.fmu"
+    assert main(["-o", str(file)]) == 0
+    said = capsys.readouterr().out
+    assert f"{file}: built for {host_platform().name}\n" in said
+    assert "--platforms all" in said
+
+
+def test_a_wheel_builds_for_all_platforms_that_it_brings(monkeypatch, tmp_path):
+    monkeypatch.setattr(core_library, "SHIPPED", tmp_path)
+    brought = list(PLATFORMS.values())[1:3]
+    for platform in brought:
+        (tmp_path / library_name(platform)).touch()
+    assert core_library.usual_platforms() == brought
+
+
 def test_the_compiler_of_a_wheel_needs_no_package(slow, tmp_path):
     """As in an environment that has hatchling alone: filelock cannot be imported."""
     hidden = "import sys; sys.modules['filelock'] = None\n" + ASK

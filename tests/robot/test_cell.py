@@ -20,6 +20,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.case.file import load_case
 from coupling.errors import BuildError, CaseError
 from coupling.files.written_files import LIST
+from coupling.fmu_export.ssp import SspSystem
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
@@ -35,7 +36,6 @@ from coupling.robot.robot import BacklashReversal
 from coupling.run.execute import _gap
 from coupling.run.figures import Deviations
 from coupling.run.folder import write_run
-from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple

@@ -21,6 +21,7 @@ from coupling.check.new_case import new_case, write_case
 from coupling.errors import CaseError, LearnError
 from coupling.export.commands import command_of_table, commands_of_run
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.ssp import SspSystem
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.source import read_source, require_comparable
 from coupling.path.deviation import measure
@@ -30,7 +31,6 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
 from coupling.run.plausibility import remarks
-from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
 
 SERVO, WITHOUT = "servo.toml", "icme2008"
