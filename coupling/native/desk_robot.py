@@ -17,7 +17,7 @@ _MESSAGE = 400
 
 
 def numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array as C reads it: rows of doubles of a shape.
+    """Return an array as C reads it: doubles of a shape, in its unit.
 
     Args:
         name: Name of the array, for the message.
@@ -34,7 +34,7 @@ def numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray
 
 
 def finite_numbers(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array as `numbers` does, refusing numbers that are not finite as well.
+    """Return an array of a shape as `numbers` does, in its unit, and refuse what is not finite.
 
     Args:
         name: Name of the array, for the message.
