@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.parameter_result import ParameterResult
 from coupling.results.run_result import Three
 
 
@@ -31,19 +32,10 @@ class EvidenceResult(ResultPart):
     in_words: str
 
 
-class IdentifiedParameterResult(ResultPart):
-    """A parameter of the robot; None is infinite, or no start."""
+class IdentifiedParameterResult(ParameterResult):
+    """A parameter of the robot."""
 
-    name: str
-    unit: str
-    start: float | None
-    value: float | None
-    low: float | None
-    high: float | None
-    written: float | None
-    identified: bool
     added: bool
-    reason: str
     support: EvidenceResult | None
 
 

@@ -5,22 +5,16 @@ from __future__ import annotations
 from typing import Annotated
 
 from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.parameter_result import ParameterResult
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
 
 
-class MotionParameterResult(ResultPart):
-    """A number of the robot or its encoders; None is infinite or not fitted."""
+class MotionParameterResult(ParameterResult):
+    """A number of the robot or its encoders."""
 
-    name: str
-    term: str
-    unit: str
-    start: float
-    value: float | None
-    low: float | None
-    high: float | None
-    identified: bool
+    term: Annotated[str, From("parameter.term")]
 
 
 class WindUpShareResult(ResultPart):

@@ -60,7 +60,7 @@ class Known:
         """Return the arm, and a start that is up to a fifth off in every number."""
         robot = arm()
         numbers = motion_parameters(robot, (0, 1))
-        off = {p.name: p.start * rng.uniform(0.8, 1.25) for p in numbers if p.start}
+        off = {p.name: p.value * rng.uniform(0.8, 1.25) for p in numbers if p.value}
         return cls(robot, apply_values(robot, off))
 
 
@@ -96,7 +96,7 @@ def errors(fmu: MovedRobot, rng: np.random.Generator) -> dict[str, float]:
     """Return errors of a fit to one recording over half of its intervals [1], by name."""
     known = Known.drawn(rng)
     moved = MovedRecording.of(recorded(fmu, known.robot, rng), BANDWIDTH)
-    truth = {p.name: p.start for p in motion_parameters(known.robot, (0, 1))}
+    truth = {p.name: p.value for p in motion_parameters(known.robot, (0, 1))}
     truth |= {f"encoder[{i}].lag": LAG for i in (1, 2)}
     fitted_ = [p for p in motion_parameters(known.start, (0, 1)) if truth[p.name] != 0.0]
     lags = [p for p in sensor_parameters([0, 1]) if p.kind == "lag"]

@@ -36,6 +36,7 @@ from coupling.identification.motion.sensors import (
     torque_parameters,
 )
 from coupling.identification.motor_torques import MotorTorques, torque_remarks
+from coupling.identification.verdict import ParameterVerdict
 from elastic_robot.description import Robot
 
 # Fits at most, each of what the one before identifies.
@@ -51,9 +52,8 @@ class MotionIdentification:
     Attributes:
         robot: The start.
         bandwidth: Bandwidth of the motors' smoothed motion [Hz].
-        parameters: All parameters, P of them.
+        parameters: Verdict on each parameter, but for those of slow errors.
         fit: The fit of those that are identifiable, and of what is known before.
-        chosen: Mask of those identified among all, (P,).
         residuals: Those of all recordings, those fitted first.
         terms: Worth of each term; none if not asked for.
         remarks: Sentences on joints whose torques the start hardly explains, or whose links lag and
@@ -62,9 +62,8 @@ class MotionIdentification:
 
     robot: Robot
     bandwidth: float
-    parameters: tuple[MotionParameter, ...]
+    parameters: tuple[ParameterVerdict[MotionParameter], ...]
     fit: MotionFit
-    chosen: np.ndarray
     residuals: tuple[RecordingResiduals, ...]
     terms: tuple[TermLeftOut, ...]
     remarks: tuple[str, ...]
@@ -72,12 +71,12 @@ class MotionIdentification:
     @property
     def identified(self) -> set[str]:
         """Names of the parameters that are identified."""
-        return {p.name for p, own in zip(self.parameters, self.chosen, strict=True) if own}
+        return {verdict.name for verdict in self.parameters if verdict.identifiable}
 
     @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
-        if not self.chosen.any():
+        if not self.identified:
             return "nothing is identified"
         fitted = [one for one in self.residuals if not one.held_out]
         left = np.max([one.torque for one in fitted], axis=0)
@@ -165,19 +164,45 @@ def identify_motion(
             if own.all() and fit is not first:
                 break
             fit = fit_motion(estimate_slow_errors(fit).only(own), fit.x[own], fit.slopes)
-        identified = narrow(fit) & ~_drowned(fit)
-        identified &= returns(
-            fit, identified & np.array([p.of_gear for p in fit.problem.parameters])
-        )
-        names = {p.name for p, own in zip(fit.problem.parameters, identified, strict=True) if own}
-        chosen = np.array([p.name in names for p in parameters])
+        verdicts = _judge(parameters, fit)
         residuals = [residuals_of(fit.problem, one, fit.x, bandwidth, False) for one in moved]
         residuals += [residuals_of(fit.problem, one, fit.x, bandwidth, True) for one in others]
         terms = terms_left_out(fit, residuals[-1]) if leave_out and others else ()
     remarks += [words for one in residuals for words in remarks_on(one)]
     return MotionIdentification(
-        robot, bandwidth, parameters, fit, chosen, tuple(residuals), terms, tuple(remarks)
+        robot, bandwidth, verdicts, fit, tuple(residuals), terms, tuple(remarks)
     )
+
+
+def _judge(
+    parameters: Sequence[MotionParameter], fit: MotionFit
+) -> tuple[ParameterVerdict[MotionParameter], ...]:
+    """Return the verdicts on all parameters, but for those of slow errors, with the last fit."""
+    is_narrow, is_drowned = narrow(fit), _drowned(fit)
+    is_tried = is_narrow & ~is_drowned & [p.of_gear for p in fit.problem.parameters]
+    reasons = np.select(
+        [is_drowned, ~is_narrow, ~returns(fit, is_tried)],
+        [
+            "what no model explains is larger",
+            "its interval is too wide",
+            "other values fit as well",
+        ],
+        "",
+    ).tolist()
+    half = fit.blocks.half * fit.blocks.deviation
+    ends = zip((fit.x - half).tolist(), (fit.x + half).tolist(), strict=True)
+    numbers = zip(fit.problem.parameters, fit.x.tolist(), ends, reasons, strict=True)
+    fitted = {
+        p.name: (p.outward(x), sorted(map(p.outward, e)), reason) for p, x, e, reason in numbers
+    }
+    verdicts = []
+    for p in parameters:
+        if isinstance(p, SensorParameter) and p.of_slow_error:
+            continue
+        reason = "the recordings hardly depend on it"
+        value, (low, high), reason = fitted.get(p.name, (np.nan, [np.nan, np.nan], reason))
+        verdicts.append(ParameterVerdict(p, value, low, high, reason))
+    return tuple(verdicts)
 
 
 def _torque_remarks(problem: MotionProblem, moved: MovedRecording) -> tuple[str, ...]:

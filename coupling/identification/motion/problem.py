@@ -124,7 +124,7 @@ class MotionProblem:
     @property
     def start(self) -> np.ndarray:
         """Values of the start, as the fit counts: parts of usual sizes [1], (P,)."""
-        return np.array([p.inward(p.start) for p in self.parameters])
+        return np.array([p.inward(p.value) for p in self.parameters])
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

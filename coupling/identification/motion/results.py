@@ -9,10 +9,11 @@ import numpy as np
 
 from coupling.errors import IdentifyError
 from coupling.identification.motion.identification import MotionIdentification
+from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import FileEntry, fitted_text
-from coupling.identification.verdict import KEPT, interval_words
+from coupling.identification.verdict import ParameterVerdict
 from coupling.results.motion_result import (
     LinesResult,
     MotionParameterResult,
@@ -35,7 +36,10 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         blocks=len(found.fit.blocks.matrices),
         remarks=found.remarks,
         joints=tuple(i + 1 for i in first.moved.recording.with_link),
-        parameters=tuple(_parameters(found)),
+        parameters=tuple(
+            MotionParameterResult.of(verdict, written=_written(verdict))
+            for verdict in found.parameters
+        ),
         recordings=tuple(_recording(one) for one in found.residuals),
         lines=tuple(
             LinesResult(joint=i + 1, periods=own) for i, own in enumerate(first.moved.lines) if own
@@ -53,28 +57,11 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
     )
 
 
-def _parameters(found: MotionIdentification) -> list[MotionParameterResult]:
-    fit, rows = found.fit, []
-    half = (fit.blocks.half * fit.blocks.deviation).tolist()
-    fitted = {
-        p.name: (x, h)
-        for p, x, h in zip(fit.problem.parameters, fit.x.tolist(), half, strict=True)
-        if p.name in found.identified
-    }
-    for p in found.parameters:
-        if isinstance(p, SensorParameter) and p.of_slow_error:
-            continue
-        value = low = high = None
-        if p.name in fitted:
-            x, h = fitted[p.name]
-            value = _known(p.outward(x))
-            low, high = map(_known, sorted((p.outward(x - h), p.outward(x + h))))
-        rows.append(
-            MotionParameterResult.of(
-                p, value=value, low=low, high=high, identified=p.name in fitted
-            )
-        )
-    return rows
+def _written(verdict: ParameterVerdict[MotionParameter]) -> float | None:
+    """Return the value in the robot file; None for a sensor's number."""
+    if isinstance(verdict.parameter, SensorParameter):
+        return None
+    return verdict.value if verdict.identifiable else verdict.start
 
 
 def _recording(one: RecordingResiduals) -> RecordingResult:
@@ -138,16 +125,15 @@ def moved_text(
     """
     if found.refusal:
         raise IdentifyError(f"{target}: not written: {found.refusal}")
-    of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
     entries = [
         FileEntry(
-            result.name,
-            result.value if result.identified else None,
-            _remark(result),
-            interval=(result.low, result.high),
+            verdict.name,
+            verdict.value if verdict.identifiable else None,
+            verdict.remark,
+            interval=(verdict.low, verdict.high),
         )
-        for result in figures.parameters
-        if result.name in of_robot
+        for verdict in found.parameters
+        if not isinstance(verdict.parameter, SensorParameter)
     ]
     left = _left(figures)
     return fitted_text(start, found.identified_robot, entries, "identify", source, left, target)
@@ -162,7 +148,3 @@ def _left(figures: MotionResult) -> str:
         link = f"motor less link {left} urad rms, " if left else ""
         lines.append(f"Residual of {one.name}, {words}: {link}motor torque {torque} % of its rms.")
     return "\n".join(lines)
-
-
-def _remark(result: MotionParameterResult) -> str:
-    return interval_words(result.low, result.high) if result.identified else KEPT

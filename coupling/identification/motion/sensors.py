@@ -41,7 +41,7 @@ class SensorParameter(MotionParameter):
         harmonic: Periods in a turn of a cosine or sine.
     """
 
-    start: float = 0.0
+    value: float = 0.0
     signed: bool = True
     moves_gears: bool = False
     prior: float = 1.0

@@ -15,6 +15,7 @@ from coupling.identification.static.fit import StaticFit
 from coupling.identification.static.measurements import MeasurementNoise, Measurements
 from coupling.identification.static.suspicions import CommonLoss, MovedPoint
 from coupling.identification.verdict import ParameterVerdict
+from coupling.robot.parameters import RobotParameter
 from elastic_robot.description import Robot
 
 # A robot that is off by more than so many times what the start file is is not written.
@@ -22,7 +23,7 @@ _WORSE = 1.2
 
 
 @dataclass(frozen=True)
-class IdentifiedParameter(ParameterVerdict):
+class IdentifiedParameter(ParameterVerdict[RobotParameter]):
     """A parameter and what the measurements say of it: a stiffness [N m/rad], or a backlash.
 
     Attributes:

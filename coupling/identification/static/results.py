@@ -45,14 +45,12 @@ def figures(found: Identification) -> IdentifiedResult:
         ),
         parameters=[
             IdentifiedParameterResult.of(
-                own,
-                unit=unit_of(own.name),
-                start=None if own.name in found.added else own.start,
+                parameter,
+                start=None if parameter.name in found.added else parameter.start,
                 written=value,
-                identified=own.identifiable,
-                added=own.name in found.added,
+                added=parameter.name in found.added,
             )
-            for own, value in zip(found.parameters, written, strict=True)
+            for parameter, value in zip(found.parameters, written, strict=True)
         ],
         further=[_further(own) for own in found.further],
         alike=[
