@@ -7,6 +7,9 @@ from typing import Generic, Protocol, TypeVar
 
 from scipy.stats import t as student
 
+from coupling.results.base import finite
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
+
 # What a robot file says beside a value that is not identified.
 KEPT = "NOT IDENTIFIED, start value kept"
 
@@ -73,6 +76,36 @@ class ParameterVerdict(Generic[Named]):
     def identifiable(self) -> bool:
         """Whether the measurements identify it."""
         return not self.reason
+
+    def result(
+        self,
+        written: float | None,
+        is_added: bool = False,
+        term: str | None = None,
+        support: EvidenceResult | None = None,
+    ) -> ParameterResult:
+        """Return what is stored of it.
+
+        Args:
+            written: Value in the robot file that is made, in its unit; None where that has none.
+            is_added: Whether the start file does not have it.
+            term: Term of the equations of motion; None where that does not matter.
+            support: Tests of what a robot may be without; None for others.
+        """
+        return ParameterResult(
+            name=self.name,
+            unit=self.unit,
+            start=None if is_added else finite(self.start),
+            value=finite(self.value),
+            low=finite(self.low),
+            high=finite(self.high),
+            written=None if written is None else finite(written),
+            identified=self.identifiable,
+            reason=self.reason,
+            added=is_added,
+            term=term,
+            support=support,
+        )
 
 
 def interval_words(low: float | None, high: float | None) -> str:

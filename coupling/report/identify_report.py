@@ -15,8 +15,8 @@ from coupling.report.identify_figures import (
     residuals,
 )
 from coupling.report.parameter_table import in_digits, parameter_table
-from coupling.report.section import Note, Section, Table, warned
 from coupling.results.identified_result import IdentifiedResult
+from coupling.results.section import Note, Section, Table, warned
 
 _MM = 1e3
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from coupling.report.section import Table
 from coupling.results.parameter_result import ParameterResult
+from coupling.results.section import Table
 
 
 def parameter_table(

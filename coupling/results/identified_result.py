@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from coupling.results.base import From, ResultFile, ResultPart
-from coupling.results.parameter_result import ParameterResult
+from coupling.results.base import ResultFile, ResultPart
+from coupling.results.parameter_result import EvidenceResult, ParameterResult
 from coupling.results.run_result import Three
 
 
@@ -19,24 +19,6 @@ class RmsResult(ResultPart):
     fit: float | None
     left_out: float | None
     written: float | None
-
-
-class EvidenceResult(ResultPart):
-    """What the tests of a tilt or backlash say."""
-
-    F: Annotated[float | None, From("statistic")]
-    probability: float | None
-    left_out_change: Annotated[float | None, From("change")]
-    left_out_change_without_worst: Annotated[float | None, From("trimmed")]
-    supported: bool
-    in_words: str
-
-
-class IdentifiedParameterResult(ParameterResult):
-    """A parameter of the robot."""
-
-    added: bool
-    support: EvidenceResult | None
 
 
 class FurtherResult(EvidenceResult):
@@ -77,7 +59,7 @@ class LoopResult(ResultPart):
     number: int
     fit_m: float | None
     left_out_m: float | None
-    without_hysteresis_m: Annotated[float | None, From("without")]
+    without_hysteresis_m: float | None
 
 
 class MeasuredRowResult(ResultPart):
@@ -100,17 +82,17 @@ class IdentifiedResult(ResultFile):
     converged: bool
     reason: str
     refusal: str
-    rows: Annotated[int, From("measured.count")]
+    rows: int
     rms_m: RmsResult
-    residual_over_deviation: Annotated[float | None, From("intervals.scale")]
-    parameters: tuple[IdentifiedParameterResult, ...]
+    residual_over_deviation: float | None
+    parameters: tuple[ParameterResult, ...]
     further: tuple[FurtherResult, ...]
     condition: float | None
     without_effect: tuple[str, ...]
     unseen: tuple[DirectionResult, ...]
     weak: tuple[DirectionResult, ...]
     alike: tuple[AlikeResult, ...]
-    common_loss: Annotated[CommonLossResult | None, From("loss")]
+    common_loss: CommonLossResult | None
     warnings: tuple[str, ...]
     measurements: Annotated[tuple[MeasuredRowResult, ...], Field(min_length=1)]
     worst: tuple[str, ...]

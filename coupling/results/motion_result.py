@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 from coupling.results.parameter_result import ParameterResult
 
 # What has no link encoder has no figure.
 Figures = tuple[float | None, ...]
-
-
-class MotionParameterResult(ParameterResult):
-    """A number of the robot or its encoders."""
-
-    term: Annotated[str, From("parameter.term")]
 
 
 class WindUpShareResult(ResultPart):
@@ -30,11 +22,11 @@ class RecordingResult(ResultPart):
     name: str
     held_out: bool
     rows: int
-    wind_up_rad: Annotated[Figures, From("wind_up")]
-    wind_up_without_lines_rad: Annotated[Figures, From("without_lines")]
-    wind_up_lag_alone_rad: Annotated[Figures, From("lag_alone")]
-    torque_relative: Annotated[Figures, From("torque")]
-    slow_torque_relative: Annotated[Figures, From("slow_torque")]
+    wind_up_rad: Figures
+    wind_up_without_lines_rad: Figures
+    wind_up_lag_alone_rad: Figures
+    torque_relative: Figures
+    slow_torque_relative: Figures
     time: tuple[float, ...]
     measured_wind_up: tuple[tuple[float, ...], ...]
     left_wind_up: tuple[tuple[float, ...], ...]
@@ -72,7 +64,7 @@ class MotionResult(ResultFile):
     blocks: int
     remarks: tuple[str, ...]
     joints: tuple[int, ...]
-    parameters: tuple[MotionParameterResult, ...]
+    parameters: tuple[ParameterResult, ...]
     recordings: tuple[RecordingResult, ...]
     lines: tuple[LinesResult, ...]
     slow_error_rad: Figures

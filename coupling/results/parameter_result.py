@@ -1,14 +1,25 @@
-"""What is written of every estimated parameter."""
+"""What is stored of every estimated parameter."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from coupling.results.base import ResultPart
 
-from coupling.results.base import From, ResultPart
+
+class EvidenceResult(ResultPart):
+    """What the tests of a tilt or backlash say."""
+
+    F: float | None
+    probability: float | None
+    left_out_change: float | None
+    left_out_change_without_worst: float | None
+    supported: bool
+    in_words: str
 
 
 class ParameterResult(ResultPart):
     """An estimated parameter; None is infinite, not fitted, or not in the start or the new file."""
+
+    sparse = ("term", "support")
 
     name: str
     unit: str
@@ -17,5 +28,8 @@ class ParameterResult(ResultPart):
     low: float | None
     high: float | None
     written: float | None
-    identified: Annotated[bool, From("identifiable")]
+    identified: bool
     reason: str
+    added: bool = False
+    term: str | None = None
+    support: EvidenceResult | None = None

@@ -14,9 +14,9 @@ from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
 from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.verdict import ParameterVerdict
+from coupling.results.base import finite
 from coupling.results.motion_result import (
     LinesResult,
-    MotionParameterResult,
     MotionResult,
     RecordingResult,
     TermResult,
@@ -37,7 +37,7 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         remarks=found.remarks,
         joints=tuple(i + 1 for i in first.moved.recording.with_link),
         parameters=tuple(
-            MotionParameterResult.of(verdict, written=_written(verdict))
+            verdict.result(_written(verdict), term=verdict.parameter.term)
             for verdict in found.parameters
         ),
         recordings=tuple(_recording(one) for one in found.residuals),
@@ -46,13 +46,14 @@ def motion_figures(found: MotionIdentification) -> MotionResult:
         ),
         slow_error_rad=_all(found.slow_error),
         terms=tuple(
-            TermResult.of(
-                own,
-                joint=own.joint + 1,
-                wind_up_rad=_all(own.wind_up),
-                likelier=_known(own.likelier),
+            TermResult(
+                term=term.term,
+                joint=term.joint + 1,
+                wind_up_rad=(finite(term.wind_up[0]), finite(term.wind_up[1])),
+                torque_relative=term.torque,
+                likelier=finite(term.likelier),
             )
-            for own in found.terms
+            for term in found.terms
         ),
     )
 
@@ -67,9 +68,10 @@ def _written(verdict: ParameterVerdict[MotionParameter]) -> float | None:
 def _recording(one: RecordingResiduals) -> RecordingResult:
     recording = one.moved.recording
     linked = recording.with_link
-    return RecordingResult.of(
-        one,
-        recording,
+    return RecordingResult(
+        name=recording.name,
+        held_out=one.held_out,
+        time=tuple(recording.time.tolist()),
         rows=len(recording.time),
         wind_up_rad=_all(one.wind_up),
         wind_up_without_lines_rad=_all(one.without_lines),
@@ -102,11 +104,7 @@ def _columns(values: np.ndarray) -> tuple[tuple[float, ...], ...]:
 
 
 def _all(values: np.ndarray | Sequence[float]) -> tuple[float | None, ...]:
-    return tuple(map(_known, np.asarray(values).tolist()))
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    return tuple(map(finite, np.asarray(values).tolist()))
 
 
 def moved_text(
