@@ -9,7 +9,7 @@ import pytest
 from pages import drawn_in
 
 from coupling.files.robot_file import load_robot, robot_numbers
-from coupling.identification.motion.moved_robot import MovedRobot
+from coupling.identification.motion.driven_fmu import DrivenFmu
 from docs.scripts.motion_recovery import arm, recorded
 
 # The arm of the recordings, up to a fifth off.
@@ -58,7 +58,7 @@ inertia = [1.0, 1.0, 1.0]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder, rng = tmp_path_factory.mktemp("motion"), np.random.default_rng(9)
-    with MovedRobot(arm()) as fmu:
+    with DrivenFmu(arm()) as fmu:
         for name in ("one", "two"):
             recording = recorded(fmu, arm(), rng)
             names = [f"{what}[{i}]" for what in ("motor", "motor_torque", "link") for i in (1, 2)]
