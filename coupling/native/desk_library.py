@@ -50,4 +50,5 @@ def loaded_library() -> ctypes.CDLL:
     for name in ("er_desk_create", "er_desk_create_plain", "er_link_iterations_create"):
         getattr(library, name).restype = ctypes.c_void_p
     library.er_link_iterations_improve.restype = ctypes.c_bool
+    library.er_drive_fit_value.restype = ctypes.c_double
     return library
