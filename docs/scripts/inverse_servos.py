@@ -11,6 +11,7 @@ from coupling.case.case import Case
 from coupling.files.robot_file import find_robot
 from coupling.path.deviation import Deviation, measure
 from coupling.run.execute import Run
+from coupling.run.plant import PLANT_REPLAY
 from docs.scripts.experiment import results, um
 from docs.scripts.robots_with_backlash import FANUC_HOME, MIXED, kept, with_backlash
 from docs.scripts.runs import compensated, example
@@ -84,12 +85,18 @@ def servos() -> str:
         return compensated(case("ideal", {"drive": "servo"})), compensated(case("servo", _WRONG))
 
     def plant(run: Run) -> str:
-        assert run.plant is not None
-        return _both(run.plant.deviation())
+        replay = run.of(PLANT_REPLAY)
+        assert replay is not None
+        return _both(replay.deviation())
 
     def worst(name: str) -> Callable[[tuple[Run, Run]], str]:
         return lambda runs: um(
-            max(own.deviation.maximum for own in runs[1].robustness if own.name.startswith(name)), 3
+            max(
+                replay.deviation.maximum
+                for replay in runs[1].robustness
+                if replay.name.startswith(name)
+            ),
+            3,
         )
 
     return results(

@@ -14,7 +14,6 @@ from coupling.case.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
 from coupling.run.tooth_passing import DeviationParts
 from docs.scripts.experiment import Curve, add_curves, results
 from docs.scripts.page import fill, finish, table
@@ -179,14 +178,14 @@ def compensation_table(corrected: Mapping[int, Milled]) -> str:
     """Return what the inverse of the moving robot leaves, as Markdown."""
     rows = []
     for speed, run in corrected.items():
-        deviations, parts = Deviations.of(run.run), left(run)
+        parts = left(run)
         slot = run.in_cut
         across = parts.highest[slot, 1].max(), parts.lowest[slot, 1].min()
         rows.append(
             (
                 _spindle(speed),
-                f"{_UM * deviations.before.maximum:.0f}",
-                f"{_UM * deviations.after.maximum:.2f}",
+                f"{_UM * run.run.deviation(run.run.before).maximum:.0f}",
+                f"{_UM * run.run.deviation(run.run.correction.achieved).maximum:.2f}",
                 f"{_UM * np.linalg.norm(parts.slow, axis=1).max():.2f}",
                 f"{_UM * np.linalg.norm(parts.ripple, axis=1).max():.2f}",
                 f"{_UM * across[1]:+.2f} to {_UM * across[0]:+.2f}",

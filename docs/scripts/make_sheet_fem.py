@@ -10,7 +10,7 @@ import numpy as np
 from coupling.case.case import Case
 from coupling.report import workpiece_figures
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
 from docs.scripts import runs, sheet_studies
 from docs.scripts.experiment import Page
 from docs.scripts.page import table
@@ -30,10 +30,10 @@ def example() -> str:
 
 
 def _verdict(run: Run) -> str:
-    found, deviations = run.correction, Deviations.of(run)
+    found, shares = run.correction, shares_of(run)
     each = run.durations["compensate"] / found.evaluations
-    before, after = 1e6 * deviations.before.maximum, 1e6 * deviations.after.maximum
-    gravity, process = 1e6 * deviations.gravity.maximum, 1e6 * deviations.process.maximum
+    before, after = (1e6 * run.deviation(path).maximum for path in (run.before, found.achieved))
+    gravity, process = 1e6 * shares.gravity.maximum, 1e6 * shares.process.maximum
     return (
         f"Verdict: {found.reason}; {found.evaluations} evaluations of the process, {each:.0f} s"
         " each including the robot's simulation.\n"
@@ -76,8 +76,9 @@ def cell() -> str:
     run = compensated(case)
     rows = []
     for tool, name in enumerate(run.robots):
-        own = Deviations.of(run, tool)
-        figures = (f"{1e6 * own.before.maximum:.0f} um", f"{1e6 * own.after.maximum:.1f} um")
+        before = run.deviation(run.before, tool)
+        after = run.deviation(run.correction.achieved, tool)
+        figures = (f"{1e6 * before.maximum:.0f} um", f"{1e6 * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
     rows.append(("gap", *gap_ranges(run), ""))
     found = run.correction

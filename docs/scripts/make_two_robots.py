@@ -10,7 +10,8 @@ import plotly.graph_objects as go
 from coupling.case.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.execute import Run
-from coupling.run.figures import Deviations
+from coupling.run.figures import shares_of
+from coupling.run.path_checks import TOOL_GAP
 from docs.scripts.experiment import Curve, add_curves
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
@@ -49,9 +50,10 @@ def tools(case: Case) -> go.Figure:
 
 def gap(run: Run) -> go.Figure:
     """Draw the gap over time, before and after."""
-    assert run.gap is not None
-    time, commanded = run.gap.time, run.gap.commanded
-    openings = (("before", run.gap.before, BEFORE), ("after", run.gap.after, AFTER))
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
+    time, commanded = gap.time, gap.commanded
+    openings = (("before", gap.before, BEFORE), ("after", gap.after, AFTER))
     curves = [
         Curve(name, time, _MM * (commanded + opening), color) for name, opening, color in openings
     ]
@@ -79,13 +81,15 @@ def deviations(run: Run) -> go.Figure:
 
 def figure_table(run: Run) -> str:
     """Return deviations of both robots and the gap, as Markdown."""
-    assert run.gap is not None
+    gap = run.of(TOOL_GAP)
+    assert gap is not None
     rows = []
     for tool, name in enumerate(run.robots):
-        own = Deviations.of(run, tool)
-        figures = (f"{_UM * own.before.maximum:.0f} um", f"{_UM * own.after.maximum:.1f} um")
+        before = run.deviation(run.before, tool)
+        after = run.deviation(run.correction.achieved, tool)
+        figures = (f"{_UM * before.maximum:.0f} um", f"{_UM * after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), ""))
+    rows.append((f"gap, commanded {_MM * gap.commanded:.3f} mm", *gap_ranges(run), ""))
     return table(("", "before, max", "after, max", "peak force"), rows)
 
 
@@ -102,7 +106,7 @@ def write() -> None:
         evaluations=run.correction.evaluations,
         table=figure_table(run),
         verdict=f"Verdict: {run.correction.reason}.",
-        gravity=_UM * Deviations.of(run).gravity.maximum,
+        gravity=_UM * shares_of(run).gravity.maximum,
     )
 
 

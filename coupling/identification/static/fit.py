@@ -82,7 +82,13 @@ class StaticExperiment:
 
 @dataclass(frozen=True)
 class StaticTrial:
-    """A prediction at values of p, in its units, (P,), and half the squares that it leaves [1]."""
+    """A prediction that was tried.
+
+    Attributes:
+        values: Values of p, in its units, (P,).
+        prediction: Prediction there.
+        cost: Half the squares that it leaves [1].
+    """
 
     values: np.ndarray
     prediction: Prediction
