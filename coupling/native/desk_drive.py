@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,8 +14,6 @@ from coupling.native.desk_robot import address, finite_numbers, numbers
 _QUARTERS, _FINE, _HALVES = 5, 16, 2
 # Misses of which an equation knows.
 _MISSES = 3
-# er_fit_outcome of desk/drive_fit.h.
-_NOT_POSITIVE, _NO_MEMORY = 1, 2
 
 
 @dataclass(frozen=True)
@@ -285,14 +284,19 @@ class DeskFit:
 
         Raises:
             LinAlgError: If the matrix is not positive definite.
-            MemoryError: If it does not fit into memory.
         """
         unknowns, step = self._drive.unknowns(coefficients, misses), np.empty(self._size)
-        call = self._library.er_drive_fit_step
-        start, strength = map(address, unknowns), ctypes.c_double(damping)
-        outcome = call(ctypes.byref(self._struct), *start, strength, address(step))
-        if outcome == _NO_MEMORY:
-            raise MemoryError("the equations of a drive do not fit into memory")
-        if outcome == _NOT_POSITIVE:
+        solved = self._library.er_drive_fit_step(
+            ctypes.byref(self._struct),
+            *map(address, unknowns),
+            ctypes.c_double(damping),
+            address(self._work),
+            address(step),
+        )
+        if not solved:
             raise np.linalg.LinAlgError("the equations of a drive are not positive definite")
         return step
+
+    @cached_property
+    def _work(self) -> np.ndarray:
+        return np.empty(self._library.er_drive_fit_room(ctypes.byref(self._struct)))

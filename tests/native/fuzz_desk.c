@@ -90,7 +90,7 @@ static void draw_drive(bool wild)
     const size_t sizes[] = {pieces - 1, pieces, 4 * pieces, sines, sines, sines, 5 * parts * (degree + 1), degree + 1,
                             160, 4 * steps + 1, 2 * steps, steps, steps, count + degree - 2, conditions * (degree + 1),
                             conditions, 5 * steps, 2 * steps, 10 * steps};
-    double *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
+    double *work, *numbers[19], *coefficients = draw_numbers(count + degree, wild), *misses = draw_numbers(steps + 1, wild);
     double *step = draw_numbers(size, false), *wind_up = draw_numbers(5 * steps, false);
     double *defects = draw_numbers(steps, false), *rows = draw_numbers(steps * (degree + 5), false);
     unsigned char *free_ones = malloc(size);
@@ -109,7 +109,9 @@ static void draw_drive(bool wild)
     er_gear_defects(drive, coefficients, misses, defects);
     er_gear_rows(drive, coefficients, misses, rows);
     er_drive_fit_value(&fit, coefficients, misses);
-    er_drive_fit_step(&fit, coefficients, misses, draw_input(), step);
+    work = draw_numbers((size_t)er_drive_fit_room(&fit), wild);
+    er_drive_fit_step(&fit, coefficients, misses, draw_input(), work, step);
+    free(work);
     for (int k = 0; k < count_of_arrays; k++)
         free(numbers[k]);
     free(coefficients), free(misses), free(step), free(wind_up), free(defects), free(rows), free(free_ones), free(first);

@@ -26,15 +26,12 @@ typedef struct {
 /* Half the sum of squares [rad^2]. */
 ER_EXPORT double er_drive_fit_value(const er_drive_fit *fit, const double *coefficients, const double *misses);
 
-typedef enum {
-    ER_FIT_DONE,
-    ER_FIT_NOT_POSITIVE, /* the matrix */
-    ER_FIT_NO_MEMORY
-} er_fit_outcome;
+/* Numbers that a step works with. */
+ER_EXPORT int64_t er_drive_fit_room(const er_drive_fit *fit);
 
 /* Fills in the step of all unknowns [rad], (groups (parts + 1)), that solves the linearised least squares, changes of
- * the command's bends weighted by `damping`. */
-ER_EXPORT int32_t er_drive_fit_step(const er_drive_fit *fit, const double *coefficients, const double *misses,
-                                    double damping, double *step);
+ * the command's bends weighted by `damping`; false if the matrix is not positive definite.  `work` is overwritten. */
+ER_EXPORT bool er_drive_fit_step(const er_drive_fit *fit, const double *coefficients, const double *misses,
+                                 double damping, double *work, double *step);
 
 #endif
