@@ -17,7 +17,6 @@ from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
 from coupling.files.written_files import claimed, is_of_kind
-from coupling.process.base import EVALUATIONS
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunState, StoredAnswer
 from coupling.run.stored_run import RESULT, RUN
@@ -83,7 +82,7 @@ class RunLog:
                     self._write(warnings=(*content.warnings, text))
 
     def finish(self, durations: Mapping[str, float]) -> None:
-        """Say that all files are there.
+        """Say that all files are written.
 
         Args:
             durations: Wall time by part [s].
@@ -91,10 +90,6 @@ class RunLog:
         Raises:
             OSError: If it cannot be written.
         """
-        folder = self._file.parent
-        for file in folder.rglob("*"):
-            if file.is_file() and not file.is_relative_to(folder / EVALUATIONS):
-                _sync(file)
         self._write(state="finished", waiting=None, durations_s=dict(durations))
 
     def stop(self, error: BaseException) -> None:
@@ -145,8 +140,3 @@ def is_to_go_on(folder: Path, kind: str, case: Path) -> bool:
     with suppress(ResultError):
         return RunResult.read(folder / RESULT, ResultError).outcome == Outcome.PROCESS_FAILED
     return False
-
-
-def _sync(file: Path) -> None:
-    with file.open("rb") as stream, suppress(OSError):
-        os.fsync(stream.fileno())

@@ -79,7 +79,7 @@ def results(
 
 
 def um(length: float, digits: int) -> str:
-    """Return a length [m] in micrometres, without an exponent."""
+    """Return a length [m] in micrometres, from a nanometre to a decimetre without an exponent."""
     return f"{float(f'{1e6 * length:.{digits}g}'):g}"
 
 

@@ -91,7 +91,12 @@ def servos() -> str:
 
     def worst(name: str) -> Callable[[tuple[Run, Run]], str]:
         return lambda runs: um(
-            max(own.deviation.maximum for own in runs[1].robustness if own.name.startswith(name)), 3
+            max(
+                replay.deviation.maximum
+                for replay in runs[1].robustness
+                if replay.name.startswith(name)
+            ),
+            3,
         )
 
     return results(

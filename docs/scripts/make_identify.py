@@ -15,7 +15,7 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
@@ -119,7 +119,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         noise = POSITION * rng.normal(size=exact.deflection.shape)
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
-        fit = fitted(start, rows, "backlash", noise_given)
+        fit = fit_static(start, rows, "backlash", noise_given)
         sure = intervals(fit.problem, fit.weight, fit.values, known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)

@@ -146,7 +146,12 @@ def moved_text(
         raise IdentifyError(f"{target}: not written: {found.refusal}")
     of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
     entries = [
-        FileEntry(result.name, result.value if result.identified else None, _remark(result))
+        FileEntry(
+            result.name,
+            result.value if result.identified else None,
+            _remark(result),
+            interval=(result.low, result.high),
+        )
         for result in figures.parameters
         if result.name in of_robot
     ]

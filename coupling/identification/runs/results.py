@@ -109,7 +109,12 @@ def learned_text(found: Learned, target: Path) -> str:
     start = found.sources[0].file
     measured = " and ".join(source.measured.name for source in found.sources)
     entries = [
-        FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
+        FileEntry(
+            own.name,
+            None if own.written == own.start else own.written,
+            remark(own),
+            interval=(own.low, own.high),
+        )
         for own in found.parameters
     ]
     before, after = found.left

@@ -169,6 +169,7 @@ def identified_text(found: Identification, start: Path, target: Path, source: st
             value if parameter.identifiable else None,
             _remark(parameter) + _shape(found, parameter),
             parameter.name in found.added,
+            (parameter.low, parameter.high),
         )
         for parameter, value in zip(found.parameters, written, strict=True)
         if parameter.parameter.kind != "slip_angle"
