@@ -26,6 +26,8 @@ from elastic_robot.description import Robot
 
 # Places along a path that are looked at.
 _PLACES = 40
+# Places along each side of the part's map.
+_GRID = 9
 _AXES = "xyz"
 
 
@@ -105,7 +107,7 @@ def modes_of_case(case: Case, measured: Sequence[MeasuredResponse] = ()) -> Mode
         measured,
     )
     in_base = placed.world_from_base.inverse() @ case.task.part
-    grid = PartGrid.around(placed.description, in_base, places.path, places.q)
+    grid = PartGrid.around(placed.description, in_base, places.path, places.q, _GRID)
     over_part = _over_part(HeldRobot(placed.description, placed.torque_curve), grid, modes[softest])
     return ModesAnalysis(modes[softest], result.model_copy(update={"part": over_part}))
 

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.cut_stability import CutStability
 from coupling.results.run_result import GearResult
 
 
@@ -21,7 +22,7 @@ class DemandsResult(ResultPart):
 class SettingResult(ResultPart):
     """What one setting comes to."""
 
-    sparse: ClassVar = ("file",)
+    sparse: ClassVar = ("file", "stability")
 
     file: str | None = None
     setting: dict[str, float]
@@ -35,6 +36,7 @@ class SettingResult(ResultPart):
     rate_share: float
     motor_share: float = 0.0
     gears: tuple[GearResult, ...]
+    stability: CutStability | None = None
 
 
 class MapResult(ResultPart):

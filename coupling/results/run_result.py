@@ -10,6 +10,7 @@ from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
 from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.cut_stability import CutStability
 from coupling.results.forecast import RunForecast
 from coupling.results.outlook import WorstReplay
 
@@ -296,7 +297,7 @@ class RunResult(ResultFile):
     """Figures of a run; docs/run_folder.md says what they are."""
 
     what = "the figures of a run"
-    sparse: ClassVar = ("pinch_gap_m",)
+    sparse: ClassVar = ("pinch_gap_m", "stability")
 
     case: str
     kind: Kind
@@ -315,6 +316,7 @@ class RunResult(ResultFile):
     shares_m: SharesResult
     robustness: tuple[ReplayResult, ...]
     outlook: WorstReplay | None = None
+    stability: CutStability | None = None
     forecast: RunForecast | None = None
     plant: PlantResult | None
     backlash_reversals: tuple[ReversalResult, ...] | None

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from coupling.case.case import Case
-from coupling.errors import SimulationError
+from coupling.errors import PlanningError, SimulationError, StabilityError
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
@@ -18,6 +18,7 @@ from coupling.path.joint_path import JointPath
 from coupling.path.path_ends import ends_in_motion
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
+from coupling.results.cut_stability import CutStability
 from coupling.results.forecast import RunForecast
 from coupling.results.outlook import DrawnReplays, Replay
 from coupling.results.run_result import DriveMotion, Kind
@@ -44,6 +45,7 @@ from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
 from coupling.solve.outcome import Outcome
+from coupling.stability.path_stability import stability_in_brief
 from elastic_robot.fmi.interface import IDEAL, Mode
 
 
@@ -91,6 +93,7 @@ class Run:
             was.
         drawn: Deviations under the corrected command on robots and under forces drawn from the ranges
             that their sources state.
+        stability: Whether a milling cut chatters; None of other processes.
     """
 
     kind: Kind
@@ -115,6 +118,7 @@ class Run:
     noise: ForceNoise | None = None
     forecast: RunForecast | None = None
     drawn: DrawnReplays = field(default_factory=DrawnReplays)
+    stability: CutStability | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -229,6 +233,8 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         with _timed("motors", durations):
             motors = _motors(cell, models, correction)
             correction = _within_motors(case, kind, correction, motors)
+        with _timed("stability", durations):
+            stability, unknown = _stability(case)
         with _timed("gears", durations):
             loads = at_samples(correction.response.wrench, correction.achieved, case.desired)
             gears = diagnose_robots(
@@ -257,6 +263,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 *moving,
                 *remarks(case, loads),
                 *case.task.remarks,
+                *unknown,
                 *(() if noise is None else noise.remarks),
             ),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
@@ -265,7 +272,16 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             durations=durations,
             repeatability=repeated,
             noise=noise,
+            stability=stability,
         )
+
+
+def _stability(case: Case) -> tuple[CutStability | None, tuple[str, ...]]:
+    """Return whether a milling cut chatters, or why that is not known, which spoils no result."""
+    try:
+        return stability_in_brief(case), ()
+    except (PlanningError, StabilityError) as error:
+        return None, (f"whether the cut chatters is not known: {error}",)
 
 
 def _of_program(cell: Cell, correction: Correction) -> Correction:
