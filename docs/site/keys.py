@@ -1,7 +1,8 @@
 """Pages with every key of case and robot files: types from the schemas, meaning from the pages.
 
-The meaning of a key stands once, in a row of a table of docs/case_file.md, robot_file.md,
-export.md, place.md, milling.md or study.md.  A key without one is an error, so that neither can go without the other.
+The meaning of a key stands once, in a row of a table of docs/case_file.md, robot_file.md, export.md,
+place.md, milling.md or study.md.  A key without one is an error, so that neither can go without the
+other.
 """
 
 from __future__ import annotations
