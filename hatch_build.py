@@ -59,8 +59,8 @@ class Wheel(BuildHookInterface):  # type: ignore[type-arg]
 
     def _libraries(self) -> dict[str, str]:
         sys.path.insert(0, self.root)
-        from coupling.fmu_export.compiler import PLATFORMS
-        from coupling.fmu_export.core_library import (
+        from coupling.native.compiler import PLATFORMS
+        from coupling.native.core_library import (
             SHIPPED,
             core_libraries,
             library_name,

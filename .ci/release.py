@@ -91,14 +91,14 @@ def check_content(sdist: Path, wheel: Path) -> None:
     Raises:
         ReleaseError: If something is missing.
     """
-    from coupling.fmu_export.compiler import PLATFORMS
-    from coupling.fmu_export.core_library import library_name
+    from coupling.native.compiler import PLATFORMS
+    from coupling.native.core_library import library_name
 
     with zipfile.ZipFile(wheel) as archive:
         packed = set(archive.namelist())
     with tarfile.open(sdist) as archive:
         sources = {name.partition("/")[2] for name in archive.getnames()}
-    libraries = "elastic_robot/coupling/fmu_export/libraries"
+    libraries = "elastic_robot/coupling/native/libraries"
     expected = {f"{libraries}/{library_name(platform)}" for platform in PLATFORMS.values()}
     _all_in(expected, packed, wheel)
     # What else the wheel is made of, FMUs are tried with below.

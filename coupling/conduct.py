@@ -13,7 +13,7 @@ from coupling.report.run_report import write_pages
 from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.kept_process import kept_process
-from coupling.run.logged_folder import logged_folder
+from coupling.run.new_folder import logged_folder
 from coupling.run.stored_run import StoredRun, read_run
 
 

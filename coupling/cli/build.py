@@ -78,7 +78,8 @@ def ssp(
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
     from coupling.case.file import load_case
-    from coupling.run.ssp import SspSystem
+    from coupling.fmu_export.ssp import SspSystem
+    from coupling.run.execute import coupled_path
 
     require_output(output, ".ssp", BuildError)  # before the work that would be lost
     loaded = load_case(case)
@@ -87,14 +88,14 @@ def ssp(
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)
     console.print("Simulating what the step costs")
-    for line in system.costs():
+    for line in system.costs(coupled_path(loaded)):
         console.print(line)
 
 
 def _requested(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
     from coupling.fmu_export.build import platform_names
-    from coupling.fmu_export.core_library import is_ready, platforms_named, usual_platforms
+    from coupling.native.core_library import is_ready, platforms_named, usual_platforms
 
     if kind != "native":
         return platform_names(platforms or "")

@@ -53,6 +53,7 @@ def learn(
     """Learn backlash, stiffness and damping from measured runs, and compute the next command."""
     from coupling.cli.fitted import robot_target, write_findings, write_robot
     from coupling.conduct import conduct
+    from coupling.files.atomic_folder import require_free
     from coupling.files.toml_file import load_toml
     from coupling.identification.next.inputs import next_case_text
     from coupling.identification.runs.learning import LearnOptions
@@ -64,7 +65,7 @@ def learn(
     from coupling.run.console import RunView
     from coupling.run.execute import run_compensation
     from coupling.run.models import Models
-    from coupling.run.new_folder import require_free
+    from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
 
     pairs = pairs_of(runs)
@@ -77,7 +78,7 @@ def learn(
     case = target.with_name(f"{target.stem}_case.toml")
     require_output(case, ".toml", LearnError)
     if not no_next:  # before the work that would be lost
-        require_free(folder, overwrite or is_to_go_on(folder, "compensate", case))
+        require_free(folder, RUN_FOLDER, overwrite or is_to_go_on(folder, "compensate", case))
     sources = [read_source(folder, read_measurement(file)) for folder, file in pairs]
     start = sources[0].file
     if start.resolve() == target.resolve():

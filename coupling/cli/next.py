@@ -216,7 +216,7 @@ def _advance(
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
     from coupling.conduct import conduct
-    from coupling.files.atomic_folder import exclusively
+    from coupling.files.atomic_folder import exclusively, require_free
     from coupling.identification.next.command import plan
     from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
@@ -233,13 +233,13 @@ def _advance(
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.models import Models
-    from coupling.run.new_folder import require_free
+    from coupling.run.new_folder import RUN_FOLDER
     from coupling.run.run_log import is_to_go_on
 
     pairs = pairs_of(runs)
     place = inputs_folder(output)
     goes_on = is_to_go_on(output, "compensate", place / CASE)
-    require_free(output, overwrite or goes_on)  # before the work that would be lost
+    require_free(output, RUN_FOLDER, overwrite or goes_on)  # before the work that would be lost
     require_inputs_folder(place)
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those of the measured runs")

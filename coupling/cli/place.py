@@ -40,7 +40,7 @@ def place(
     from coupling.report.terminal import print_sections
     from coupling.run.console import RunView
     from coupling.run.kept_process import kept_process
-    from coupling.run.logged_folder import logged_folder
+    from coupling.run.new_folder import logged_folder
 
     folder = output or Path("results", f"{case.stem}_placed")
     objective = _objective(optimise)

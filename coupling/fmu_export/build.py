@@ -10,17 +10,14 @@ from pathlib import Path
 from types import MappingProxyType
 
 from coupling.errors import BuildError, one_of
-from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, FmiStandard
 from coupling.fmu_export.python_fmu import build_python_fmu
 from coupling.fmu_export.python_host import without_host
+from coupling.native.compiler import PLATFORMS
+from coupling.robot.robot_fmu import DEFAULT_KIND, FMU_KINDS
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME
-
-# Kind of FMU that is built unless another one is asked for.
-DEFAULT_KIND = "native"
-
 
 # What outputs are declared to follow: at a communication point (in co-simulation none of the inputs), or
 # over the step before it, as directional derivatives do.
@@ -32,7 +29,7 @@ class BuildOptions:
     """How an FMU is built.
 
     Attributes:
-        kind: One of KINDS.
+        kind: One of FMU_KINDS.
         platforms: Names of the platforms that it has libraries for; none: this machine, and with
             kind python those that PythonFMU brings.
         sources: Whether the C sources of a native FMU are packed as well.
@@ -64,7 +61,7 @@ class BuildOptions:
 
     def __post_init__(self) -> None:
         for what, name, known in (
-            ("kind", self.kind, KINDS),
+            ("kind", self.kind, FMU_KINDS),
             ("FMI version", self.fmi, STANDARDS),
             ("dependencies", self.dependencies, DEPENDENCIES),
         ):

@@ -10,15 +10,15 @@ from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date, write_fmu
-from coupling.fmu_export.compiler import SOURCES, host_platform
-from coupling.fmu_export.core_library import core_libraries, platforms_named
 from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
-from coupling.robot.robot_text import robot_text
+from coupling.native.compiler import SOURCES, host_platform
+from coupling.native.core_library import core_libraries, platforms_named
+from coupling.native.robot_text import robot_text
 from coupling.robot.unpacked_robot import NATIVE
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks

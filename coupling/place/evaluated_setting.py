@@ -13,12 +13,12 @@ import tomlkit
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError, StabilityError
-from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
 from coupling.results.cut_stability import CutStability
+from coupling.results.gear_result import GearDiagnosis
 from coupling.run.gear_loads import diagnose_robots, wanted_of
 from coupling.stability.path_stability import stability_in_brief
 
@@ -57,7 +57,7 @@ class EvaluatedSetting:
         cut = self.stability
         if cut is not None and not cut.stable:
             return np.inf
-        return 0.0 if cut is None or cut.limit_m is None else cut.depth_m / cut.limit_m
+        return 0.0 if cut is None else cut.depth_m / cut.limit_m
 
 
 def evaluate_setting(

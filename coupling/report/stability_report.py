@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, QUIET
 from coupling.report.document import document
 from coupling.report.modes_report import in_joints, part_map
-from coupling.report.section import Note, Section, Table
 from coupling.report.style import drawn, row, rows, rule
 from coupling.results.modes_result import Grid
+from coupling.results.section import Note, Section, Table
 from coupling.results.stability_result import ChartResult, StabilityPoint, StabilityResult
 
 _MM = 1e3
@@ -130,7 +130,8 @@ def chart_figure(chart: ChartResult, programmed: StabilityPoint) -> go.Figure:
     ]
     if chart.robot_alone_m == chart.zero_order_m:
         lines = lines[:2]
-    highest = _top([chart.limit_m], programmed.depth_m)
+    finite = [limit for limit in chart.limit_m if limit is not None]
+    highest = _top(finite, programmed.depth_m)
     traces: list[dict[str, object]] = [
         {
             **row(1),
@@ -166,10 +167,9 @@ def chart_figure(chart: ChartResult, programmed: StabilityPoint) -> go.Figure:
     return drawn(traces, 520, **axes)
 
 
-def _top(limits: Sequence[tuple[float | None, ...]], depth: float) -> float:
+def _top(limits: Sequence[float], depth: float) -> float:
     """Return where the axis of depths ends [mm]: the limits' upper part is of no use."""
-    values = np.array([v for each in limits for v in each if v is not None])
-    middle = float(np.quantile(values, 0.9)) if len(values) else 2.0 * depth
+    middle = float(np.quantile(limits, 0.9)) if limits else 2.0 * depth
     return 1.1 * _MM * max(middle, 1.3 * depth)
 
 
@@ -177,7 +177,7 @@ def path_figure(points: Sequence[StabilityPoint]) -> go.Figure:
     """Draw depth and limit along the path."""
     time = [point.time or 0.0 for point in points]
     depth = np.array([_MM * point.depth_m for point in points])
-    limit = np.array([np.nan if p.limit_m is None else _MM * p.limit_m for p in points])
+    limit = _MM * np.array([p.limit_m if np.isfinite(p.limit_m) else np.nan for p in points])
     colours = [AFTER if point.stable else BEFORE for point in points]
     traces = [
         {
@@ -196,7 +196,8 @@ def path_figure(points: Sequence[StabilityPoint]) -> go.Figure:
             "marker": {"color": colours, "size": 6},
         },
     ]
-    top = _top([tuple(p.limit_m for p in points)], float(depth.max()) / _MM)
+    finite = [p.limit_m for p in points if np.isfinite(p.limit_m)]
+    top = _top(finite, float(depth.max()) / _MM)
     upright = {"title": "depth [mm]", "range": [0.0, top]}
     return drawn(traces, 340, xaxis={"title": "time [s]"}, yaxis=upright)
 
@@ -224,5 +225,5 @@ def _millimetres(values: Grid) -> Grid:
     return tuple(tuple(None if v is None else _MM * v for v in line) for line in values)
 
 
-def _mm(depth: float | None) -> str:
-    return "none" if depth is None else f"{_MM * depth:.3g}"
+def _mm(depth: float) -> str:
+    return f"{_MM * depth:.3g}" if np.isfinite(depth) else "none"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from coupling.results.base import ResultPart
+from coupling.results.base import ResultPart, Unbounded
 
 
 class CutStability(ResultPart):
@@ -13,6 +13,6 @@ class CutStability(ResultPart):
     time_s: float | None
     rpm: float
     depth_m: float
-    limit_m: float | None
+    limit_m: Unbounded
     frequency_Hz: float
     growth_1_s: float

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from coupling.results.base import ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart, Unbounded
 from coupling.results.modes_result import Grid
 
 Numbers = tuple[float, ...]
@@ -25,8 +25,8 @@ class StabilityPoint(ResultPart):
     growth_1_s: float
     frequency_Hz: float
     border: Literal["Hopf", "flip", "none"]
-    limit_m: float | None
-    zero_order_m: float | None
+    limit_m: Unbounded
+    zero_order_m: Unbounded
     unloaded_joints: tuple[int, ...]
 
 
@@ -60,8 +60,8 @@ class SensitivityResult(ResultPart):
     """Limit with another robot."""
 
     name: str
-    limit_m: float | None
-    least_m: float | None
+    limit_m: Unbounded
+    least_m: Unbounded
 
 
 class MarchResult(ResultPart):

@@ -27,6 +27,9 @@ from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
 
+# Kinds of a robot's FMU, and the one that is built unless another is asked for.
+FMU_KINDS = ("native", "python")
+DEFAULT_KIND = FMU_KINDS[0]
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.
 _TOLERANCE = 1e-8

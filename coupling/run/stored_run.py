@@ -11,6 +11,7 @@ from typing import get_args
 import numpy as np
 
 from coupling.errors import ResultError, reason_of
+from coupling.files.atomic_folder import unfinished_name
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
@@ -148,8 +149,9 @@ def _read_answers(folder: Path) -> tuple[AnswerResult, ...]:
 
 
 def _read_figures(folder: Path) -> RunResult:
-    unfinished = (folder / RUN).exists()
-    advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
+    logs = (folder / RUN, unfinished_name(folder.resolve()) / RUN)
+    log = next((file for file in logs if file.exists()), None)
+    advice = "name a run folder" if log is None else f"its run has not finished, see {log}"
     return RunResult.read(folder / RESULT, ResultError, advice)
 
 

@@ -106,7 +106,10 @@ def stability_along_path(
             limit_m=_grid(over_part.limit),
             least_m=_grid(over_part.least),
         ),
-        "sensitivities": tuple(SensitivityResult.of(moved) for moved in sensitivities(worst)),
+        "sensitivities": tuple(
+            SensitivityResult(name=moved.name, limit_m=moved.limit, least_m=moved.least)
+            for moved in sensitivities(worst)
+        ),
     }
     if seconds:
         more["march"] = _marched(worst, seconds)
@@ -132,7 +135,7 @@ def _result(cuts: CaseCuts, path: PathStability) -> StabilityResult:
 
 def _point(judgement: Judgement) -> StabilityPoint:
     placed, vibration = judgement.placed, judgement.vibration
-    return StabilityPoint.of(
+    return StabilityPoint(
         time=placed.time,
         posture_deg=tuple(np.rad2deg(placed.q).round(9).tolist()),
         feed_deg=float(np.rad2deg(placed.feed)),

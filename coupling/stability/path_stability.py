@@ -83,7 +83,7 @@ class PathStability:
     def brief(self) -> CutStability:
         """The worst cut, with its sentence."""
         worst, vibration = self.worst, self.worst.vibration
-        return CutStability.of(
+        return CutStability(
             sentence=self.sentence,
             stable=vibration.is_stable,
             time_s=worst.placed.time,

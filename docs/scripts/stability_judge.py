@@ -54,7 +54,8 @@ class JudgedCut:
 
 def judged_cuts(count: int, seed: int = 1) -> list[JudgedCut]:
     """Return cuts whose limit is a border that they are 15 % above or below."""
-    rng, judged = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    judged: list[JudgedCut] = []
     while len(judged) < count:
         cut = _random_cut(rng)
         if cut is not None:

@@ -12,11 +12,11 @@ from places import ROOT
 
 from build_fmu import main
 from coupling.errors import BuildError
-from coupling.fmu_export import compiler, core_library
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
-from coupling.fmu_export.core_library import core_libraries, library_name
 from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native import compiler, core_library
+from coupling.native.compiler import PLATFORMS, CompilerError, compile_library, host_platform
+from coupling.native.core_library import core_libraries, library_name
 
 # Counts its runs, takes its time, and leaves half a library where it is told to fail.
 COMPILER = """
@@ -37,7 +37,7 @@ out.write_text("whole")
 ASK = """
 import sys
 from pathlib import Path
-from coupling.fmu_export.compiler import PLATFORMS, compile_library
+from coupling.native.compiler import PLATFORMS, compile_library
 assert "numpy" not in sys.modules
 here = Path(sys.argv[1])
 command = [sys.executable, str(here / "cc.py")]

@@ -14,9 +14,9 @@ from native_fmu import NativeFmu, run_master
 from places import TESTS
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import PLATFORMS, SOURCES, zig
-from coupling.fmu_export.core_library import core_library
 from coupling.fmu_export.native_standards import STANDARDS
+from coupling.native.compiler import PLATFORMS, SOURCES, zig
+from coupling.native.core_library import core_library
 
 # Root of the emulated system's own libraries (Debian's libc6-arm64-cross).
 AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")

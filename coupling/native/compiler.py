@@ -23,7 +23,7 @@ from pathlib import Path
 
 from coupling.errors import BuildError
 from coupling.files.atomic_file import AtomicFile, writing
-from coupling.fmu_export.cache import cache_folder, compiler_environment
+from coupling.native.cache import cache_folder, compiler_environment
 
 try:
     from filelock import FileLock

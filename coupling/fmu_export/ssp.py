@@ -16,15 +16,15 @@ from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
+from coupling.fmu_export.step_error import StepError, step_errors
+from coupling.fmu_export.step_limit import SHORTEST, StepLimit, postures_in_contact
+from coupling.fmu_export.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
 from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
-from coupling.run.step_error import StepError, coupled_path, step_errors
-from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
-from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.toolpaths.task import Task
 from elastic_robot.fmi.interface import IDEAL, STEP_SIZE
 
@@ -39,7 +39,7 @@ class SspSystem:
 
     Attributes:
         case: The case.
-        interface: Quantities that the process gives to the robot, a name of ANSWERS.
+        interface: Quantities that the process gives to the robot, a name of INTERFACES.
         task: Its task in the frame of the robot's base, which is that of its FMU.
         process: Its process in that frame.
         planned: The drives' motion along the desired path.
@@ -146,13 +146,15 @@ class SspSystem:
             first = "lasting contact is stable at any step"
         return f"{met}, coupled by the force alone: {first}; {touch}"
 
-    def costs(self) -> list[str]:
+    def costs(self, coupled: ToolPath | None) -> list[str]:
         """Return sentences on what the step costs, and a tenth of it: simulated, against the coupling.
+
+        Args:
+            coupled: Path of the coupling, base frame; None where it did not converge.
 
         Raises:
             CouplingError: If the robot cannot be simulated.
         """
-        coupled = coupled_path(self.case)
         if coupled is None:
             return [
                 "what the step costs is not known: the coupling did not converge (couple says why)"

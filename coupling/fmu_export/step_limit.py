@@ -133,7 +133,7 @@ class StepLimit:
                 lasting = 0.0
             elif grown is not None:
                 lasting = brentq(
-                    lambda step, own=posture: own.growth(step) - 1.0,
+                    lambda step, at=posture: at.growth(step) - 1.0,
                     *tries[grown - 1 : grown + 1],
                     rtol=_PRECISION,
                 )

@@ -8,15 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case.case import Case
 from coupling.fmu.stepped import SteppedFmu
+from coupling.fmu_export.system_structure import POSE_UNITS, SPRING_UNITS, WRENCH_UNITS
 from coupling.path.histories import ToolPath
 from coupling.process.force_laws import ForceLaw
-from coupling.run.execute import loop_of
-from coupling.run.models import Models, cell_of
-from coupling.run.system_structure import POSE_UNITS, SPRING_UNITS, WRENCH_UNITS
-from coupling.solve.correction import Uncorrected
-from coupling.solve.outcome import Outcome
 
 _UPPER = np.triu_indices(3)  # xx, xy, xz, yy, yz, zz
 
@@ -38,21 +33,6 @@ class StepError:
         """Return it in words."""
         cost = f"up to {1e6 * self.largest:.2g} um, rms {1e6 * self.rms:.2g} um"
         return f"{1e3 * self.step:g} ms: {cost}"
-
-
-def coupled_path(case: Case) -> ToolPath | None:
-    """Return the path on which a single robot and its process agree, base frame; None: not found.
-
-    Raises:
-        CouplingError: If the robot cannot be simulated.
-    """
-    (robot,) = case.robots
-    with Models("native") as fmus:
-        cell, _ = cell_of(case.robots, fmus)
-        coupled = Uncorrected().correct(loop_of(case, cell), case.motion)
-    if coupled.outcome is not Outcome.CONVERGED:
-        return None
-    return coupled.achieved.transformed(robot.world_from_base.inverse())
 
 
 def step_errors(

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from coupling.errors import BuildError, one_of
-from coupling.fmu_export.compiler import (
+from coupling.native.compiler import (
     PLATFORMS,
     SOURCES,
     CompilerError,
