@@ -32,6 +32,7 @@ from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
 from coupling.robot.differences import RobotDifference
 from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.drawn_plants import DRAWN_ROBOTS
 from coupling.run.execute import Run, run_compensation
 from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
@@ -149,7 +150,7 @@ def coverage(case: Case, plants: int, coupled: bool) -> Coverage:
         CouplingError: If the case cannot be run, or a plant not be simulated.
     """
     run = run_compensation(case)
-    stated = DrawnDeviation.among(run.drawn)
+    stated = DrawnDeviation.among(run.of(DRAWN_ROBOTS))
     assert stated is not None
     tables = ("robot", "support")[: len(case.robots)]
     files = [find_robot(case.resolved[name]["description"]) for name in tables]

@@ -8,7 +8,7 @@ from coupling.errors import ProcessError
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessResponse
-from coupling.process.repeatability import Repeatability
+from coupling.results.repeatability import Repeatability
 from coupling.robot.inverter import Inverter
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
@@ -99,6 +99,6 @@ def repeated(process: Process, desired: ToolPath, first: ProcessResponse, second
             f" {_ASKED_TWICE:.0f} s): its repeatability is not known"
         )
     try:
-        return Repeatability.of(first, process.evaluate(desired)).sentence()
+        return Repeatability.of(first.wrench, process.evaluate(desired).wrench).sentence()
     except ProcessError as error:
         return f"the process failed in a second evaluation on the same path: {error}"

@@ -45,8 +45,8 @@ def check(
     from coupling.report.background import touched_off
     from coupling.report.check_report import check_summary, write_check_page
     from coupling.report.modes_report import modes_in_brief
-    from coupling.report.section import Section, warned
     from coupling.report.terminal import print_sections
+    from coupling.results.section import Section, warned
     from coupling.run.console import RunView
     from coupling.run.kept_process import checked_process
     from coupling.run.plausibility import remarks

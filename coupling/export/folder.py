@@ -9,7 +9,7 @@ from coupling.errors import ProgramError
 from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.files.atomic_folder import FolderKind, whole_folder
 from coupling.files.written_files import claim, is_of_kind
-from coupling.results.export_result import ExportResult
+from coupling.results.export_result import ExportedFileResult, ExportedProgramResult, ExportResult
 
 SUMMARY = "export.json"
 # Kind of the folder.
@@ -46,4 +46,35 @@ def _contents(
     for program in exports:
         for file in program.files:
             yield file.name, file.text
-    yield SUMMARY, ExportResult.of(options, robots=exports).text()
+    result = ExportResult(
+        language=options.language.name,
+        targets=options.targets,
+        tolerance_m=options.tolerance,
+        robots=tuple(map(_program_result, exports)),
+    )
+    yield SUMMARY, result.text()
+
+
+def _program_result(export: ExportedProgram) -> ExportedProgramResult:
+    """Return the figures of the program of one robot."""
+    return ExportedProgramResult(
+        robot=export.robot,
+        program=export.program.name,
+        files=tuple(
+            ExportedFileResult(name=file.name, bytes=len(file.text)) for file in export.files
+        ),
+        points=export.points,
+        points_on_every_cycle=export.candidates,
+        points_tolerance_m=export.points_tolerance,
+        shortest_time_s=export.shortest,
+        median_time_s=export.median,
+        loss_m=export.loss,
+        loss_on_joint_lines_m=export.loss_on_joint_lines,
+        deviation_of_command_m=export.command,
+        deviation_of_file_m=export.read_back,
+        base=export.program.base,
+        tool=export.program.tool,
+        counted_as_controller=export.counted,
+        nearest_singularity=export.nearest,
+        drives=export.drives,
+    )

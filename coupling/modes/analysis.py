@@ -16,12 +16,14 @@ from coupling.modes.measured_response import MeasuredResponse, within
 from coupling.modes.part_grid import PartGrid
 from coupling.modes.posture_modes import PostureModes
 from coupling.results.modes_result import (
+    Matrix,
     ModeResult,
     ModesResult,
     PartModesResult,
     PlaceModesResult,
     ResponseResult,
 )
+from coupling.results.run_result import three
 from elastic_robot.description import Robot
 
 # Places along a path that are looked at.
@@ -176,17 +178,22 @@ def _response(response: MeasuredResponse) -> ResponseResult:
     )
 
 
+def _matrix(values: np.ndarray) -> Matrix:
+    first, second, third = map(three, values)
+    return first, second, third
+
+
 def _place(modes: PostureModes, time: float | None) -> PlaceModesResult:
     compliance, in_contact = modes.compliance, modes.compliance_in_contact
     softest = None if compliance is None else modes.softest(compliance)
     size, frequency = modes.peak
     energy = modes.energy
-    return PlaceModesResult.of(
+    return PlaceModesResult(
         time_s=time,
         posture_deg=tuple(np.rad2deg(modes.q).round(6).tolist()),
         unloaded_joints=modes.unloaded,
         force_N=tuple(modes.wrench[:3].tolist()),
-        compliance_m_N=None if compliance is None else tuple(map(tuple, compliance.tolist())),
+        compliance_m_N=None if compliance is None else _matrix(compliance),
         softest_m_N=None if softest is None else softest[0],
         softest_direction=None if softest is None else tuple(softest[1].tolist()),
         in_contact_m_N=None if in_contact is None else modes.softest(in_contact)[0],

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.path.histories import ToolPath
 from coupling.process.base import Process, ProcessResponse, ProcessWrapper
 from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
-from coupling.process.repeatability import Repeatability
+from coupling.results.repeatability import Repeatability
 
 # Second answer of a process to a path; None where it takes too long or is not to be had.
 SecondAnswer = Callable[[ToolPath], ProcessResponse | None]
@@ -183,7 +183,7 @@ class SmoothedProcess(ProcessWrapper):
         second = ask_again(path)
         if second is None:
             return
-        self.repeatability = Repeatability.of(first, second)
+        self.repeatability = Repeatability.of(first.wrench, second.wrench)
         difference = second.wrench.before - first.wrench.before
         # The variance of a difference is twice that of one answer.
         level = _level(first.wrench.instants, difference) / np.sqrt(2.0)

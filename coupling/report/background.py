@@ -8,10 +8,9 @@ from typing import Any
 
 from coupling.errors import ResultError
 from coupling.files.toml_file import validate
-from coupling.report.section import Note, Section, Table
-from coupling.report.style import UM
 from coupling.results.run_result import RunResult, TouchOffResult
 from coupling.results.run_state import AnswerResult, RunCase
+from coupling.results.section import UM, Note, Section, Table
 from coupling.run.stored_run import CASE, StoredRun
 
 # Evaluations that are listed one by one.

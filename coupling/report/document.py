@@ -17,7 +17,7 @@ import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
 from coupling.report.colours import ON_DARK
-from coupling.report.section import Note, Part, Section, Table
+from coupling.results.section import Note, Part, Section, Table
 
 # Significant digits of what is drawn, seven: a millisecond in an hour.
 _NUMBER = "%.7g"

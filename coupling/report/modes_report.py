@@ -9,9 +9,9 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, GREEN, JOINTS
 from coupling.report.document import document
-from coupling.report.section import Note, Section, Table
 from coupling.report.style import drawn, log_axis, row, rows
 from coupling.results.modes_result import Grid, ModesResult, PartModesResult, PlaceModesResult
+from coupling.results.section import Note, Section, Table
 
 # Metres per newton in micrometres per newton.
 _UM_N = 1e6

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from coupling.results.base import From, ResultFile, ResultPart
+from coupling.results.base import ResultFile, ResultPart
 from coupling.results.forecast import RunForecast
 from coupling.results.learned_result import MeasuredRunResult
 from coupling.results.run_result import Three
@@ -98,9 +97,9 @@ class MoveResult(ResultPart):
     """A way to the next command, and what it would have left of the last measured run."""
 
     kind: str
-    robot: Annotated[str, From("model.name")]
+    robot: str
     predicted: bool
-    left_m: Annotated[DeviationSize, From("size")]
+    left_m: DeviationSize
 
 
 class PathCorrectionResult(ResultPart):
@@ -120,8 +119,8 @@ class CauseResult(ResultPart):
     kind: str
     joint: int
     waves: float
-    rms_m: Annotated[float, From("size")]
-    text: Annotated[str, From("__str__")]
+    rms_m: float
+    text: str
 
 
 class NextResult(ResultFile):
@@ -133,8 +132,8 @@ class NextResult(ResultFile):
     sentences: tuple[str, ...]
     runs: tuple[NextRunResult, ...]
     judgement: RunComparison
-    move: Annotated[str, From("move.kind")]
-    robot: Annotated[str, From("move.model.name")]
+    move: str
+    robot: str
     moves: tuple[MoveResult, ...]
     parameters_refused: str
     contraction: Contraction

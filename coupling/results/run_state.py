@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from coupling.results.base import ResultFile, ResultPart
-from coupling.results.run_result import EvaluationResult, Three
+from coupling.results.iteration_result import Evaluation
+from coupling.results.run_result import Three
 
 
 class AnswerResult(ResultPart):
@@ -34,7 +35,7 @@ class RunState(ResultFile):
     changed: str = ""
     waiting: str | None = None
     answers: tuple[AnswerResult, ...] = ()
-    evaluations: tuple[EvaluationResult, ...] = ()
+    evaluations: tuple[Evaluation, ...] = ()
     warnings: tuple[str, ...] = ()
     durations_s: dict[str, float] | None = None
     reason: str | None = None

@@ -17,8 +17,9 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
+from coupling.results.limit_warning import LimitWarning
 from coupling.robot.inverter import Inverter
-from coupling.robot.robot import InverseCommand, LimitWarning, SimulatedRobot
+from coupling.robot.robot import InverseCommand, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
 
@@ -180,7 +181,7 @@ class Cell:
                     raise
                 raise PlanningError(f"{member.name} robot: {cause}") from cause
         changes = [
-            replace(change, robot=self._name(member))
+            change.model_copy(update={"robot": self._name(member)})
             for member, inverse in zip(self.members, solutions, strict=True)
             for change in inverse.backlash_reversals
         ]
@@ -195,7 +196,7 @@ class Cell:
     def rate_warnings(self, command: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
-            replace(warning, robot=self._name(member))
+            warning.of_robot(self._name(member))
             for member, angles in zip(self.members, command.robots, strict=True)
             for warning in member.planner.rate_warnings(angles)
         ]

@@ -11,10 +11,10 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.path.joint_path import JointPath
+from coupling.results.limit_warning import LimitWarning
 from coupling.robot.batch.following import Targets, nearest_angles, reached
 from coupling.robot.batch.redundancy import POSE, NearHome, SelfMotion, few_joints, task_step
 from coupling.robot.batch.rigid_robot import RigidRobot
-from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
@@ -185,7 +185,7 @@ class InverseKinematics:
             worst = int(np.argmax(rates[:, i]))
             if joint.max_rate is not None and rates[worst, i] > joint.max_rate:
                 time, rate = float(path.time[worst]), float(rates[worst, i])
-                warnings.append(LimitWarning("rate", rate, joint.max_rate, time, i + 1))
+                warnings.append(LimitWarning.of("rate", rate, joint.max_rate, time, i + 1))
         return warnings
 
     def _solve(self, target: pin.SE3, guess: np.ndarray, where: str) -> np.ndarray:

@@ -19,7 +19,8 @@ from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import InterpolatedPath, SampledPath
 from coupling.path.linear import interpolated
-from coupling.robot.robot import BacklashReversal, InverseCommand
+from coupling.results.gear_result import BacklashReversal
+from coupling.robot.robot import InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.fmi.interface import IDEAL
 
@@ -98,7 +99,13 @@ class Inverter:
         )
         joints = self.moving.model.gear_joint
         changes = [
-            BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
+            BacklashReversal(
+                joint=int(joints[c.gear]) + 1,
+                begins=c.begins,
+                ends=c.ends,
+                before=c.side_before,
+                after=c.side_after,
+            )
             for c in solution.crossings
         ]
         return InverseCommand(joint_path(command), tuple(changes))

@@ -58,11 +58,22 @@ class RobotEdit:
         self._robot = robot
         self._tilt_remarks: dict[tuple[int, int], str] = {}
 
-    def change(self, name: str, value: float, source: str = "") -> None:
+    def change(
+        self,
+        name: str,
+        value: float,
+        source: str = "",
+        interval: tuple[float, float] | None = None,
+    ) -> None:
         """Give a parameter another value, with what [sources] says of it, as the row of its kind says.
+
+        The range that the file states of a gear's stiffness, that of a class, goes with the old value.
 
         Else the elements of a gear stay as they are: those of a data sheet, which follow from stiffness
         and backlash, take its place in the file before one of these changes.
+
+        Args:
+            interval: 95 % interval, which the file states of a gear's stiffness; None for none.
 
         Raises:
             RobotFileError: If it is the payload's beside a URDF.
@@ -83,7 +94,12 @@ class RobotEdit:
                 place for place in kind.scaled_in_file if _scale(table, place, value / before)
             )
         if key == "stiffness" and not tilt:
-            table.pop("stiffness_range", None)  # it is the robot's from now on, not that of a class
+            if interval is None:
+                table.pop("stiffness_range", None)
+            else:
+                table["stiffness_range"] = [min(interval[0], value), max(interval[1], value)]
+                if source:
+                    self._set_source(f"{head}.stiffness_range", f"95 % interval, {source}")
             self._drop_lost_sources()
         if source:
             for place in [_shared(kind)] if _shared(kind) else numbers:

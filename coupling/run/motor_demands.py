@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
+from coupling.results.limit_warning import LimitWarning
 from coupling.robot.differences import RobotDifference
 from coupling.robot.parameter_table import VARIED
-from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import at_samples, wanted_of
 from coupling.run.repeated_evaluation import RememberedProcess
 from elastic_robot.fmi.interface import IDEAL
@@ -55,14 +55,14 @@ class MotorDemand:
         for factor, ending in endings.items():
             if self.limit is not None and self.torque[factor] > self.limit:
                 at = self.time[factor], self.joint
-                warning = LimitWarning(
+                warning = LimitWarning.of(
                     f"motor-torque{ending}", self.torque[factor], self.limit, *at
                 )
                 return (warning,)
         return ()
 
     @property
-    def beyond(self) -> str:
+    def exceeded(self) -> str:
         """Whether its limit is passed, in words."""
         words = {"motor-torque": "yes", "motor-torque-warm": "warm", "motor-torque-cold": "cold"}
         return "".join(words[warning.name] for warning in self.warnings) or "-"
@@ -135,7 +135,7 @@ def require_motors_that_hold(case: Case) -> None:
                 continue
             most, at = float(static_torque.max()), float(loads.time[static_torque.argmax()])
             if most > drive.torque_limit + drive.friction:
-                warning = LimitWarning("motor-torque", most, drive.torque_limit, at, joint + 1)
+                warning = LimitWarning.of("motor-torque", most, drive.torque_limit, at, joint + 1)
                 raise PlanningError(
                     f"{_with_robot_name(case, placed, warning)}, at rest and without any process: the"
                     " robot would fall"
@@ -195,4 +195,4 @@ def _limited(case: Case, wrench: WrenchHistory) -> Iterator[tuple[PlacedRobot, D
 
 def _with_robot_name(case: Case, placed: PlacedRobot, warning: LimitWarning) -> LimitWarning:
     """Return a warning with the name of its robot where there are several."""
-    return replace(warning, robot=placed.name if len(case.robots) > 1 else "")
+    return warning.of_robot(placed.name if len(case.robots) > 1 else "")

@@ -20,8 +20,8 @@ from coupling.process import (
 )
 from coupling.process.base import ProcessWrapper
 from coupling.process.noise_filter import LowPass
-from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import SmoothedProcess
+from coupling.results.repeatability import Repeatability
 from coupling.run.kept_process import checked_process
 from coupling.solve.correction import Correction
 from coupling.solve.outcome import Outcome
@@ -83,7 +83,7 @@ def repeated_evaluation(
     if correction.outcome not in _WITHOUT_END or last is None:
         return None
     second = _second_response(case, last, _LONGEST, watch)
-    return None if second is None else Repeatability.of(last.response, second)
+    return None if second is None else Repeatability.of(last.response.wrench, second.wrench)
 
 
 def smoothed_process(

@@ -17,7 +17,7 @@ from coupling.errors import ResultError
 from coupling.events import Event, WarningEvent
 from coupling.files.atomic_file import AtomicFile
 from coupling.files.written_files import claimed, is_of_kind
-from coupling.results.run_result import EvaluationResult, RunResult
+from coupling.results.run_result import RunResult
 from coupling.results.run_state import AnswerResult, RunState
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
@@ -71,12 +71,11 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case StoredAnswer(seconds=seconds):
-                    answer = AnswerResult.of(event, seconds=round(seconds, 3))
+                case StoredAnswer(key, origin, seconds):
+                    answer = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
                     self._write(answers=(*content.answers, answer), waiting=None)
                 case Evaluated(evaluation):
-                    result = EvaluationResult.of(evaluation)
-                    self._write(evaluations=(*content.evaluations, result))
+                    self._write(evaluations=(*content.evaluations, evaluation))
                 case WaitingForOther(text):
                     self._write(waiting=text)
                 case WarningEvent(text):

@@ -6,8 +6,6 @@ with names, only those parts: python docs/scripts/make_identify.py coverage.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,16 +15,18 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identification.intervals import intervals
 from coupling.identification.static.elastic import ElasticParameters
-from coupling.identification.static.fit import fitted
+from coupling.identification.static.fit import fit_static
 from coupling.identification.static.found import Identification, rms
 from coupling.identification.static.identification import IdentifyOptions, identify
 from coupling.identification.static.measurements import Measurements, noise_of, read_measurements
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page
+from docs.scripts.page import table
 from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "identify"
 REPETITIONS, ROWS = 200, 30
+PAGE = Page("identify")
 POSITION, FORCE = 2e-5, 5.0  # [m, N], standard deviations
 _X, _Y, _Z = (tuple(axis) for axis in np.eye(3).tolist())
 
@@ -44,6 +44,7 @@ def identified(*add: str) -> Identification:
     return identify(start, measurements(), IdentifyOptions(noise_of(measurements()), add=add))
 
 
+@PAGE.part
 def fanuc() -> str:
     """Return what 43 measured deflections say."""
     start = load_robot(EXAMPLES / "fanuc_start.toml")
@@ -91,6 +92,7 @@ def fanuc() -> str:
     )
 
 
+@PAGE.part
 def coverage() -> str:
     """Return how often intervals hold the truth."""
     head = ("robot", "parameters", "identified in", "inside their interval", "median half width")
@@ -117,7 +119,7 @@ def _coverage(name: str, seed: int) -> tuple[str, ...]:
         noise = POSITION * rng.normal(size=exact.deflection.shape)
         rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
         noise_given = noise_of(rows, POSITION, None, FORCE, None)
-        fit = fitted(start, rows, "backlash", noise_given)
+        fit = fit_static(start, rows, "backlash", noise_given)
         sure = intervals(fit.problem, fit.weight, fit.values, known=True)
         inside.append((sure.low <= right.start) & (right.start <= sure.high))
         identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
@@ -165,7 +167,5 @@ def _kilo(stiffness: float) -> str:
     return f"{1e-3 * stiffness:.0f}" if np.isfinite(stiffness) else "rigid"
 
 
-PARTS: dict[str, Callable[[], str]] = {"fanuc": fanuc, "coverage": coverage}
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("identify", PARTS, sys.argv[1:])))
+    PAGE.write()

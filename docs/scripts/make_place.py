@@ -7,11 +7,8 @@ python docs/scripts/make_place.py cases maps.
 
 from __future__ import annotations
 
-import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -29,23 +26,19 @@ from coupling.report.style import style
 from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.experiment import Page, scratch
+from docs.scripts.page import table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
 
 _UM = 1e6
 # Backlash of the robots on which commands are replayed, over that of the model.
 FACTORS = (0.8, 1.2)
+PAGE = Page("place")
 # Half width of the backlash that the FANUC is given, as its file knows none [rad].
 PLAY = 1e-4
 
 COMMON = {"optimise": "backlash", "cases": 1, "settings": 16_384}
-
-
-@cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a folder for files that cases name, as long as the program runs."""
-    return tempfile.TemporaryDirectory()
 
 
 def _fanuc_with_backlash() -> str:
@@ -55,7 +48,7 @@ def _fanuc_with_backlash() -> str:
         lines.append(line)
         if line.startswith("damping"):
             lines.append(f"backlash = {PLAY}")
-    file = Path(_folder().name, "fanuc_with_backlash.toml")
+    file = scratch("fanuc_with_backlash.toml")
     file.write_text("\n".join(lines), encoding="utf-8")
     return str(file)
 
@@ -93,7 +86,7 @@ def _placed(name: str) -> CasePlacement:
 
 
 def _loaded(own: EvaluatedSetting, number: int) -> Case:
-    file = Path(_folder().name, f"placed_{number}.toml")
+    file = scratch(f"placed_{number}.toml")
     file.write_text(own.content, encoding="utf-8")
     return load_case(file)
 
@@ -123,6 +116,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
     return found
 
 
+@PAGE.part
 def cases() -> str:
     """Return the table of the cases as they are and as they are placed."""
     rows, settings = [], []
@@ -180,6 +174,7 @@ def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
     return whole.update_layout(width=1000, showlegend=True, margin_t=60, legend=legend)
 
 
+@PAGE.part
 def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
@@ -196,11 +191,5 @@ def maps() -> str:
     )
 
 
-PARTS: dict[str, Callable[[], str]] = {
-    "cases": cases,
-    "maps": maps,
-}
-
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: replace_parts("place", PARTS, sys.argv[1:])))
+    PAGE.write()

@@ -114,7 +114,7 @@ def test_wrong_slip_torques_are_told_where_gears_have_elements(
         if not known:
             raise SimulationError("step 7: no equilibrium")
         return tuple(
-            Replay(name, Deviation(size, size, size, size, 0.0, 0.5 * size), ())
+            Replay(name=name, deviation=Deviation(size, size, size, size, 0.0, 0.5 * size))
             for name, size in deviations.items()
         )
 

@@ -164,7 +164,7 @@ def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
     """In a later pass, and in the validation alone."""
     whole = mirrored(tmp_path / "whole", 99)
     assert whole.converged
-    for limit in (len(whole.iterations[0].coupling) + 1, whole.evaluations - 1):
+    for limit in (len(whole.iterations[0].evaluations) + 1, whole.evaluations - 1):
         result = mirrored(tmp_path / str(limit), limit)
         assert result.outcome is Outcome.PROCESS_FAILED
         assert "licence lost" in result.reason

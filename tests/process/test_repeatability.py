@@ -14,8 +14,7 @@ from places import LINE_CASE
 
 from coupling.check.estimate import repeated
 from coupling.path.histories import WrenchHistory
-from coupling.process import ProcessResponse
-from coupling.process.repeatability import Repeatability
+from coupling.results.repeatability import Repeatability
 
 # 300 N against the tool below the sheet, and noise that is another one every time.
 NOISY = """
@@ -41,8 +40,8 @@ def with_program(folder: Path, text: str, program: str) -> Path:
     return folder / "case.toml"
 
 
-def answer(forces: np.ndarray) -> ProcessResponse:
-    return ProcessResponse(WrenchHistory.of_forces(np.arange(float(len(forces))), [forces]))
+def answer(forces: np.ndarray) -> WrenchHistory:
+    return WrenchHistory.of_forces(np.arange(float(len(forces))), [forces])
 
 
 def test_the_difference_of_white_noise_is_told_as_it_is():

@@ -9,8 +9,8 @@ from browser import NEEDS_CHROMIUM, chromium, opened
 
 from coupling.cli.console import console
 from coupling.report.document import document
-from coupling.report.section import Note, Section, Table, warned
 from coupling.report.terminal import print_sections
+from coupling.results.section import Note, Section, Table, warned
 
 IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.

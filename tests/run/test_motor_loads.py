@@ -31,10 +31,11 @@ from coupling.report.drives import drives
 from coupling.report.run_report import run_summary
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.drive_motion import DRIVE_MOTION
 from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.gear_loads import wanted_of
 from coupling.run.motor_demands import COLD, WARM, explained_by_motors
-from coupling.run.motor_loads import motor_load
+from coupling.run.motor_loads import MOTOR_TORQUES, motor_load
 from coupling.run.repeated_evaluation import RememberedProcess
 from coupling.run.stored_run import read_run
 from elastic_robot.gear_parts import Drive
@@ -215,8 +216,8 @@ def test_what_is_asked_of_a_motor_beyond_its_limit_is_what_its_servo_asks_for(tm
 
 def test_a_robot_without_motors_tells_nothing_of_them(tmp_path):
     run = run_compensation(line_case(tmp_path, "native"))
-    assert run.motors == (None,)
-    assert all(drive.motor is None for own in run.drives for drive in own)
+    assert run.of(MOTOR_TORQUES) == (None,)
+    assert all(drive.motor is None for own in run.of(DRIVE_MOTION) for drive in own)
 
 
 def test_check_estimates_what_a_run_then_asks_for(finished):

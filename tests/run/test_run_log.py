@@ -147,7 +147,7 @@ def test_a_run_tells_how_far_it_is_and_a_second_one_on_its_folder_is_refused(tas
     log = state(tmp_path / "run.unfinished")
     assert (log.state, log.pid, log.host) == ("running", run.process.pid, os.uname()[1])
     assert [answer.origin for answer in log.answers] == ["computed"]
-    assert log.evaluations[0].path_change_max_m > 0.0
+    assert log.evaluations[0].path_change > 0.0
     second = start(tmp_path / "second.txt", "couple", task.case, "-o", tmp_path / "run")
     assert second.status() == 2
     said = (tmp_path / "second.txt").read_text()

@@ -9,7 +9,14 @@ from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
 from coupling.results.forecast import RunForecast
-from coupling.results.next_result import NextResult, NextRunResult, PathCorrectionResult
+from coupling.results.next_result import (
+    CauseResult,
+    MoveResult,
+    NextResult,
+    NextRunResult,
+    PathCorrectionResult,
+)
+from coupling.results.run_result import three
 
 
 def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResult:
@@ -19,18 +26,48 @@ def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResu
         found: Plan of the next command.
         forecast: Deviation that it is expected to leave; None before it is computed.
     """
-    beyond = found.repeating
-    return NextResult.of(
-        found,
-        found.options,
-        sentences=sentences(found),
-        runs=[_run(run) for run in found.history.runs],
+    return NextResult(
+        absolute=found.options.absolute,
+        sentences=tuple(sentences(found)),
+        runs=tuple(map(_run, found.history.runs)),
+        judgement=found.judgement,
+        move=found.move.kind,
+        robot=found.move.model.name,
+        moves=tuple(
+            MoveResult(
+                kind=step.kind, robot=step.model.name, predicted=step.predicted, left_m=step.size
+            )
+            for step in found.moves
+        ),
         parameters_refused="" if found.learned is None else found.learned.refusal,
-        correction=beyond
-        and PathCorrectionResult.of(
-            beyond, new_m=found.hypotheses.rms, deviation_m=beyond.deviation[:, :3]
+        contraction=found.contraction,
+        correction=_correction(found),
+        causes=tuple(
+            CauseResult(
+                kind=cause.kind,
+                joint=cause.joint,
+                waves=cause.waves,
+                rms_m=cause.size,
+                text=str(cause),
+            )
+            for cause in found.causes
         ),
         forecast=forecast,
+    )
+
+
+def _correction(found: CommandPlan) -> PathCorrectionResult | None:
+    """Return the correction along the path; None where there is none."""
+    part = found.repeating
+    if part is None:
+        return None
+    return PathCorrectionResult(
+        cutoff_Hz=part.cutoff,
+        weights=part.weights,
+        new_m=found.hypotheses.rms,
+        left_m=part.left,
+        time=part.time.tolist(),
+        deviation_m=part.deviation[:, :3].tolist(),
     )
 
 
@@ -38,15 +75,22 @@ def _run(run: MeasuredRun) -> NextRunResult:
     forecast, time = run.source.forecast, run.measured.time
     thin = slice(None, None, max(1, len(time) // 2000))
     shift, turn = run.measured.frame_offset(run.shift, run.turn)
-    return NextRunResult.of(
-        run,
-        frame_shift_m=shift,
-        frame_turn_rad=turn,
-        from_s=time[0],
-        to_s=time[-1],
+    return NextRunResult(
+        run=str(run.source.folder),
+        measured=run.measured.name,
+        rows=len(time),
+        from_s=float(time[0]),
+        to_s=float(time[-1]),
+        frame_shift_m=three(shift),
+        frame_turn_rad=three(turn),
+        clock_s=run.clock,
+        time=time[thin].tolist(),
+        tip_m=three(run.tip),
+        noise_m=run.noise,
+        left_out=run.left_out,
+        size_m=run.size,
         forecast=forecast and forecast.model_copy(update={"robots": ()}),
-        time=time[thin],
-        distance_m=np.linalg.norm(run.deviation[thin], axis=1),
+        distance_m=np.linalg.norm(run.deviation[thin], axis=1).tolist(),
     )
 
 

@@ -20,26 +20,45 @@ from coupling.results.learned_result import (
     LearnedRunResult,
     LeftResult,
 )
+from coupling.results.run_result import three
 
 
 def figures(found: Learned) -> LearnedResult:
     """Return the figures of what was learned; SI."""
     before, after = found.left
-    return LearnedResult.of(
-        found,
-        found.fit,
-        found.spread,
-        robot=found.sources[0].file,
+    return LearnedResult(
+        robot=str(found.sources[0].file),
+        refusal=found.refusal,
+        converged=found.fit.converged,
         left_m=LeftResult(robot_file=before, learned=after),
+        noise_m=found.spread.noise,
+        noise_left_m=found.noise_left,
+        widened=found.widened,
+        warnings=found.warnings,
+        draws=found.spread.draws,
         slow_below_Hz=CUT_OFF,
-        parameters=[_parameter(own) for own in found.parameters],
-        runs=[_run(found, number) for number in range(len(found.runs))],
+        parameters=tuple(map(_parameter, found.parameters)),
+        gears=found.gears,
+        runs=tuple(_run(found, number) for number in range(len(found.runs))),
     )
 
 
-def _parameter(own: LearnedParameter) -> LearnedParameterResult:
-    low, high = own.low / own.start, own.high / own.start
-    return LearnedParameterResult.of(own, factor_low=low, factor_high=high)
+def _parameter(parameter: LearnedParameter) -> LearnedParameterResult:
+    return LearnedParameterResult(
+        name=parameter.name,
+        start=parameter.start,
+        value=parameter.value,
+        low=parameter.low,
+        high=parameter.high,
+        written=parameter.written,
+        factor=parameter.factor,
+        factor_low=parameter.low / parameter.start,
+        factor_high=parameter.high / parameter.start,
+        identifiable=parameter.identifiable,
+        significant=parameter.significant,
+        effect_m=parameter.effect,
+        reason=parameter.reason,
+    )
 
 
 def _of_motors(one: MeasuredPath) -> dict[str, float]:
@@ -56,19 +75,21 @@ def _run(found: Learned, number: int) -> LearnedRunResult:
     own = found.fit.z[len(found.parameters) + size * number :][:size]
     rest, slow = found.before[number], found.fit.slow[number]
     shift, turn = one.measured.frame_offset(own[:3], own[3:6])
-    return LearnedRunResult.of(
-        one,
-        run=source.folder,
-        from_s=one.measured.time[0],
-        to_s=one.measured.time[-1],
-        frame_shift_m=shift,
-        frame_turn_rad=turn,
-        clock_s=one.measured.clock + own[6],
-        orientation_noise_rad=Residual(one).noise[1] if one.held is not None else None,
+    time = one.measured.time
+    return LearnedRunResult(
+        run=str(source.folder),
+        measured=one.measured.name,
+        rows=len(time),
+        from_s=float(time[0]),
+        to_s=float(time[-1]),
+        frame_shift_m=three(shift),
+        frame_turn_rad=three(turn),
+        clock_s=float(one.measured.clock + own[6]),
+        orientation_noise_rad=float(Residual(one).noise[1]) if one.held is not None else None,
         motors=_of_motors(one),
-        time=SlowPart.of(one.measured.time).time,
-        left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1),
-        left_learned_m=np.linalg.norm(slow[:, :3], axis=1),
+        time=SlowPart.of(time).time.tolist(),
+        left_robot_file_m=np.linalg.norm(rest[:, :3], axis=1).tolist(),
+        left_learned_m=np.linalg.norm(slow[:, :3], axis=1).tolist(),
     )
 
 
@@ -88,7 +109,12 @@ def learned_text(found: Learned, target: Path) -> str:
     start = found.sources[0].file
     measured = " and ".join(source.measured.name for source in found.sources)
     entries = [
-        FileEntry(own.name, None if own.written == own.start else own.written, remark(own))
+        FileEntry(
+            own.name,
+            None if own.written == own.start else own.written,
+            remark(own),
+            interval=(own.low, own.high),
+        )
         for own in found.parameters
     ]
     before, after = found.left

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from coupling.process.base import ProcessResponse
+from coupling.path.histories import WrenchHistory
+from coupling.results.base import ResultPart
 
 # What rounding may change, such as sums of threads in another order, over the peak force.
 _ROUNDING = 1e-6
@@ -14,8 +16,7 @@ _ROUNDING = 1e-6
 _NOTICEABLE = 1e-3
 
 
-@dataclass(frozen=True)
-class Repeatability:
+class Repeatability(ResultPart):
     """Difference of two responses of a process to one path.
 
     Attributes:
@@ -24,25 +25,26 @@ class Repeatability:
         peak: Largest magnitude of the forces themselves [N].
     """
 
-    largest: float
-    rms: float
-    peak: float
+    largest: Annotated[float, Field(alias="largest_N")]
+    rms: Annotated[float, Field(alias="rms_N")]
+    peak: Annotated[float, Field(alias="peak_N")]
 
     @classmethod
-    def of(cls, first: ProcessResponse, second: ProcessResponse) -> Repeatability:
-        """Compare two answers to one path.
+    def of(cls, first: WrenchHistory, second: WrenchHistory) -> Repeatability:
+        """Compare the wrenches of two answers to one path.
 
         Example:
-            >>> from coupling.path.histories import WrenchHistory
             >>> time, up = np.array([0.0, 1.0]), np.array([[0.0, 0.0, 300.0]] * 2)
             >>> other = up + [[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]]
-            >>> one, two = (ProcessResponse(WrenchHistory.of_forces(time, [f])) for f in (up, other))
-            >>> Repeatability.of(one, two).largest
+            >>> Repeatability.of(*(WrenchHistory.of_forces(time, [f]) for f in (up, other))).largest
             5.0
         """
-        distance = np.linalg.norm(second.wrench.force - first.wrench.force, axis=-1)
-        peak = max(first.wrench.peak_force, second.wrench.peak_force)
-        return cls(float(distance.max()), float(np.sqrt(np.mean(distance**2))), peak)
+        distance = np.linalg.norm(second.force - first.force, axis=-1)
+        return cls(
+            largest=float(distance.max()),
+            rms=float(np.sqrt(np.mean(distance**2))),
+            peak=max(first.peak_force, second.peak_force),
+        )
 
     @property
     def identical(self) -> bool:

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import plotly.graph_objects as go
+if TYPE_CHECKING:  # heavy, and only pages draw
+    import plotly.graph_objects as go
+
+
+# Micrometres of a metre, in which lengths are shown.
+UM = 1e6
 
 
 @dataclass(frozen=True)
