@@ -78,7 +78,7 @@ def equilibrium(
             )
         past = Past.start(Hysteresis(dynamics.chain.elements, np.zeros(len(curve.half_width))))
     with np.errstate(over="ignore", invalid="ignore"):
-        return EnergyAtRest(dynamics, curve, dynamics.chain.theta(q), acting, past).rest()
+        return EnergyAtRest(dynamics, curve, dynamics.chain.theta(q), acting, past).equilibrium()
 
 
 def curve_energy(
@@ -100,7 +100,7 @@ def curve_energy(
     return float((length * values.mean(axis=2)).sum())
 
 
-def _solved(matrix: np.ndarray, torque: np.ndarray) -> np.ndarray:
+def _solve(matrix: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Return the step that takes a torque [N m]; the shortest where nothing holds a gear."""
     try:
         return np.linalg.solve(matrix, torque)
@@ -126,7 +126,7 @@ class EnergyAtRest:
     acting: ToolLoad
     past: Past
 
-    def rest(self) -> np.ndarray:
+    def equilibrium(self) -> np.ndarray:
         """Return the equilibrium [rad], (m,).
 
         Of two flanks that a gear could rest on, it is the one with the TCP nearer to the anchor of a
@@ -191,12 +191,12 @@ class EnergyAtRest:
         flanks, width = self.curve.flank_slope(np.zeros(len(self._width))), self._width
         torque = self._torque(np.zeros(len(width)))
         support = self.dynamics.support(self.rigid, self.acting)
-        given = self.dynamics.static_torque(self.rigid, ToolLoad(self.acting.wrench))
-        held = np.maximum(np.abs(given), support.diagonal() * width)
+        wrench_torque = self.dynamics.static_torque(self.rigid, ToolLoad(self.acting.wrench))
+        carrying = np.maximum(np.abs(wrench_torque), support.diagonal() * width)
         slips = np.zeros(len(width), dtype=bool)
         slips[self.dynamics.chain.elements.gears] = self.past.acts
-        middle = (width > 0.0) & (held < SETTINGS.neutral_torque) & ~slips
-        x = _solved(np.diag(flanks) + support, torque)
+        middle = (width > 0.0) & (carrying < SETTINGS.neutral_torque) & ~slips
+        x = _solve(np.diag(flanks) + support, torque)
         return np.where(middle, 0.0, x + width * np.sign(x)), middle
 
     def _minimum(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray | None:
@@ -206,31 +206,34 @@ class EnergyAtRest:
         """
         middle = middle.copy()
         while True:
-            rest = self._balanced(self._crossed(x, middle), middle)
-            if rest is None or not self._is_minimum(rest, middle) or self._changes_flank(x, rest):
-                bottom = self._crossed(self._bottom(x, middle), middle)
-                rest = self._balanced(bottom, middle)
-            if rest is None:
+            minimum = self._balance(self._cross(x, middle), middle)
+            if (
+                minimum is None
+                or not self._is_minimum(minimum, middle)
+                or self._changes_flank(x, minimum)
+            ):
+                bottom = self._cross(self._bottom(x, middle), middle)
+                minimum = self._balance(bottom, middle)
+            if minimum is None:
                 return None
-            loaded = middle & (np.abs(self.residual(rest)) >= SETTINGS.neutral_torque)
+            loaded = middle & (np.abs(self.residual(minimum)) >= SETTINGS.neutral_torque)
             if not loaded.any():
-                return rest
-            middle, x = middle & ~loaded, rest
+                return minimum
+            middle, x = middle & ~loaded, minimum
 
-    def _crossed(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    def _cross(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray:
         """Return x with the gears that nothing stops inside their backlash on the flank behind it.
 
-        Their elements of hysteresis may stop them there, and a load that falls with the angle.
-
-        Those that their load drives on carry what they lose across it, twice, so that a rounded flank is
-        steep enough there.
+        Their elements of hysteresis may stop them there, and a load that falls with the angle.  Those
+        that their load drives on carry what they lose across it, twice, so that a rounded flank is steep
+        enough there.
         """
         residual, driven = self.residual(x), self._driven(x)
         inside = (self.curve.region(x) == 0) & ~middle
-        held = self.past.slope(x) - driven  # by elements of hysteresis and the load [N m/rad]
-        leaves = np.abs(residual) > held * (self._width - np.sign(residual) * x)
-        carried = residual + 4.0 * np.sign(residual) * np.maximum(driven, 0.0) * self._width
-        return np.where(inside & leaves, self.curve.deflection(carried), x)
+        holding = self.past.slope(x) - driven  # by elements of hysteresis and the load [N m/rad]
+        leaves = np.abs(residual) > holding * (self._width - np.sign(residual) * x)
+        torque = residual + 4.0 * np.sign(residual) * np.maximum(driven, 0.0) * self._width
+        return np.where(inside & leaves, self.curve.deflection(torque), x)
 
     def _is_minimum(self, x: np.ndarray, middle: np.ndarray) -> bool:
         matrix = self._stiffness(x)[np.ix_(~middle, ~middle)]
@@ -242,12 +245,12 @@ class EnergyAtRest:
     def _bottom(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray:
         """Return where descents from x end, once the moment's torque there is that of the last one."""
         for _ in range(_MOST_MINIMISATIONS):
-            before, x = x, self._descended(x, middle)
+            before, x = x, self._descend(x, middle)
             if np.abs(x - before).max() < _SAME or not self.acting.wrench[3:].any():
                 break
         return x
 
-    def _descended(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    def _descend(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray:
         """Return where SciPy's descent from x ends; the moment's torque is that at x."""
         free = np.flatnonzero(~middle)
         unit = 1.0 / np.sqrt(self.curve.flank_slope(np.zeros(len(x))))[free]  # of 1 J^(1/2)
@@ -263,8 +266,8 @@ class EnergyAtRest:
 
         def gradient(y: np.ndarray) -> np.ndarray:
             here = at(y)
-            left = self.residual(here) - self._moment_torque(here) + moment
-            return -unit * left[free]
+            torque = self.residual(here) - self._moment_torque(here) + moment
+            return -unit * torque[free]
 
         def curvature(y: np.ndarray) -> np.ndarray:
             matrix = self._stiffness(at(y))[np.ix_(free, free)]
@@ -280,17 +283,17 @@ class EnergyAtRest:
         )
         return at(end.x)
 
-    def _balanced(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray | None:
+    def _balance(self, x: np.ndarray, middle: np.ndarray) -> np.ndarray | None:
         """Return the rest next to x, by Newton's method with halved steps; None if there is none."""
         free = ~middle
-        left = np.where(free, self.residual(x), 0.0)
+        remaining = np.where(free, self.residual(x), 0.0)
         for _ in range(_MOST_STEPS):
             step = np.zeros_like(x)
-            step[free] = _solved(self._stiffness(x)[np.ix_(free, free)], left[free])
-            before, part = np.linalg.norm(left), 1.0
+            step[free] = _solve(self._stiffness(x)[np.ix_(free, free)], remaining[free])
+            before, part = np.linalg.norm(remaining), 1.0
             while part > _SHORTEST:
-                left = np.where(free, self.residual(x + part * step), 0.0)
-                if np.linalg.norm(left) < before:
+                remaining = np.where(free, self.residual(x + part * step), 0.0)
+                if np.linalg.norm(remaining) < before:
                     break
                 part *= 0.5
             if part <= _SHORTEST:  # rounding
@@ -298,7 +301,7 @@ class EnergyAtRest:
             x = x + part * step
             if np.abs(step).max() < SETTINGS.equilibrium_step:
                 break
-        return x if np.abs(left).max() <= self._negligible else None
+        return x if np.abs(remaining).max() <= self._negligible else None
 
     def energy(self, x: np.ndarray) -> float:
         """Return E without the moment [J]."""

@@ -94,12 +94,12 @@ def test_random_robots_rest_where_the_energy_is_least(kind, curve):
 
     Where there is none in Python there is none in the core.
     """
-    found = 0
+    count = 0
     for seed in range(40):
         robot, q, acting = drawn(seed, kind)
         energy, core = at_rest(robot, curve, q, acting), Core(robot)
         try:
-            expected = energy.rest()
+            expected = energy.equilibrium()
         except EquilibriumError:
             with pytest.raises(CoreError, match="no static equilibrium"):
                 core_rest(core, curve, q, acting, energy.count)
@@ -107,8 +107,8 @@ def test_random_robots_rest_where_the_energy_is_least(kind, curve):
         x = core_rest(core, curve, q, acting, energy.count)
         assert np.abs(energy.residual(x)).max(initial=0.0) < 2.0 * NEUTRAL, seed
         np.testing.assert_allclose(x, expected, rtol=0, atol=ROUNDING, err_msg=f"{seed}")
-        found += 1
-    assert found > 30
+        count += 1
+    assert count > 30
 
 
 @pytest.mark.parametrize("curve", ["backlash", "spline"])
@@ -130,7 +130,7 @@ def test_of_several_equilibria_the_core_takes_the_one_that_the_page_names(exampl
             anchor = tool + 10.0 ** rng.uniform(-6.0, -3.0) * rng.normal(size=3)
             acting = ToolLoad(wrench, anchor, symmetric(random_stiffness(rng)))
         energy = at_rest(example, curve, q, acting)
-        x, expected = core_rest(core, curve, q, acting, 11), energy.rest()
+        x, expected = core_rest(core, curve, q, acting, 11), energy.equilibrium()
         assert np.abs(energy.residual(x)).max() < 2.0 * NEUTRAL
         hanging += bool(((energy.curve.region(x) == 0) & (x != 0.0)).any())
         if np.abs(x - expected).max() < 1e-9:
