@@ -82,7 +82,7 @@ def next_command(
     move: Annotated[
         str,
         typer.Option(
-            help="What is learned: auto, parameters, path, both; auto: what predicts best."
+            help="What is learned: auto, parameters, path, both; auto: both, as far as identifiable."
         ),
     ] = "auto",
     frame_known: Known = None,
@@ -214,7 +214,6 @@ def _advance(
     from coupling.conduct import conduct
     from coupling.files.atomic_folder import exclusively
     from coupling.identification.next.command import plan
-    from coupling.identification.next.cutoff_choice import selected
     from coupling.identification.next.figures import figures
     from coupling.identification.next.inputs import (
         CASE,
@@ -246,7 +245,6 @@ def _advance(
         Models("native", view.watch) as models,
     ):
         found = plan(sources, options, models, view.watch)
-        found = selected(found, models, view.watch)
         begun = figures(found)
         print_sections(console, next_summary(begun))
         case = write_inputs(place, found, begun)
@@ -275,4 +273,4 @@ def expected(case: Case, found: CommandPlan, watch: Watch) -> Run:
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.response.wrench.transformed(base_from_world)
-    return replace(run, forecast=forecast(found, correction.joints, wrench, watch))
+    return replace(run, forecast=forecast(found, correction.joints, wrench))

@@ -1,4 +1,4 @@
-"""The page of how a next command was found: measured runs, moves, convergence, causes, forecast."""
+"""The page of how a next command was found: measured runs, convergence, forecast."""
 
 from __future__ import annotations
 
@@ -39,8 +39,6 @@ def next_summary(found: NextResult) -> list[Section]:
         Section("", [*forecast, first], good=not found.judgement.worse),
         Section("", rest),
         Section("Measured runs", _runs(found)),
-        Section("Moves", [_moves(found)]),
-        *_causes(found),
     ]
 
 
@@ -79,37 +77,6 @@ def _runs(found: NextResult) -> list[Table]:
         *("offset of clock [ms]", "samples left out"),
     )
     return [Table(columns, sizes), Table(off, devices)]
-
-
-def _moves(found: NextResult) -> Table:
-    key = "rms" if found.absolute else "rms_less_constant"
-    words = {
-        "path": "learning along the path",
-        "parameters": "parameters",
-        "both": "parameters, and learning along the path",
-    }
-    rows = [
-        (
-            words[own.kind],
-            own.robot,
-            _um(getattr(own.left_m, key)),
-            "yes" if own.predicted else "no, it was fitted to it",
-        )
-        for own in found.moves
-    ]
-    columns = (
-        "move",
-        "robot",
-        "residual of the last measured run, rms [um]",
-        "forecast before it was measured",
-    )
-    return Table(columns, rows, "words")
-
-
-def _causes(found: NextResult) -> list[Section]:
-    rows = [(_um(own.rms_m), own.text.partition(": ")[2]) for own in found.causes]
-    table = Table(("rms [um]", "correlated with"), rows, "words")
-    return [Section("Beyond the model", [table])] if rows else []
 
 
 def _distances(found: NextResult) -> go.Figure:

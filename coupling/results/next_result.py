@@ -38,13 +38,11 @@ class RunComparison:
         best: Number of the run that left least, from 0.
         last: Number of the last one.
         worse: Whether the last one left more than the best one, beyond what is chance.
-        again: Whether the best one's command is given again, as nothing is expected to leave less.
     """
 
     best: int
     last: int
     worse: bool
-    again: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,34 +92,14 @@ class NextRunResult(MeasuredRunResult):
     distance_m: list[float]
 
 
-class MoveResult(ResultPart):
-    """A way to the next command, and what it would have left of the last measured run."""
-
-    kind: str
-    robot: Annotated[str, From("model.name")]
-    predicted: bool
-    left_m: Annotated[DeviationSize, From("size")]
-
-
 class PathCorrectionResult(ResultPart):
     """Correction along the path."""
 
     cutoff_Hz: float
     weights: tuple[float, ...]
-    new_m: float
     left_m: float
     time: list[float]
     deviation_m: list[list[float]]
-
-
-class CauseResult(ResultPart):
-    """What it may be that the model has not."""
-
-    kind: str
-    joint: int
-    waves: float
-    rms_m: Annotated[float, From("size")]
-    text: Annotated[str, From("__str__")]
 
 
 class NextResult(ResultFile):
@@ -132,12 +110,11 @@ class NextResult(ResultFile):
     absolute: bool
     sentences: tuple[str, ...]
     runs: tuple[NextRunResult, ...]
-    judgement: RunComparison
-    move: Annotated[str, From("move.kind")]
-    robot: Annotated[str, From("move.model.name")]
-    moves: tuple[MoveResult, ...]
+    judgement: Annotated[RunComparison, From("comparison")]
+    move: str
+    robot: Annotated[str, From("model.name")]
+    repeated: bool
     parameters_refused: str
     contraction: Contraction
     correction: PathCorrectionResult | None
-    causes: tuple[CauseResult, ...]
     forecast: RunForecast | None

@@ -19,17 +19,14 @@ def figures(found: CommandPlan, forecast: RunForecast | None = None) -> NextResu
         found: Plan of the next command.
         forecast: Deviation that it is expected to leave; None before it is computed.
     """
-    beyond = found.repeating
+    beyond = found.correction
     return NextResult.of(
         found,
         found.options,
         sentences=sentences(found),
         runs=[_run(run) for run in found.history.runs],
         parameters_refused="" if found.learned is None else found.learned.refusal,
-        correction=beyond
-        and PathCorrectionResult.of(
-            beyond, new_m=found.hypotheses.rms, deviation_m=beyond.deviation[:, :3]
-        ),
+        correction=beyond and PathCorrectionResult.of(beyond, deviation_m=beyond.deviation[:, :3]),
         forecast=forecast,
     )
 
@@ -58,7 +55,7 @@ def sentences(found: CommandPlan) -> list[str]:
         lines += filter(None, (frame_sentence(run, found.options.known), clock_sentence(run)))
     if found.learned is not None and found.learned.refusal:
         lines.append(sentence(f"No parameters are learned: {found.learned.refusal}"))
-    if found.move.learns_path:
+    if found.correction is not None:
         lines.append(f"Converges: {found.contraction.sentence}.")
     if not found.options.absolute:
         lines.append(
@@ -99,9 +96,9 @@ def clock_sentence(run: MeasuredRun) -> str:
 
 def _verdict(found: CommandPlan) -> str:
     """Return how the last run was, beside the best one and its forecast."""
-    runs, judgement = found.history.runs, found.judgement
-    last, best = runs[judgement.last], runs[judgement.best]
-    if judgement.worse:
+    runs, comparison = found.history.runs, found.comparison
+    last, best = runs[comparison.last], runs[comparison.best]
+    if comparison.worse:
         return (
             f"WORSE: the deviation under {last.source.folder.name} was {_rms(found, last)} rms, under"
             f" {best.source.folder.name} only {_rms(found, best)}: the next command is that of"
@@ -119,30 +116,25 @@ def _verdict(found: CommandPlan) -> str:
 
 
 def _move(found: CommandPlan) -> str:
-    """Return which move is taken, and why."""
-    move = found.move
-    if found.judgement.again:
-        best = found.history.runs[found.judgement.best]
-        return (
-            f"the command of {best.source.folder.name} again, as no other is expected to be better: the"
-            " rest is due to gears in their backlash, to noise, or does not repeat"
-        )
-    if found.judgement.worse:
-        return f"{move.words}, with half the correction, from the best run"
-    others = [own for own in found.moves if own is not move]
-    left = found.left(move.size)
-    if len(found.history.runs) > 1 and move.predicted:
-        why = (
-            f"fitted to the earlier runs it predicts the last one with an error of {_um(left)} rms"
-        )
-    else:
-        why = f"of the last run it would leave {_um(left)} rms"
-    compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
-    return f"{move.words}; {why}" + (f" ({compared})" if compared else "")
+    """Return what is learned, and what to expect of further runs."""
+    robot = f"the parameters {found.model.name}"
+    if found.comparison.worse:
+        return f"{robot}, with half the correction, from the best run"
+    words = {
+        "path": f"learning along the path, with {robot}",
+        "parameters": robot,
+        "both": f"{robot}, and learning along the path",
+    }[found.move]
+    if found.repeated:
+        return words
+    return (
+        f"{words}; the last two runs differ by as much as is left, which no command corrects: runs are"
+        " averaged"
+    )
 
 
 def _rms(found: CommandPlan, run: MeasuredRun) -> str:
-    return _um(found.left(run.size))
+    return _um(found.rms_of(run.size))
 
 
 def _um(length: float) -> str:

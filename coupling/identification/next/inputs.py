@@ -63,7 +63,7 @@ def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
         begin_folder(folder, _KIND)
         claim(folder, (CASE, ROBOT, LEARNED, DISCREPANCY, PLAN))
     robot = _robot_file(folder, found)
-    beyond = found.repeating
+    beyond = found.correction
     discrepancy = None
     if beyond is not None:
         discrepancy = folder / DISCREPANCY
@@ -80,7 +80,7 @@ def write_inputs(folder: Path, found: CommandPlan, result: NextResult) -> Path:
 
 def _robot_file(folder: Path, found: CommandPlan) -> Path:
     """Return the file of the robot that the command is computed for, written if it is a new one."""
-    model, runs = found.move.model, found.history.runs
+    model, runs = found.model, found.history.runs
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
         write_atomically(target, learned_text(found.learned, target), LearnError)

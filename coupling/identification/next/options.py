@@ -8,6 +8,8 @@ import numpy as np
 
 # Runs one after the other on a warm robot repeat better than data sheets of large robots say, 0.05 mm.
 REPEATABILITY = 2e-5
+# Three standard deviations and the mean of a distance are 3.6 standard deviations of a coordinate.
+_OF_RP = float(np.sqrt(3.0) / 3.6)
 KINDS = ("auto", "parameters", "path", "both")
 # What an industrial robot's tool may be off before it is measured: pose accuracy of robots that are not
 # calibrated, some tenths of a millimetre [m], and that over an arm of a metre [rad].
@@ -86,6 +88,11 @@ class NextOptions:
     cutoff: float | None = None
     seed: int = 1
     repeatability: float = REPEATABILITY
+
+    @property
+    def random(self) -> float:
+        """Rms distance from run to run [m]: RP is the mean of distances and three deviations of them."""
+        return _OF_RP * self.repeatability
 
     @property
     def absolute(self) -> bool:

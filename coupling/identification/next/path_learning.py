@@ -1,0 +1,185 @@
+"""Iterative learning along the path: what the robot does beyond its model, learned from run to run.
+
+The inverse of the robot's model takes the desired path less a correction d.  After run k
+
+    d_(k+1) = d_k + g_k Q (y_k - s_k - d_k),
+
+y_k the measured tool, s_k the model's under the same command, Q a low-pass of zero phase, g_k the gain
+[Bristow2006].  Where the model follows its path, s_k + d_k is the desired path, and y_k - s_k - d_k the
+measured deviation; as s_k is simulated, a model whose parameters were learned later takes its own part
+off, and nothing is corrected twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from coupling.identification.next.contraction import CUTOFFS
+from coupling.identification.next.deviation_size import signal_filter
+from coupling.identification.next.history import History
+from coupling.identification.next.possible_robot import PossibleRobot
+from coupling.identification.next.smoother import Smoother
+from coupling.identification.runs.measurement import SimulatedPath
+from coupling.path.discrepancy import Discrepancy
+from coupling.path.linear import interpolated
+from coupling.results.next_result import RunComparison
+
+# A run that leaves more than this part of the one before: from there runs are averaged.
+_STAGNANT = 0.7
+# A run is worse than another by this factor of the rms, and by so many standard deviations of chance.
+_WORSE, _DOUBTS = 1.1, 2.0
+# Independent values of what differs from run to run: a shift and a drift in three directions.
+_VALUES = 6.0
+# Intervals of the grid, at least.
+_FEWEST_INTERVALS = 8
+
+
+@dataclass(frozen=True)
+class PathCorrection:
+    """What is corrected along the path beyond the model.
+
+    Attributes:
+        time: Even times over the whole path [s], (k,).
+        deviation: Displacement [m] and rotation vector [rad] beyond the model, (k, 6).
+        cutoff: Cutoff of the low-pass Q [Hz].
+        left: Rms of what Q does not let through, and of the noise that it does [m].
+        weights: Weights of the measured runs, (runs,).
+        noise_share: Part of the noise variance of the last run that is in the correction.
+    """
+
+    time: np.ndarray
+    deviation: np.ndarray
+    cutoff: float
+    left: float
+    weights: tuple[float, ...]
+    noise_share: float
+
+    def discrepancy(self, history: History) -> Discrepancy:
+        """Return it along the desired path, for a case; axes of the robot's base."""
+        position = SimulatedPath(history.runs[0].desired).position(self.time)
+        return Discrepancy(self.time, position, self.deviation)
+
+
+def compare_runs(history: History, absolute: bool, random: float) -> RunComparison:
+    """Return the last run of a history beside its best one.
+
+    Args:
+        history: The runs.
+        absolute: Whether the constant counts: the frame is known.
+        random: Rms distance from run to run [m].
+    """
+    sizes = [run.size for run in history.runs]
+    rms = [size.rms if absolute else size.rms_less_constant for size in sizes]
+    best, last = int(np.argmin(rms)), len(rms) - 1
+    # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
+    chance = (2.0 * rms[best] + random) * random / np.sqrt(_VALUES)
+    doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), chance))
+    return RunComparison(best, last, rms[last] ** 2 > (_WORSE * rms[best]) ** 2 + _DOUBTS * doubt)
+
+
+def gains_of(rms: Sequence[float], gain: float) -> list[float]:
+    """Return the gain of each run: g while the deviation shrinks, then of a mean of the runs.
+
+    What does not shrink is not learned or differs from run to run, and of that a mean has the least
+    [Butcher2008].
+
+    Args:
+        rms: Measured deviation of every run [m].
+        gain: g.
+
+    Example:
+        >>> gains_of([600.0, 40.0, 12.0, 11.0, 12.0], 1.0)
+        [1.0, 1.0, 1.0, 0.5, 0.3333333333333333]
+    """
+    gains, averaged = [gain], 1
+    for before, after in pairwise(rms):
+        averaged += after > _STAGNANT * before
+        gains.append(gain / averaged)
+    return gains
+
+
+def learn_path(
+    history: History, model: PossibleRobot, numbers: Sequence[int], gains: Sequence[float]
+) -> PathCorrection:
+    """Return the correction that measured runs tell beyond a model.
+
+    The cutoff is that of the least expected error below the one at which the iteration contracts: what
+    is faster is not corrected, what is slower has noise [Stein1981].
+
+    Args:
+        history: All measured runs.
+        model: The robot's model, with the highest cutoff that contracts.
+        numbers: Those that count, in their order.
+        gains: Their gains.
+    """
+    weights = np.zeros(len(numbers))
+    for k, gain in enumerate(gains):
+        weights[:k] *= 1.0 - gain
+        weights[k] = gain
+    last = history.runs[numbers[-1]]
+    beyond = [history.beyond(number, model.x) for number in numbers]
+    noise = 3.0 * last.noise**2 * float(np.sum(weights**2))
+    wide = signal_filter(last.measured.time)
+    cutoff, risk = model.contraction.cutoff, np.inf
+    for offered in (cutoff, *(own for own in CUTOFFS if own < cutoff)):
+        low = Smoother(last.measured.time, offered)
+        error = max(low.bias(beyond[-1][:, :3], last.noise, wide), 0.0) + noise * low.of_noise
+        if error < risk:
+            cutoff, risk = offered, error
+    filters = [Smoother(history.runs[number].measured.time, cutoff) for number in numbers]
+    path = history.runs[0].desired.time
+    spacing = min(low.spacing for low in filters)
+    count = max(int(np.ceil(float(np.ptp(path)) / spacing)), _FEWEST_INTERVALS)
+    time = np.linspace(path[0], path[-1], count + 1)
+    slow = [interpolated(time, q.time, q(off)) for q, off in zip(filters, beyond, strict=True)]
+    deviation = np.einsum("p,pkc->kc", weights, np.array(slow))
+    share = float(weights[-1]) * filters[-1].trace
+    return PathCorrection(
+        time, deviation, cutoff, float(np.sqrt(risk)), tuple(weights.tolist()), share
+    )
+
+
+def return_to(history: History, model: PossibleRobot, best: int) -> PathCorrection:
+    """Return the correction of the best run, and half of what was measured under it beside that.
+
+    Args:
+        history: All measured runs.
+        model: Model of the robot that the best run was computed for.
+        best: Its number.
+    """
+    half = learn_path(history, model, (best,), (0.5 * model.contraction.gain,))
+    before = history.runs[best].source.discrepancy
+    if before is None:
+        return half
+    deviation = half.deviation + (1.0 - half.weights[0]) * before.at(half.time)
+    return PathCorrection(
+        half.time, deviation, half.cutoff, half.left, half.weights, half.noise_share
+    )
+
+
+def is_repeated(history: History, model: PossibleRobot) -> bool:
+    """Return whether what is left of the last run is more than by what the last two runs differ.
+
+    Args:
+        history: The runs.
+        model: The robot's model: what the change of the command did is taken off.
+    """
+    if len(history.runs) < 2:
+        return True
+    last = history.runs[-1]
+    time = last.measured.time
+    low = Smoother(time, model.contraction.cutoff)
+    before = history.runs[-2].measured.time
+    earlier = interpolated(time, before, history.beyond(len(history.runs) - 2, model.x))
+    noise = 3.0 * last.noise**2 * low.of_noise
+    change = low(history.beyond(len(history.runs) - 1, model.x)[:, :3] - earlier[:, :3])
+    left = low(last.deviation)
+    return _square(change) - 2.0 * noise < _square(left) - noise
+
+
+def _square(values: np.ndarray) -> float:
+    return float(np.mean(np.sum(values**2, axis=1)))
