@@ -1,20 +1,25 @@
-"""PythonFMU's calls <-> an instance of the FMU, nothing else.
+"""The robot's FMU in Python, to be read: FMI variables <-> `ElasticRobot`, as a slave of PythonFMU.
 
-PythonFMU puts the FMU's resources folder on the module path and imports this file by its name
-(`slave_entry.py`); modules of the host or of another FMU may answer instead of the FMU's own.
-So everything that belongs to an instance is read from its own `resources` in `__init__`, no module
-has state, and an instance refuses to run with another version's modules.
+    set values, initialise    drives, load and parameters from the inputs; the robot at rest, `reset`
+    set inputs, step          the same from the inputs at the step's start, `ElasticRobot.step`
+    get an output             the method of `ElasticRobot` with the name of the output's block
+
+`elastic_robot.fmi.interface` has the variables, docs/fmu.md what they mean.  The FMU to simulate with
+is the native one (`native/fmi`), which also has states, derivatives, model exchange and the checks of
+values and of the order of calls that the standards ask for.
 """
 
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Callable
+from dataclasses import replace
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from pythonfmu import Fmi2Slave
-from pythonfmu.enums import Fmi2Status
+from pythonfmu import Fmi2Slave, Real, String
 
 from slave_refusal import refusal, require_host
 
@@ -24,174 +29,235 @@ require_host(
     ", or see documentation/externalDependencies.txt in the FMU",
 )
 
+import numpy as np
+
 import elastic_robot
+from elastic_robot.commands import Command, CommandedMotion, LastStep
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError
 from elastic_robot.fingerprint import fingerprint
-from elastic_robot.fmi import lifecycle
-from elastic_robot.fmi.fmu_state import FmuState, PackedState
-from elastic_robot.fmi.inputs import LAST_TIME, OF_DERIVATIVES
-from elastic_robot.fmi.instance import Instance
-from elastic_robot.fmi.interface import MODEL_NAME
+from elastic_robot.fmi.interface import MODEL_NAME, SLIPPED, STARTS, co_simulation_blocks
+from elastic_robot.fmi.tolerance import allowed_error
+from elastic_robot.motors import require_drives
+from elastic_robot.plane_contact import NO_CONTACT, PlaneContact
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import NO_SPRING, ContactSpring, Load, symmetric
+from elastic_robot.trajectory import Drives, Trajectory, read_trajectory
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
+# Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
+_UPPER = np.triu_indices(3)
 
 
-def _allowed(call: lifecycle.Call) -> Callable[[_Method], _Method]:
-    """Refuse a call out of its time, and let the user see every error.
+def _shown(method: _Method) -> _Method:
+    """Show every error of a call to the user: FMI passes on a status only, and the log may be off."""
 
-    FMI passes on a status only, and the log may be off.
-    """
+    @functools.wraps(method)
+    def call(slave: ElasticRobotSlave, *arguments: Any) -> Any:
+        try:
+            return method(slave, *arguments)
+        except Exception as error:
+            raise refusal(slave, error) from error
 
-    def decorate(method: _Method) -> _Method:
-        @functools.wraps(method)
-        def wrapper(self: ElasticRobotSlave, *args: Any) -> Any:
-            try:
-                call.require(self._instance.phase)
-                return method(self, *args)
-            except BaseException as error:  # whatever it is, it is raised again
-                raise refusal(self, error) from error
-
-        return cast(_Method, wrapper)
-
-    return decorate
+    return cast(_Method, call)
 
 
 class ElasticRobotSlave(Fmi2Slave):
-    """The FMU: inputs, outputs and parameters of `elastic_robot.fmi.interface`."""
+    """An instance of the FMU."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.modelName = MODEL_NAME  # PythonFMU's builder names the binaries by it
-        resources = Path(self.resources)
-        self._require_own_modules(resources)
-        robot = Robot.from_json((resources / "robot.json").read_text(encoding="utf-8"))
-        self._instance = Instance(robot, resources, fingerprint(resources))
+        self._folder = Path(self.resources)
+        self._require_modules_of_this_fmu()
+        self._description = Robot.from_json(self._text("robot.json"))
+        starts = json.loads(self._text(STARTS)) if (self._folder / STARTS).is_file() else {}
+        self._values: dict[str, np.ndarray] = {}  # of real variables by block
+        self._strings: dict[str, str] = {}
+        self._register(starts)
+        self._robot: ElasticRobot | None = None  # None: its initial state is not computed
+        self._initialised = self._is_tuned = False
+        self._trajectory: Trajectory | None = None
+        self._last_step: LastStep | None = None
+        self._start, self._relative_tolerance = 0.0, 0.0
+        self._outputs: dict[str, np.ndarray] = {}  # those of the present state that were asked for
 
-    def _require_own_modules(self, resources: Path) -> None:
-        loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
-        if loaded.resolve() != own.resolve() and fingerprint(loaded) != fingerprint(own):
+    def _text(self, name: str) -> str:
+        return (self._folder / name).read_text(encoding="utf-8")
+
+    def _require_modules_of_this_fmu(self) -> None:
+        """Raise where another FMU of this process, or its host, has loaded another version's modules."""
+        loaded, packed = Path(elastic_robot.__file__).parent, self._folder / "elastic_robot"
+        if loaded.resolve() != packed.resolve() and fingerprint(loaded) != fingerprint(packed):
             raise ElasticRobotError(
                 f"{self.instance_name}: elastic_robot: expected this FMU's own, got another version that"
                 f" this process has loaded from {loaded}: run FMUs of each version in their own process"
             )
 
-    @_allowed(lifecycle.SETUP)
+    def _register(self, starts: dict[str, str]) -> None:
+        """Register the variables; PythonFMU numbers them in this order."""
+        for key, block in co_simulation_blocks(self._description, starts).items():
+            if key == "strings":
+                for variable in block.variables:
+                    self._register_string(variable.name, str(variable.start))
+                continue
+            self._values[key] = np.array([float(v.start or 0.0) for v in block.variables])
+            for k, variable in enumerate(block.variables):
+                self._register_real(variable.name, key, k, block.causality)
+
+    def _register_string(self, name: str, start: str) -> None:
+        self._strings[name] = start
+
+        def set_value(value: str) -> None:
+            if self._initialised:
+                raise ParameterError(f"{name} is fixed: set it before initialisation ends")
+            self._strings[name], self._robot = value, None
+
+        variable = String(name, getter=lambda: self._strings[name], setter=set_value)
+        self.register_variable(variable, nested=False)
+
+    def _register_real(self, name: str, key: str, k: int, causality: str) -> None:
+        is_output = causality == "output"
+
+        def set_value(value: float) -> None:
+            if is_output:
+                raise ParameterError(f"{name} is an output and cannot be set")
+            if not isfinite(value):
+                raise ParameterError(f"{name}: expected a finite number, got {value}")
+            self._values[key][k] = value
+            self._is_tuned = self._is_tuned or causality == "parameter"
+            if not self._initialised:  # the initial state follows what is set until then
+                self._robot = None
+
+        def get_value() -> float:
+            return float((self._output(key) if is_output else self._values[key])[k])
+
+        self.register_variable(Real(name, getter=get_value, setter=set_value), nested=False)
+
+    @_shown
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take start and stop, and the relative tolerance."""
-        self._instance.set_up(start_time, stop_time, tolerance)
+        """Take the start time and the relative tolerance."""
+        self._start, self._relative_tolerance = start_time, tolerance or 0.0
 
-    @_allowed(lifecycle.ENTER)
-    def enter_initialization_mode(self) -> None:
-        """Enter initialisation mode."""
-        self._instance.phase = lifecycle.Phase.INITIALISING
-
-    @_allowed(lifecycle.EXIT)
+    @_shown
     def exit_initialization_mode(self) -> None:
         """Compute the initial state from the inputs and parameters set by now."""
-        self._instance.initialised()
-        self._warn(self._instance.trajectory_beyond_limits())
-        self._instance.phase = lifecycle.Phase.RUNNING
-        self.log(self._instance.start_text, Fmi2Status.ok, "logEvents")
+        self._at_rest()
+        self._initialised = True
 
-    @_allowed(lifecycle.TERMINATE)
-    def terminate(self) -> None:
-        """End the simulation; values and states are still there."""
-        self._instance.phase = lifecycle.Phase.TERMINATED
-        self.log(f"ends at {self._instance.time} s", Fmi2Status.ok, "logEvents")
-
-    @_allowed(lifecycle.STEP)
+    @_shown
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are those at its start."""
-        said = self._instance.step(current_time, step_size)
-        if said:  # in the log only: some masters stop at a step that is not OK
-            self.log(said, Fmi2Status.ok, "logStatusWarning")
+        if not (isfinite(current_time) and 0.0 <= step_size < inf):
+            raise ParameterError(
+                f"step: expected a finite time and size >= 0, got {current_time} s and {step_size} s"
+            )
+        robot, end = self._at_rest(), current_time - self._start + step_size
+        if not end > robot.time:
+            return True
+        drives = self._drives(robot.time, end)
+        if self._is_tuned:
+            self._tune(robot)
+        robot.step(end, drives, self._load(), self._values["torque_cmd"].copy())
+        if isinstance(drives, CommandedMotion) and self._strings["mode"] == "dynamic":
+            self._last_step = drives.past(end, self._last_step)
+        self._outputs.clear()
         return True
 
-    @_allowed(lifecycle.GET)
+    @_shown
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; an output is computed when it is read."""
-        if vrs and vrs[0] == LAST_TIME:  # python_host's fmi2GetRealStatus
-            lifecycle.RESULT.require(self._instance.phase)
-            return [self._instance.time]
-        return self._instance.get_reals(vrs)
+        return super().get_real(vrs)
 
-    @_allowed(lifecycle.SET)
+    @_shown
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set inputs and parameters."""
-        if vrs and vrs[0] >= OF_DERIVATIVES:  # python_host's fmi2SetRealInputDerivatives
-            ignored = self._instance.set_derivatives([vr - OF_DERIVATIVES for vr in vrs], values)
-            if ignored:
-                self._warn(
-                    f"derivative of {ignored}: expected that of force, moment, qdd_cmd or the anchor's"
-                    " position, got one without effect"
-                )
-        else:
-            self._warn(self._instance.set_reals(vrs, values))
+        super().set_real(vrs, values)
 
-    @_allowed(lifecycle.SET)
-    def set_string(self, vrs: list[int], values: list[str | None]) -> None:
-        """Set the fixed parameters, before initialisation ends."""
-        if not vrs:
-            return
-        lifecycle.SET_FIXED.require(self._instance.phase)
-        self._instance.set_strings(vrs, values)
+    @_shown
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Set fixed parameters."""
+        super().set_string(vrs, values)
 
-    @_allowed(lifecycle.GET)
-    def get_string(self, vrs: list[int]) -> list[str]:
-        """Return the fixed parameters."""
-        return self._instance.get_strings(vrs)
+    @_shown
+    def _get_fmu_state(self) -> dict[str, Any]:
+        """Refuse: PythonFMU's own states are the variables alone, without the robot's state."""
+        raise ParameterError("states are asked for; this FMU has none, the native one has")
 
-    @_allowed(lifecycle.GET)
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        """Refuse: there are no integer variables."""
-        self._require_none(vrs, "integer")
-        return []
+    def _output(self, key: str) -> np.ndarray:
+        """Return the values of a block of outputs in the present state."""
+        robot = self._at_rest()
+        if key not in self._outputs:
+            value = getattr(robot, key)()
+            self._outputs[key] = value[_UPPER] if key == "compliance" else value.ravel()
+        return self._outputs[key]
 
-    @_allowed(lifecycle.SET)
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        """Refuse: there are no integer variables."""
-        self._require_none(vrs, "integer")
+    def _at_rest(self) -> ElasticRobot:
+        """Return the robot, in its initial state if that was not computed yet."""
+        if self._robot is not None:
+            return self._robot
+        strings = self._strings
+        quasistatic = strings["mode"] == "quasistatic"
+        require_drives(
+            self._description, strings["drive"], quasistatic, bool(strings["trajectory"])
+        )
+        error = allowed_error(float(self._values["tolerance"][0]), self._relative_tolerance)
+        curve, drive = strings["torque_curve"], strings["drive"]
+        robot = ElasticRobot(self._description, curve, quasistatic, error, drive)
+        self._tune(robot)
+        self._trajectory, self._last_step = self._read_trajectory(), None
+        state = strings["initial_state"]
+        robot.reset(
+            0.0,
+            self._drives(0.0, 0.0),
+            self._load(),
+            undeflected=state == "undeflected",
+            slipped=SLIPPED.get(state, 0),
+            torque=self._values["torque_cmd"].copy(),
+        )
+        self._outputs.clear()
+        self._robot = robot
+        return robot
 
-    @_allowed(lifecycle.GET)
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Refuse: there are no boolean variables."""
-        self._require_none(vrs, "boolean")
-        return []
+    def _read_trajectory(self) -> Trajectory | None:
+        """Return the drives' motion from a file, where the host finds it or among the resources."""
+        if not self._strings["trajectory"]:
+            return None
+        file = Path(self._strings["trajectory"])
+        packed = self._folder / file
+        found = packed if packed.exists() and not file.exists() else file
+        return read_trajectory(found, len(self._description.joints))
 
-    @_allowed(lifecycle.SET)
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Refuse: there are no boolean variables."""
-        self._require_none(vrs, "boolean")
+    def _drives(self, start: float, end: float) -> Drives:
+        """Return the drives over a step [s], in the model's time, which begins with the experiment."""
+        if self._trajectory is not None:
+            return self._trajectory.since(self._start)
+        q, qd, qdd = (self._values[key].copy() for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        command = Command(q, qd, qdd, jerk=np.full(len(q), np.nan))
+        return CommandedMotion.after(self._last_step, command, start, end - start)
 
-    def _warn(self, text: str) -> None:
-        if text:
-            self.log(text, Fmi2Status.warning, "logStatusWarning")
+    def _load(self) -> Load:
+        """Return the load on the tool; without stiffness the anchor is nowhere."""
+        values = {key: value.copy() for key, value in self._values.items()}
+        stiffness, spring, contact = values["anchor_stiffness"], NO_SPRING, NO_CONTACT
+        if values["contact"][0] != 0.0:
+            contact = PlaneContact.of(np.append(values["contact"], values["contact_normal"]))
+        if stiffness.any() or contact.holds:
+            place, velocity = values["anchor"], values["anchor_velocity"]
+            spring = ContactSpring(place, velocity, symmetric(stiffness))
+        return Load(values["wrench"], spring, values["wrench_rate"], contact)
 
-    def _require_none(self, vrs: list[int], kind: str) -> None:
-        if vrs:
-            raise ParameterError(
-                f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
-            )
-
-    @_allowed(lifecycle.ANY)
-    def _get_fmu_state(self) -> FmuState:
-        """Return the state, an object that PythonFMU keeps for the host."""
-        return self._instance.state
-
-    @_allowed(lifecycle.ANY)
-    def _set_fmu_state(self, state: FmuState | PackedState) -> None:
-        """Go back to a state of this instance or of another one of the same FMU."""
-        self._instance.state = state
-
-    @staticmethod
-    def _fmu_state_to_bytes(state: FmuState | PackedState) -> bytes:
-        return state.to_bytes()
-
-    @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> PackedState:
-        # Damaged bytes are refused when they are set, where there is an instance to tell it; our library
-        # in front of PythonFMU's does so at once.
-        return PackedState(data)
+    def _tune(self, robot: ElasticRobot) -> None:
+        """Give a robot the tunable parameters; tilts have no backlash, nor all gears hysteresis."""
+        values = {key: value.copy() for key, value in self._values.items()}
+        backlash, hysteresis = np.zeros((2, robot.chain.elastic_count))
+        backlash[robot.chain.torsions] = values["backlash"]
+        hysteresis[robot.chain.elements.gears] = values["hysteresis"]
+        tuned: dict[str, Any] = {
+            key: values[key] for key in ("gravity", "stiffness", "damping", "friction")
+        }
+        tuned |= {"backlash": backlash, "hysteresis": hysteresis}
+        robot.parameters = replace(robot.parameters, **tuned)
+        self._is_tuned = False

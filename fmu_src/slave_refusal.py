@@ -26,7 +26,7 @@ def refusal(slave: Fmi2Slave, error: object, may_retry: bool = False) -> Refused
     Args:
         slave: The slave.
         error: An error or its sentence.
-        may_retry: Whether another value may do; an error may say so by itself.
+        may_retry: Whether another value may do.
     """
     text = f"{slave.instance_name}: {error}"
     print(text, file=sys.stderr, flush=True)
@@ -34,7 +34,7 @@ def refusal(slave: Fmi2Slave, error: object, may_retry: bool = False) -> Refused
     # when the instance is freed; without others that is a use after free.
     for owned in (slave, type(slave), slave.log_queue):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
-    return RefusedError(f"{_DISCARD if getattr(error, 'may_retry', may_retry) else ''}{text}")
+    return RefusedError(f"{_DISCARD if may_retry else ''}{text}")
 
 
 def require_host(fmu: str, modules: Mapping[str, str], advice: str = "") -> None:

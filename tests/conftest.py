@@ -17,10 +17,9 @@ sys.dont_write_bytecode = False
 # What is collected stays to the end: nothing of it is garbage.
 gc.disable()
 
-import functools
 import json
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import command_line
@@ -31,7 +30,7 @@ from hypothesis import settings
 from places import HELPERS, HOSTS, REFERENCE
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.fmu_export.build import build_fmu
 from elastic_robot.description import Robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
@@ -56,15 +55,9 @@ def example() -> Robot:
     return load_robot(find_robot("icme2008"))
 
 
-@pytest.fixture(scope="session", params=KINDS)
-def build(request: pytest.FixtureRequest) -> Callable[[Robot, Path], Path]:
-    """The FMUs of either kind keep the same contract: the tests run over both."""
-    return functools.partial(build_fmu, options=BuildOptions(request.param))
-
-
 @pytest.fixture(scope="session")
-def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu")
+def example_fmu(example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu")
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -103,7 +104,21 @@ def print_run(done: FinishedRun, folder: Path) -> None:
     print_sections(console, run_summary(done.stored))
     seconds = sum(done.run.durations.values())
     console.print(f"Result: {folder}  (report: {folder / 'report.html'}; {seconds:.1f} s)")
+    for language in _earlier_exports(folder):
+        text = (
+            f"Warning: the programs in {folder / language} are of an earlier command: elastic-robot"
+            f" export {shlex.quote(str(folder))} --to {language} --overwrite"
+        )
+        console.print(text, style="yellow")
     outlook = done.stored.figures.outlook
     if outlook is not None and not outlook.gains:
         text = "Do not send this command to a robot: it may be worse than none, see above."
         console.print(text, style="yellow")
+
+
+def _earlier_exports(folder: Path) -> list[str]:
+    """Return the languages whose programs stand in the folder of a run that has just ended."""
+    from coupling.export.folder import is_export
+    from coupling.programs.languages import LANGUAGES
+
+    return [language for language in LANGUAGES if is_export(folder / language)]

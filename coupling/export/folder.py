@@ -26,6 +26,11 @@ SUMMARY = "export.json"
 _KIND = "export"
 
 
+def is_export(folder: Path) -> bool:
+    """Return whether a folder holds exported programs."""
+    return is_of_kind(folder, _KIND) or (folder / SUMMARY).is_file()
+
+
 def require_writable(folder: Path, overwrite: bool) -> None:
     """Refuse a folder that holds something else, or programs that may not be replaced.
 
@@ -41,7 +46,7 @@ def require_writable(folder: Path, overwrite: bool) -> None:
         raise ProgramError(f"{folder}: expected the name of a folder, got a file")
     if is_free(place):
         return
-    if not is_of_kind(place, _KIND) and not (place / SUMMARY).is_file():
+    if not is_export(place):
         raise ProgramError(f"{folder}: holds files that are no export: name another folder")
     if not overwrite:
         raise ProgramError(f"{folder}: holds programs already: add --overwrite to replace them")

@@ -1,4 +1,4 @@
-"""The robot's FMU that runs in Python, on PythonFMU's binaries."""
+"""The robot's FMU in Python, on PythonFMU's binaries: to be read."""
 
 from __future__ import annotations
 
@@ -18,16 +18,13 @@ from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, STARTS, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, STARTS, co_simulation_blocks
 
 # The need of a Python environment is stated in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
-    "canInterpolateInputs",
     "canNotUseMemoryManagementFunctions",
-    "canGetAndSetFMUstate",
-    "canSerializeFMUstate",
 )
 # Imported by the model; the rest of the distribution's dependencies stay at the desk.
 _NEEDED = ("numpy", "scipy", "pin")
@@ -59,7 +56,7 @@ def build_python_fmu(
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
     """
     package = Path(elastic_robot.__file__).parent
-    table = blocks(robot, strings)
+    table = co_simulation_blocks(robot, strings)
     slave = PythonSlave(
         module="elastic_robot_slave",
         class_name=MODEL_NAME,

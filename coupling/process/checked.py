@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -54,27 +55,13 @@ def _problem(response: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
     if not isinstance(response, ProcessResponse):
         return f"expected a coupling.process.ProcessResponse, got {type(response).__name__}"
-    expected = (*path.pose.shape[:2], 6)
-    if response.wrench.before.shape != expected:
-        return (
-            f"wrench: expected shape {expected}, (tools, samples, 6) of the path, got"
-            f" {response.wrench.before.shape}"
-        )
-    if not np.array_equal(response.wrench.instants, path.time):
-        return (
-            "wrench: expected the times of the path, one that is a jump twice, got times of its own"
-        )
+    problem = misfit(response, path)
+    if problem:
+        return problem
     if response.wrench.spring is not None:
         return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
     if response.stiffness is None:
         return ""
-    tools, samples = path.pose.shape[:2]
-    whole = (samples, 3 * tools, 3 * tools)
-    found = np.shape(response.stiffness)
-    if found != whole:
-        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
-    if not np.all(np.isfinite(response.stiffness)):
-        return "stiffness: expected finite values, got one that is not finite"
     size = float(np.abs(response.stiffness).max())
     own = own_blocks(response.stiffness)
     skew = np.abs(own - own.swapaxes(-1, -2)).max()
@@ -85,4 +72,31 @@ def _problem(response: object, path: ToolPath) -> str:
             " of its own displacement, got ones that differ from their transposes by up to"
             f" {skew:.3g} N/m, with an eigenvalue of {lowest:.3g} N/m"
         )
+    return ""
+
+
+def misfit(response: ProcessResponse, path: ToolPath) -> str:
+    """Return what in an answer does not fit its path, empty if nothing: sizes, times, period."""
+    expected = (*path.pose.shape[:2], 6)
+    if response.wrench.before.shape != expected:
+        return (
+            f"wrench: expected shape {expected}, (tools, samples, 6) of the path, got"
+            f" {response.wrench.before.shape}"
+        )
+    if not np.array_equal(response.wrench.instants, path.time):
+        return (
+            "wrench: expected the times of the path, one that is a jump twice, got times of its own"
+        )
+    period = response.period
+    if period is not None and not (isinstance(period, Real) and 0.0 < period < np.inf):
+        return f"period: expected a time > 0 [s], or None, got {period!r}"
+    if response.stiffness is None:
+        return ""
+    tools, samples = path.pose.shape[:2]
+    whole = (samples, 3 * tools, 3 * tools)
+    found = np.shape(response.stiffness)
+    if found != whole:
+        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
+    if not np.all(np.isfinite(response.stiffness)):
+        return "stiffness: expected finite values, got one that is not finite"
     return ""

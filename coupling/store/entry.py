@@ -25,6 +25,8 @@ from coupling.process.base import PHYSICS, ProcessResponse
 _KEYED = "elastic-robot answer 1"
 # Kinds of NumPy that are numbers; an array of objects would have to be pickled.
 _NUMBERS = "biuf"
+# Arrays that are computed with: whoever wrote them otherwise has rounded them.
+_EXACT = ("time", "wrench", "stiffness")
 # Name of the JSON among the arrays.
 _HEADER = "header"
 _FIELDS = ("point_fields", "cell_fields")
@@ -91,10 +93,10 @@ def as_stored(response: ProcessResponse) -> ProcessResponse:
         )
         piece = Workpiece(_as_stored(piece.points), _as_stored(piece.cells), *fields)
     return ProcessResponse(
-        WrenchHistory(_as_stored(wrench.time), _as_stored(wrench.wrench)),
+        WrenchHistory(_as_stored(wrench.time, float), _as_stored(wrench.wrench, float)),
         piece,
         None if response.period is None else float(response.period),
-        None if stiffness is None else _as_stored(stiffness),
+        None if stiffness is None else _as_stored(stiffness, float),
     )
 
 
@@ -145,6 +147,10 @@ def decoded(content: bytes, key: str) -> ProcessResponse:
         arrays = {name: members[name] for name in header["arrays"]}
         if EntryInfo(**header["about"]).key != key:
             raise DamagedError("is the entry of another evaluation under this name")
+        for name in arrays:
+            kind = arrays[name].dtype
+            if kind != np.float64 if name in _EXACT else kind.kind not in _NUMBERS:
+                raise DamagedError(f"{name}: expected numbers as a store keeps them, got {kind}")
         workpiece = None
         if "points" in arrays:
             point_fields, cell_fields = (

@@ -18,7 +18,9 @@ from filelock import FileLock, Timeout
 from coupling.errors import StoreError, reason_of
 from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.files.atomic_file import PARTIAL, AtomicFile
+from coupling.path.histories import ToolPath
 from coupling.process.base import ProcessResponse
+from coupling.process.checked import misfit
 from coupling.store.entry import DamagedError, EntryInfo, decoded, encoded, read_about
 
 ENTRY, DAMAGED = ".npz", ".damaged"
@@ -98,14 +100,14 @@ class Store:
                         found.append(_entry(file))
         return sorted(found, key=lambda entry: entry.used)
 
-    def read(self, key: str) -> ProcessResponse | None:
-        """Return the answer that is kept under a key, or None where there is none that is sound.
+    def read(self, key: str, path: ToolPath) -> ProcessResponse | None:
+        """Return the answer to a path that is kept under a key, or None where none is sound.
 
         Raises:
             StoreError: If the folder cannot be read.
         """
         with suppress(DamagedError):
-            return self._read(key)
+            return self._read(key, path)
         return None
 
     def about(self, key: str) -> EntryInfo | None:
@@ -113,7 +115,7 @@ class Store:
         return read_about(self._file(key))
 
     @contextmanager
-    def claimed(self, key: str) -> Iterator[ProcessResponse | None]:
+    def claimed(self, key: str, path: ToolPath) -> Iterator[ProcessResponse | None]:
         """Hold a key while its answer is computed; another process that needs it waits meanwhile.
 
         Gives the answer where it has come in the meantime.  An entry that is damaged is set aside.
@@ -129,7 +131,7 @@ class Store:
         try:
             with suppress(OSError):  # only read by those who wait
                 owner.write_text(json.dumps([platform.node(), os.getpid(), time.time()]))
-            yield self._found(key)
+            yield self._found(key, path)
         finally:
             with suppress(OSError):
                 owner.unlink()
@@ -181,21 +183,24 @@ class Store:
                     file.unlink()
                     file.with_suffix(".owner").unlink(missing_ok=True)
 
-    def _read(self, key: str) -> ProcessResponse | None:
+    def _read(self, key: str, path: ToolPath) -> ProcessResponse | None:
         try:
             response = decoded(self._file(key).read_bytes(), key)
         except FileNotFoundError:
             return None
         except OSError as cause:
             raise StoreError(f"{self._file(key)}: cannot be read: {reason_of(cause)}") from cause
+        problem = misfit(response, path)
+        if problem:
+            raise DamagedError(f"is no answer to its path: {problem}")
         with suppress(OSError):  # a store that may only be read
             os.utime(self._file(key))
         return response
 
-    def _found(self, key: str) -> ProcessResponse | None:
+    def _found(self, key: str, path: ToolPath) -> ProcessResponse | None:
         """Return the answer that is kept, and set a damaged entry aside."""
         try:
-            return self._read(key)
+            return self._read(key, path)
         except DamagedError as cause:
             file = self._file(key)
             aside = file.with_suffix(DAMAGED)

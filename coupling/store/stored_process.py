@@ -79,8 +79,7 @@ class StoredProcess(ProcessWrapper):
         """
         self.settle()
         start, key = time.perf_counter(), evaluation_key(self.identity, path)
-        response = None if self._store is None or not key else self._kept(self._store, key)
-        response = response if _is_along(path, response) else None
+        response = None if self._store is None or not key else self._kept(self._store, key, path)
         origin: Literal["computed", "store"] = "computed" if response is None else "store"
         if response is None:
             if self._store is None or not key:
@@ -109,15 +108,15 @@ class StoredProcess(ProcessWrapper):
                 continue
             del self._pending[key]
 
-    def _kept(self, store: Store, key: str) -> ProcessResponse | None:
-        return self._pending[key][0] if key in self._pending else store.read(key)
+    def _kept(self, store: Store, key: str, path: ToolPath) -> ProcessResponse | None:
+        return self._pending[key][0] if key in self._pending else store.read(key, path)
 
     def _claimed(
         self, store: Store, key: str, path: ToolPath
     ) -> tuple[ProcessResponse, Literal["computed", "store"]]:
         """Return the answer, computed by this process or by another one that was quicker."""
-        with store.claimed(key) as response:
-            if response is not None and _is_along(path, response):
+        with store.claimed(key, path) as response:
+            if response is not None:
                 return response, "store"
             file = store.room(key, size_of(path))
             start = time.perf_counter()
@@ -143,8 +142,3 @@ class StoredProcess(ProcessWrapper):
                     WarningEvent(f"{cause}; the result is used, and stored as soon as possible")
                 )
             return response, "computed"
-
-
-def _is_along(path: ToolPath, response: ProcessResponse | None) -> bool:
-    """Return whether a kept answer has a wrench for every sample and tool, whoever wrote it."""
-    return response is not None and response.wrench.wrench.shape[:2] == path.pose.shape[:2]

@@ -58,7 +58,7 @@ def _column(given: Given, masters: Sequence[Master], folder: Path) -> list[str]:
     reference = folder / "reference"
     for place, fmi in ((folder, given.fmi), (reference, "2")):
         place.mkdir()
-        options = BuildOptions(given.kind, fmi=fmi)
+        options = BuildOptions(fmi=fmi)
         prepare(place, build_fmu(robot, place / "Built.fmu", options))
     expected = run_reference(False, reference)
     return [_cell(given, master, folder, expected) for master in masters]

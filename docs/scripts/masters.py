@@ -69,23 +69,21 @@ class Given:
     """An FMU that masters are given.
 
     Attributes:
-        kind: Kind of FMU, "native" or "python".
         fmi: Version of FMI.
         interfaces: What it offers: "CS", co-simulation; "ME", model exchange.
     """
 
-    kind: str
     fmi: str
     interfaces: tuple[str, ...] = ("CS",)
 
     @property
     def name(self) -> str:
         """Heading of its column in the table."""
-        return f"{self.kind}, FMI {self.fmi} (m)"
+        return f"FMI {self.fmi} (m)"
 
 
 _BOTH = ("CS", "ME")
-GIVEN = (Given("native", "2", _BOTH), Given("native", "3", _BOTH), Given("python", "2"))
+GIVEN = (Given("2", _BOTH), Given("3", _BOTH))
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 from bisect import bisect_right
-from functools import cached_property
 from math import inf
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -133,13 +131,6 @@ class Trajectory:
     def since(self, time: float) -> TrajectorySince:
         """Return the same motion over the seconds since a time."""
         return TrajectorySince(self, self.start - time)
-
-    @cached_property
-    def digest(self) -> str:
-        """Hash of the motion, 16 hexadecimal digits."""
-        parts = (np.array(self.start), self._starts, self._coefficients)
-        digest = hashlib.sha256(b"".join(part.tobytes() for part in parts))
-        return digest.hexdigest()[:16]
 
     def next_kink(self, time: float, jump: float) -> float:
         """Return the first time after `time` of a jump of the third derivative.

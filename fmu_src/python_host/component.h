@@ -32,6 +32,7 @@
     DO(fmi2SerializeFMUstate)                                                                       \
     DO(fmi2DeSerializeFMUstate)                                                                     \
     DO(fmi2GetDirectionalDerivative)                                                                \
+    DO(fmi2SetRealInputDerivatives)                                                                 \
     DO(fmi2GetRealOutputDerivatives)                                                                \
     DO(fmi2DoStep)                                                                                  \
     DO(fmi2CancelStep)                                                                              \

@@ -3,17 +3,14 @@
  * Different from there: an exception in Python is fmi2Error, as the instance can go on; what PythonFMU would
  * not survive is refused with a sentence.
  */
-#include <stdlib.h>
 #include <string.h>
 
 #include "component.h"
 #include "../native/fmi/log_categories.h"
 #include "../native/io/file.h"
 
-/* elastic_robot/fmi/inputs.py has the same: beyond it are the derivatives of inputs, and at it, to be read, the
- * end of the last step. */
-#define OF_DERIVATIVES (1u << 30)
-#define LAST_TIME OF_DERIVATIVES
+/* The end of the last step, to be read; process_slave.py has the same. */
+#define LAST_TIME (1u << 30)
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -95,11 +92,11 @@ static bool are_texts(const er_component *c, const fmi2String texts[], size_t co
     return true;
 }
 
-/* Whether no reference can be taken for that of a derivative. */
+/* Whether no reference can be taken for that of the last time. */
 static bool are_own(er_component *c, const fmi2ValueReference references[], size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        if (references[i] >= OF_DERIVATIVES) {
+        if (references[i] >= LAST_TIME) {
             er_fail(&c->cause, "value reference of a real variable: expected one of this FMU, got %u",
                     references[i]);
             er_component_refuse(c, c->cause.text);
@@ -196,28 +193,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
                                        const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[])
 {
-    er_component *c = instance;
-    fmi2ValueReference *shifted;
-    fmi2Status status;
-    if (!er_component_begin(c))
-        return er_component_none(c);
-    if (!er_component_given(c, count, references, values) ||
-        !er_component_given(c, count, order, order) || !are_own(c, references, count))
-        return fmi2Error;
-    for (size_t i = 0; i < count; i++)
-        if (order[i] != 1) {
-            er_fail(&c->cause, "derivative of variable %u: expected order 1, got %d", references[i],
-                    order[i]);
-            return er_component_refuse(c, c->cause.text);
-        }
-    shifted = calloc(count + 1, sizeof *shifted);
-    if (shifted == NULL)
-        return er_component_refuse(c, "the derivatives do not fit into memory");
-    for (size_t i = 0; i < count; i++)
-        shifted[i] = references[i] + OF_DERIVATIVES;
-    status = c->functions->fmi2SetReal(c->inner, shifted, count, values);
-    free(shifted);
-    return er_component_end(c, status);
+    ER_PASS_ON(instance, fmi2SetRealInputDerivatives, references, count, order, values);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance,

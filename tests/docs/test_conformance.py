@@ -17,7 +17,6 @@ from coupling.fmu_export.compiler import SOURCES
 PAGE = (DOCS / "conformance.md").read_text()
 KINDS = {
     "FMI 2, native": BuildOptions("native"),
-    "FMI 2, Python": BuildOptions("python"),
     "FMI 3, native": BuildOptions("native", fmi="3"),
 }
 ELEMENTS = {"CS": "CoSimulation", "ME": "ModelExchange"}
@@ -104,9 +103,6 @@ def test_the_states_are_those_that_the_life_cycle_is_gone_through_with():
         assert {call: states for call, states in found.items() if states or call in expected} == (
             expected
         )
-    assert {k for k in life["FMI2"] if life["FMI2"][k] != life["PYTHON"][k]} == {
-        "GetDirectionalDerivative"
-    }
 
 
 def test_the_modes_are_those_that_model_exchange_is_gone_through_with():

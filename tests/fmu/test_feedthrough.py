@@ -12,7 +12,6 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 KINDS = {
     "native-2": BuildOptions("native"),
     "native-3": BuildOptions("native", fmi="3"),
-    "python": BuildOptions("python"),
 }
 
 

@@ -12,7 +12,7 @@ from random_robots import make_robot
 
 from build_fmu import main
 from coupling.errors import BuildError
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import host_platform
 from elastic_robot.fingerprint import fingerprint
 
@@ -86,10 +86,10 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
     assert (kinds["tcp_tolerance"][0], float(kinds["tcp_tolerance"][1])) == ("fixed", 0.0)
 
 
-def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
+def test_arrays_follow_the_robot(tmp_path, run_fmu):
     """A random robot of three joints: as many commands and deflections as it has."""
     robot = make_robot(7, 3)
-    fmu = build(robot, tmp_path / "Random.fmu")
+    fmu = build_fmu(robot, tmp_path / "Random.fmu")
     names = [v.name for v in fmpy.read_model_description(str(fmu)).modelVariables]
     elastic = sum((joint.stiffness is not None) + len(joint.tilt) for joint in robot.joints)
     assert sum(name.startswith("q_cmd") for name in names) == 3
@@ -159,12 +159,12 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
-def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
-    build, example, run_fmu, tmp_path
-):
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
     """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
-    fmu = build(example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()})
+    fmu = build_fmu(
+        example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()}
+    )
     job = {
         "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
         "time": [0.0, 0.1],
@@ -213,14 +213,14 @@ def test_tunable_parameters_change_at_run_time(example_fmu, run_fmu):
 
 @pytest.mark.parametrize("element", ["Outputs", "InitialUnknowns"])
 def test_outputs_follow_what_the_model_structure_says(
-    example_fmu, build, example, tmp_path, run_fmu, element
+    example_fmu, example, tmp_path, run_fmu, element
 ):
     """Each variable is changed in both modes: an output that answers has declared it.
 
     Over a step where the FMU is built to declare that.
     """
     if element == "Outputs":
-        options = replace(build.keywords["options"], dependencies="step")
+        options = BuildOptions(dependencies="step")
         example_fmu = build_fmu(example, tmp_path / "OverStep.fmu", options)
     description = fmpy.read_model_description(str(example_fmu))
     variables = description.modelVariables
@@ -350,13 +350,13 @@ def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):
     assert all("failed with status" in str(answer["error"]) for answer in answers)
 
 
-def test_build_refuses_a_wrong_name_and_an_unwritable_place(build, example, tmp_path):
+def test_build_refuses_a_wrong_name_and_an_unwritable_place(example, tmp_path):
     with pytest.raises(BuildError, match=r"ends in \.fmu"):
-        build(example, tmp_path / "robot.zip")
+        build_fmu(example, tmp_path / "robot.zip")
     blocked = tmp_path / "file"
     blocked.write_text("")
     with pytest.raises(BuildError, match=r"cannot be (written|made)"):
-        build(example, blocked / "robot.fmu")
+        build_fmu(example, blocked / "robot.fmu")
 
 
 def test_command_builds_the_shipped_robot(tmp_path, capsys):
@@ -367,11 +367,13 @@ def test_command_builds_the_shipped_robot(tmp_path, capsys):
     assert str(file) in capsys.readouterr().out
 
 
-def test_fingerprint_tells_robots_apart(build, example, tmp_path):
+def test_fingerprint_tells_robots_apart(example, tmp_path):
     other = replace(example, gravity=(0.0, 0.0, -1.6))
     prints = set()
     for k, robot in enumerate([example, example, other]):
-        folder = fmpy.extract(str(build(robot, tmp_path / f"{k}.fmu")), unzipdir=tmp_path / str(k))
+        folder = fmpy.extract(
+            str(build_fmu(robot, tmp_path / f"{k}.fmu")), unzipdir=tmp_path / str(k)
+        )
         prints.add(fingerprint(tmp_path / str(k) / "resources"))
         del folder
     assert len(prints) == 2

@@ -14,8 +14,8 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.description import Body, Joint, Robot
 
 
-def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
-    run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
+def test_instances_do_not_mix(example_fmu, run_host, tmp_path):
+    run_host("instances", example_fmu, build_fmu(make_robot(5, 6), tmp_path / "Other.fmu"))
 
 
 SAID = {
@@ -44,9 +44,9 @@ def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu,
     assert all(text.startswith("robot") for text in sections.values()), sections
 
 
-def test_memory_stays_flat(build, run_host, tmp_path):
+def test_memory_stays_flat(run_host, tmp_path):
     """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
-    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 20_000)
+    run_host("memory", build_fmu(rigid_robot(), tmp_path / "Rigid.fmu"), 20_000)
 
 
 def rigid_robot() -> Robot:

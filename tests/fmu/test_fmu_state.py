@@ -5,6 +5,8 @@ from __future__ import annotations
 from places import REFERENCE
 from random_robots import make_robot
 
+from coupling.fmu_export.build import build_fmu
+
 ISO_PATH = REFERENCE / "iso_path_joints.npz"
 # Curve, mode, trajectory, stiffness of a spring and of a plane [N/m].
 CASES = (
@@ -21,11 +23,9 @@ CASES = (
 )
 
 
-def test_a_state_goes_on_bit_for_bit(example_fmu, build, run_host, tmp_path):
-    """Every fourth one in Python, some hundred times slower: its states are all of one kind."""
-    cases = CASES[::4] if build.keywords["options"].kind == "python" else CASES
+def test_a_state_goes_on_bit_for_bit(example_fmu, run_host, tmp_path):
     for what in ("save", "load"):
-        run_host("state", example_fmu, tmp_path, what, *cases)
+        run_host("state", example_fmu, tmp_path, what, *CASES)
 
 
 def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
@@ -40,8 +40,8 @@ def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
     assert "expected the motion that the state was saved with, got another" in said
 
 
-def test_damaged_and_foreign_states_are_refused(build, example_fmu, run_host, tmp_path):
-    other = build(make_robot(4, 6), tmp_path / "Other.fmu")
+def test_damaged_and_foreign_states_are_refused(example_fmu, run_host, tmp_path):
+    other = build_fmu(make_robot(4, 6), tmp_path / "Other.fmu")
     said = run_host("foreign_states", example_fmu, other)
     for text in ("damaged bytes", "state: expected one that", "with fingerprint"):
         assert text in said

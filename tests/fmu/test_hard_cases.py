@@ -1,4 +1,4 @@
-"""What no master should be able to break, for FMUs of both kinds."""
+"""What no master should be able to break."""
 
 from __future__ import annotations
 

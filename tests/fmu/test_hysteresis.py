@@ -10,6 +10,7 @@ import pytest
 from pendulum import held, pendulum
 from places import REFERENCE
 
+from coupling.fmu_export.build import build_fmu
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import StopElement
 from elastic_robot.robot import ElasticRobot
@@ -36,8 +37,8 @@ def gear(**joint) -> Robot:
 
 
 @pytest.fixture(scope="module")
-def gear_fmu(build, tmp_path_factory):
-    return build(gear(), tmp_path_factory.mktemp("fmu") / "R.fmu")
+def gear_fmu(tmp_path_factory):
+    return build_fmu(gear(), tmp_path_factory.mktemp("fmu") / "R.fmu")
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +50,8 @@ def worn(example) -> Robot:
 
 
 @pytest.fixture(scope="module")
-def worn_fmu(build, worn, tmp_path_factory):
-    return build(worn, tmp_path_factory.mktemp("fmu") / "R.fmu")
+def worn_fmu(worn, tmp_path_factory):
+    return build_fmu(worn, tmp_path_factory.mktemp("fmu") / "R.fmu")
 
 
 def test_only_gears_with_elements_have_their_variables(worn_fmu):

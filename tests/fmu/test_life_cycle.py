@@ -1,4 +1,4 @@
-"""Which call may be made when, in FMUs of both kinds and versions of FMI, and what instances leave."""
+"""Which call may be made when, in FMUs of both versions of FMI, and what instances leave."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import pytest
 from left_behind import left_behind
 
-from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 
 EVER = ["instantiated", "initialising", "running", "terminated"]
 BEGUN, ALIVE, BEFORE = EVER[1:], EVER[:3], EVER[:2]
@@ -43,29 +43,19 @@ FMI3 = {
     "GetString": EVER,
 }
 del FMI3["SetupExperiment"], FMI3["GetRealStatus"]
-# PythonFMU has no derivatives.
-PYTHON = {**FMI2, "GetDirectionalDerivative": []}
 
 
-@pytest.mark.parametrize(
-    ("kind", "fmi", "table"),
-    [("python", "2", PYTHON), ("native", "2", FMI2), ("native", "3", FMI3)],
-)
-def test_calls_are_taken_where_the_standard_allows_them(
-    example, tmp_path, run_host, kind, fmi, table
-):
-    file = build_fmu(
-        example, tmp_path / "Robot.fmu", BuildOptions(kind, fmi=fmi, arrays=fmi == "3")
-    )
+@pytest.mark.parametrize(("fmi", "table"), [("2", FMI2), ("3", FMI3)])
+def test_calls_are_taken_where_the_standard_allows_them(example, tmp_path, run_host, fmi, table):
+    file = build_fmu(example, tmp_path / "Robot.fmu", BuildOptions(fmi=fmi, arrays=fmi == "3"))
     run_host("life_cycle", file, tmp_path / "found.json")
     found = json.loads((tmp_path / "found.json").read_text())
     assert found.pop("pairs") == table
     assert set(map(tuple, found.values())) == {()}, found
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_instances_and_refused_calls_leave_no_memory_behind(example, tmp_path, kind):
-    left_behind(build_fmu(example, tmp_path / "R.fmu", BuildOptions(kind)), tmp_path)
+def test_instances_and_refused_calls_leave_no_memory_behind(example_fmu, tmp_path):
+    left_behind(example_fmu, tmp_path)
 
 
 def test_the_module_path_is_that_of_the_host_after_any_number_of_instances(

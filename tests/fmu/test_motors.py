@@ -1,4 +1,4 @@
-"""Motors through the FMU of either kind: they move as the model's, and refuse what cannot be."""
+"""Motors through the FMU: they move as the model's, and refuse what cannot be."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pendulum import held, pendulum
 
+from coupling.fmu_export.build import build_fmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.gear_parts import Drive, KinematicError
@@ -43,10 +44,10 @@ def job(drive: str, **more) -> dict:
 
 
 @pytest.mark.parametrize("drive", ["servo", "torque"])
-def test_motors_move_as_the_models(build, run_fmu, tmp_path, drive):
+def test_motors_move_as_the_models(run_fmu, tmp_path, drive):
     """Angles and places to 1e-9, rates to 1e-6, torques to 1e-3; slipping, too."""
     order = job(drive)
-    (answer,) = run_fmu(build(arm(), tmp_path / "R.fmu"), order)
+    (answer,) = run_fmu(build_fmu(arm(), tmp_path / "R.fmu"), order)
     model, rows = ElasticRobot(arm(), "linear", tolerance=1e-9, drive=drive), []
     torques = order["inputs"].get("torque_cmd[1]", [0.0] * len(TIME))
     for k, (end, force, torque) in enumerate(zip(TIME, FORCE, torques, strict=True)):
@@ -74,10 +75,10 @@ def test_motors_move_as_the_models(build, run_fmu, tmp_path, drive):
     ],
 )
 def test_drives_that_cannot_be_are_refused_in_a_sentence(
-    build, run_fmu, tmp_path, drive, joint, settings, words
+    run_fmu, tmp_path, drive, joint, settings, words
 ):
     order = job(drive, time=[0.0], inputs={}, outputs=["tcp.x"])
     order["settings"] |= settings
     robot = replace(arm(), joints=(replace(arm().joints[0], **joint),))
-    (answer,) = run_fmu(build(robot, tmp_path / "R.fmu"), order)
+    (answer,) = run_fmu(build_fmu(robot, tmp_path / "R.fmu"), order)
     assert words in answer["stderr"]

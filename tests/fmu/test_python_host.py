@@ -15,7 +15,6 @@ import pytest
 from emulators import EMULATORS
 from native_fmu import build_master
 from places import TESTS
-from random_robots import make_robot
 
 from build_fmu import main
 from coupling.errors import BuildError
@@ -83,18 +82,6 @@ def test_three_threads_of_a_c_host_get_the_same_poses(fmu, c_host, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_random_calls_of_a_c_host_change_nothing_where_they_are_refused(tmp_path):
-    """The calls that the native FMU is put through; damaged states, NULL, no texts.
-
-    On a robot of two joints, whose steps are short work.
-    """
-    small = build_fmu(make_robot(4, 2), tmp_path / "Robot.fmu", BuildOptions("python"))
-    fuzz = build_master("fuzz2", tmp_path / "fuzz2")
-    done = run_c(fuzz, small, tmp_path / "fmu", "800", ELASTIC_ROBOT_PYTHON=sys.executable)
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.startswith("800 calls")
-
-
 @pytest.mark.skipif(sys.prefix == sys.base_prefix, reason="needs a virtual environment")
 def test_a_virtual_environment_is_found_by_its_variable(fmu, c_host, tmp_path):
     done = run_c(c_host, fmu, tmp_path, "run", VIRTUAL_ENV=sys.prefix)
@@ -123,10 +110,6 @@ def test_every_function_is_passed_on_with_its_arguments_and_status(run_host, tmp
     run_host("passing_on", library, inner, resources.as_uri(), log)
     # At the end Python is let go of once before the variables that hold it are destroyed.
     assert log.read_text() == "forget Python\nvariables destroyed\n"
-
-
-def test_an_output_is_computed_once_when_it_is_read_and_only_then(fmu, run_host):
-    run_host("outputs", fmu)
 
 
 def test_many_instances_are_unloaded_and_the_process_ends_in_the_ordinary_way(fmu, run_host):

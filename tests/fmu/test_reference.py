@@ -1,4 +1,4 @@
-"""The built FMU against reference solutions made with other engines (tests/reference)."""
+"""FMUs of both kinds against reference solutions made with other engines (tests/reference)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,22 @@ import pytest
 from conftest import reference
 from places import REFERENCE
 
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 DEFLECTION = [f"deflection[{k}]" for k in range(1, 12)]
 WRENCH = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
 CURVES = {"nobacklash": "linear", "backlash": "backlash"}
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def kind(request) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def fmu(kind, example, tmp_path_factory):
+    return build_fmu(example, tmp_path_factory.mktemp(kind) / "R.fmu", BuildOptions(kind))
 
 
 def _poses() -> dict[str, list[float]]:
@@ -27,7 +39,7 @@ def _upright(values: np.ndarray) -> np.ndarray:
     return values
 
 
-def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
+def test_forward_kinematics_of_ten_poses(fmu, run_fmu):
     """Without gravity the elastic robot is the rigid one: 1e-9 m, 1e-9 in the quaternion."""
     job = {
         "settings": {"mode": "quasistatic", "torque_curve": "backlash"},
@@ -36,12 +48,12 @@ def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
         "inputs": _poses(),
         "outputs": [*POSE, *DEFLECTION],
     }
-    (answer,) = run_fmu(example_fmu, job)
+    (answer,) = run_fmu(fmu, job)
     found = _upright(answer["values"])
     np.testing.assert_allclose(found, reference("a_fk")[:, 1:], rtol=0, atol=1e-9)
 
 
-def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu):
+def test_static_equilibrium_of_ten_poses(fmu, run_fmu):
     values = dict(zip(WRENCH, (200.0, -150.0, -1000.0, 10.0, 20.0, -5.0), strict=True))
     loads = {"gravity": {}, "wrench": {name: [value] * 10 for name, value in values.items()}}
     cases = list(itertools.product(loads, CURVES))
@@ -54,13 +66,13 @@ def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu):
         }
         for load, curve in cases
     ]
-    for (load, curve), answer in zip(cases, run_fmu(example_fmu, *jobs), strict=True):
+    for (load, curve), answer in zip(cases, run_fmu(fmu, *jobs), strict=True):
         expected = reference(f"b_static_{load}_{curve}")[:, 1:]
         np.testing.assert_allclose(_upright(answer["values"]), expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_step_response(example_fmu, run_fmu, curve):
+def test_step_response(fmu, run_fmu, curve):
     """-2000 N on 0.1 <= t < 0.3 s; the reference is exact to 3e-14 m."""
     expected = reference(f"c_step_{curve}")
     time = expected[:, 0]
@@ -73,20 +85,20 @@ def test_step_response(example_fmu, run_fmu, curve):
         "inputs": {"force.z": np.where(loaded, -2000.0, 0.0)},
         "outputs": [*POSE, *DEFLECTION],
     }
-    (answer,) = run_fmu(example_fmu, job)
+    (answer,) = run_fmu(fmu, job)
     limit = {"nobacklash": 1e-9, "backlash": 1e-8}[curve]
     np.testing.assert_allclose(answer["values"], expected[:, 1:], rtol=0, atol=limit)
 
 
 @pytest.mark.parametrize("curve", CURVES)
-def test_iso_path(example_fmu, build, run_fmu, curve):
+def test_iso_path(kind, fmu, run_fmu, curve):
     """22.8 s of motion, seen every 50 ms: 1e-7 m without and 1e-6 m with backlash.
 
     With backlash small errors grow about 480 times between 9 and 12 s, so the first 9 s are also
     compared on their own, and the slow FMU in Python stops at 12 s; without at 5 s.
     """
     expected = reference(f"d_iso_{curve}_10ms")[::5]
-    if build.keywords["options"].kind == "python":
+    if kind == "python":
         expected = expected[expected[:, 0] <= {"nobacklash": 5.0, "backlash": 12.0}[curve]]
     job = {
         "settings": {
@@ -97,7 +109,7 @@ def test_iso_path(example_fmu, build, run_fmu, curve):
         "time": expected[:, 0],
         "outputs": [*POSE, *DEFLECTION],
     }
-    (answer,) = run_fmu(example_fmu, job)
+    (answer,) = run_fmu(fmu, job)
     error = np.abs(answer["values"] - expected[:, 1:])
     limit = {"nobacklash": 1e-7, "backlash": 1e-6}[curve]
     assert error[:, :3].max() < limit
@@ -105,7 +117,7 @@ def test_iso_path(example_fmu, build, run_fmu, curve):
     assert error[:, 3:].max() < 2.0 * limit
 
 
-def test_rigid_iso_path(example_fmu, run_fmu):
+def test_rigid_iso_path(fmu, run_fmu):
     expected = reference("d_iso_rigid_10ms")
     job = {
         "settings": {
@@ -115,5 +127,5 @@ def test_rigid_iso_path(example_fmu, run_fmu):
         "time": expected[:, 0],
         "outputs": [name.replace("tcp", "rigid") for name in POSE],
     }
-    (answer,) = run_fmu(example_fmu, job)
+    (answer,) = run_fmu(fmu, job)
     np.testing.assert_allclose(answer["values"], expected[:, 1:8], rtol=0, atol=1e-9)

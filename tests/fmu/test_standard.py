@@ -15,11 +15,8 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 FMUS = {
     "native, FMI 2": BuildOptions("native"),
     "native, FMI 3": BuildOptions("native", fmi="3"),
-    "Python, FMI 2": BuildOptions("python"),
 }
-USES = [
-    (name, use) for name in FMUS for use in ("cs", "me") if (name, use) != ("Python, FMI 2", "me")
-]
+USES = [(name, use) for name in FMUS for use in ("cs", "me")]
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,14 @@
-"""Commands that write several folders, killed at random moments: `python killed_commands.py 100`.
+"""Commands that write several folders, stopped at random moments: `python killed_commands.py 100`.
 
-identify, learn, next and place, each begun, killed, and given again until it ends; beside its result
-there are files of a user.  What is left at the end is that of a command which nobody has disturbed.
+identify, learn, next and place, each begun, killed or stopped by a signal, and given again until it
+ends; beside its result there are files of a user.  What is left at the end is that of a command
+which nobody has disturbed.
 """
 
 from __future__ import annotations
 
 import random
+import signal
 import sys
 import tempfile
 import time
@@ -15,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from killing import start
+from killing import Started, start
 from line_case import changed_text
 from places import CASES, LINE_CASE
 
@@ -25,6 +27,8 @@ from coupling.files.written_files import LIST
 # What tells of the run itself: times, and the cost of the evaluations.
 _OF_THE_RUN = ("run.json", "report.html", LIST)
 _RETRIES = 6
+# How a command is ended: half of all by what it cannot notice.
+_SIGNALS = (signal.SIGKILL,) * 3 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ class KilledCommand:
             if run.ends_within(chance.uniform(0.0, self.length)):
                 assert run.status() in (0, 1), folder.with_suffix(".txt").read_text()
                 break
-            run.kill()
+            _stop(run, chance.choice(_SIGNALS))
             kills += 1
             for place in folder.iterdir():
                 if place.is_dir() and (place / LIST).is_file() and not place.name.startswith("."):
@@ -74,6 +78,18 @@ class KilledCommand:
         assert {name: found.get(name) for name in theirs} == theirs
         assert {name: text for name, text in found.items() if name not in theirs} == self.files
         return kills
+
+
+def _stop(run: Started, number: int) -> None:
+    """Send a signal to a command, which then ends by it, or in order unless it was at its end."""
+    if number == signal.SIGKILL:
+        run.kill()
+        return
+    run.send(number)
+    assert run.ends_within(60.0), f"does not end by signal {number}"
+    status, text = run.status(), run.output.read_text()
+    assert status in (-number, 130, 0, 1), f"{status} by signal {number}: {text}"
+    assert "fault of this program" not in text, text
 
 
 def _filled(words: tuple[str, ...], folder: Path) -> list[str]:

@@ -100,6 +100,8 @@ ANSWER(fmi2SetFMUstate(C, fmi2FMUstate s), "fmi2SetFMUstate %d\n", *(int *)s)
 ANSWER(fmi2GetDirectionalDerivative(C, VRS, const fmi2ValueReference k[], size_t m,
                                     const fmi2Real seed[], fmi2Real v[]),
        "fmi2GetDirectionalDerivative %d %d %d %d %g %g\n", vr[0], (int)n, k[0], (int)m, seed[0], v[0])
+ANSWER(fmi2SetRealInputDerivatives(C, VRS, const fmi2Integer o[], const fmi2Real v[]),
+       "fmi2SetRealInputDerivatives %d %d %d %g\n", vr[0], (int)n, o[0], v[0])
 ANSWER(fmi2GetRealOutputDerivatives(C, VRS, const fmi2Integer o[], fmi2Real v[]),
        "fmi2GetRealOutputDerivatives %d %d %d %g\n", vr[0], (int)n, o[0], v[0])
 ANSWER(fmi2DoStep(C, fmi2Real t, fmi2Real h, fmi2Boolean keep), "fmi2DoStep %g %g %d\n", t, h, keep)

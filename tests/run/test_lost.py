@@ -126,6 +126,21 @@ def test_what_a_user_has_put_into_a_run_folder_outlives_it(failed, tmp_path):
     assert kept(failing) == theirs - {"result.json"} | {"result.json.kept"}
 
 
+def test_programs_of_a_command_that_is_replaced_are_named_with_what_renews_them(tmp_path):
+    run = tmp_path / "run"
+    first = command("couple", LINE_CASE, "-o", run, "--no-store")
+    (run / "krl").mkdir()
+    (run / "krl" / "export.json").write_text("{}")
+    (run / "rapid").mkdir()  # of the user
+    done = command("couple", LINE_CASE, "-o", run, "--no-store", "--overwrite")
+    assert "earlier command" not in first.stdout
+    (line,) = [line for line in done.stdout.splitlines() if "earlier command" in line]
+    assert line == (
+        f"Warning: the programs in {run / 'krl'} are of an earlier command: elastic-robot export"
+        f" {run} --to krl --overwrite"
+    )
+
+
 @pytest.mark.parametrize("left", ["list", "run.json", "both"])
 def test_a_run_that_was_killed_at_its_start_is_begun_by_the_same_command(tmp_path, left):
     run = tmp_path / "run"

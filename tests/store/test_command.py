@@ -24,6 +24,9 @@ class Springs:
         return ProcessResponse(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
 
 
+SOME_PATH = ToolPath(np.array([0.0, 1.0]), np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (2, 1)))
+
+
 @pytest.fixture
 def kept(tmp_path) -> Store:
     """Return a store with four entries of equal size, used 30, 20, 10 and 0 days ago."""
@@ -104,7 +107,7 @@ def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, comman
 
 
 def test_an_answer_that_is_being_computed_is_left_alone(kept, command):
-    with kept.claimed("b" * 64):
+    with kept.claimed("b" * 64, SOME_PATH):
         room = kept.room("b" * 64, 100)
         assert command("store", kept.folder, "--clear", "--keep", "0").returncode == 0
         assert len(list(kept.folder.glob(f"{'b' * 64}*.partial"))) == 1

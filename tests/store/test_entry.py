@@ -157,7 +157,7 @@ def test_a_forged_entry_is_damaged_whatever_its_checksum(name, tmp_path):
     with np.load(BytesIO(content(answer()))) as whole:
         arrays = {**whole, **FORGERIES[name]}
     np.savez(tmp_path / f"{KEY}.npz", **{k: v for k, v in arrays.items() if v is not None})
-    assert Store(tmp_path).read(KEY) is None
+    assert Store(tmp_path).read(KEY, path()) is None
     (listed,) = Store(tmp_path).entries()
     assert "is no entry of a store" in listed.problem()
 

@@ -136,6 +136,56 @@ def test_a_damaged_entry_is_set_aside_named_and_computed_anew(store, told, damag
     assert entry_of(store).read_bytes() != left
 
 
+def rewritten(file: Path, **changes) -> None:
+    """Change arrays of an entry, or the period, as another writer would: its checksums are right."""
+    with np.load(file) as kept:
+        arrays = {name: kept[name] for name in kept.files}
+    header = json.loads(str(arrays["header"]))
+    for name, change in changes.items():
+        if name == "period":
+            header["period"] = change
+        else:
+            arrays[name] = change(arrays.get(name))
+    header["arrays"] = [name for name in arrays if name != "header"]
+    np.savez(file, **{**arrays, "header": np.array(json.dumps(header))})
+
+
+FOREIGN = {
+    "fewer rows": {"time": lambda t: t[:-3], "wrench": lambda w: w[:, :-3]},
+    "a single row": {"time": lambda t: t[:1], "wrench": lambda w: w[:, :1]},
+    "times of its own": {"time": lambda t: 2.0 * t},
+    "forces alone": {"wrench": lambda w: w[..., :3]},
+    "another tool": {"wrench": lambda w: np.repeat(w, 2, axis=0)},
+    "not a number": {"wrench": lambda w: np.nan * w},
+    "single precision": {"wrench": lambda w: w.astype(np.float32)},
+    "whole numbers": {"wrench": lambda w: w.astype(np.int64)},
+    "truth values": {"wrench": lambda w: w.astype(bool)},
+    "complex numbers": {"wrench": lambda w: w.astype(complex)},
+    "letters": {"wrench": lambda w: w.astype(str)},
+    "a stiffness of fewer rows": {"stiffness": lambda _: np.zeros((3, 3, 3))},
+    "an infinite stiffness": {"stiffness": lambda _: np.full((50, 3, 3), np.inf)},
+    "a period in words": {"period": "short"},
+    "a period before time": {"period": -1.0},
+}
+
+
+@pytest.mark.parametrize("difference", FOREIGN)
+def test_an_entry_that_does_not_answer_its_path_is_set_aside_and_computed_anew(
+    store, told, difference
+):
+    """As another version may have written it, under the right name and whole."""
+    first = StoredProcess(Springs(), store).evaluate(path(0.3))
+    file = entry_of(store)
+    rewritten(file, **FOREIGN[difference])
+    springs = Springs()
+    again = StoredProcess(springs, store, told.append).evaluate(path(0.3))
+    assert springs.asked == [0.3]
+    assert np.array_equal(again.wrench.wrench, first.wrench.wrench)
+    (warning,) = [event for event in told if isinstance(event, WarningEvent)]
+    assert "set aside" in warning.text
+    assert [entry.problem() for entry in store.entries()] == [""]
+
+
 @pytest.mark.parametrize("stage", ["opened", "written", "synced", "renamed"])
 def test_a_process_killed_while_it_keeps_an_answer_leaves_it_whole_or_not_at_all(store, stage):
     child = start_function(die_while_keeping, store.folder, stage)

@@ -1,1 +1,1 @@
-"""The FMI interface as data, and the values and states of an instance."""
+"""The FMI interface as data: every variable of the FMU."""

@@ -10,12 +10,7 @@ from elastic_robot.description import Joint
 from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING, TORQUE
 from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
 
-# Blocks of inputs that are the first derivatives of others.
-DERIVATIVES = {"wrench": "wrench_rate", "anchor": "anchor_velocity"}
 LARGEST = sys.float_info.max
-# python_host adds this to the value references of inputs whose derivatives it sets, and reads the end of
-# the last step by it.
-OF_DERIVATIVES = LAST_TIME = 1 << 30
 
 
 def limits_of(variable: Variable) -> tuple[float, float]:

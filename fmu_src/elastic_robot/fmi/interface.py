@@ -1,6 +1,6 @@
 """The FMI contract as data: every variable of the FMU, in the order of its value reference.
 
-The variables come in blocks.  The reals are one array in the slave, and a block is a slice of it.  The
+The variables come in blocks.  The
 native FMU reads this table from its robot.txt; what a block means there is a row of fmi/blocks.c, what a
 choice means an enum of fmi/interface.h.
 """
@@ -46,7 +46,6 @@ INITIAL_STATES = (
 SLIPPED = {"equilibrium_from_below": 1, "equilibrium_from_above": -1}
 # A joint by its number in a description; of an elastic coordinate, what is behind it as well.
 _OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
-LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
 
 
 def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> dict[str, Block]:
@@ -72,6 +71,14 @@ def blocks(robot: Robot, strings: Mapping[str, str] = MappingProxyType({})) -> d
         "strings": texts,
     }
     return {key: _with_joints(block, robot) for key, block in table.items()}
+
+
+def co_simulation_blocks(
+    robot: Robot, strings: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, Block]:
+    """Return `blocks` without the local variables, which are those of model exchange."""
+    table = blocks(robot, strings)
+    return {key: block for key, block in table.items() if block.causality != "local"}
 
 
 def _started(block: Block, strings: Mapping[str, str]) -> Block:

@@ -36,13 +36,9 @@ class Fmu:
         self.description = fmpy.read_model_description(file, validate=False)
         self.folder, self.use = Path(unpacked(file)), use
         self.version = self.description.fmiVersion[0]
-        self.kind = (
-            "python" if (self.folder / "resources" / "slavemodule.txt").exists() else "native"
-        )
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.reference = {v.name: v.valueReference for v in self.variables.values()}
-        libraries = self.folder.glob("binaries/*linux*/*.so")
-        (library,) = (file for file in libraries if "pythonfmu" not in file.name)
+        (library,) = self.folder.glob("binaries/*linux*/*.so")
         self.library = CDLL(str(library))
 
     def instance(self, **options):

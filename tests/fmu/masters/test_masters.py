@@ -51,7 +51,7 @@ def given(request) -> Given:
 
 @pytest.fixture(scope="module")
 def fmu(given, example, tmp_path_factory) -> Path:
-    options = BuildOptions(given.kind, fmi=given.fmi)
+    options = BuildOptions(fmi=given.fmi)
     return build_fmu(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu", options)
 
 
@@ -81,25 +81,11 @@ def folder(fmu, fresh, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def reference_of(example, fresh, tmp_path_factory) -> Callable[[str], dict[bool, np.ndarray]]:
-    """What FMPy's single calls of FMI 2 find, by the kind of FMU."""
-
-    @functools.cache
-    def of(kind: str) -> dict[bool, np.ndarray]:
-        folder = tmp_path_factory.mktemp("reference")
-        fmu = build_fmu(example, folder / "Built.fmu", BuildOptions(kind))
-        prepare(folder, fmu, fresh.run)
-        return {
-            by_inputs: run_reference(by_inputs, folder, fresh.run) for by_inputs in (False, True)
-        }
-
-    return of
-
-
-@pytest.fixture(scope="module")
-def reference(given, reference_of) -> dict[bool, np.ndarray]:
-    """FMPy's single calls on the same task: by trajectory (False) and by inputs (True)."""
-    return reference_of(given.kind)
+def reference(example, fresh, tmp_path_factory) -> dict[bool, np.ndarray]:
+    """FMPy's single calls of FMI 2 on the same task: by trajectory (False) and by inputs (True)."""
+    folder = tmp_path_factory.mktemp("reference")
+    prepare(folder, build_fmu(example, folder / "Built.fmu"), fresh.run)
+    return {by_inputs: run_reference(by_inputs, folder, fresh.run) for by_inputs in (False, True)}
 
 
 @pytest.fixture(scope="module")
