@@ -21,7 +21,6 @@ from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.identification.next.command import plan
-from coupling.identification.next.cutoff_choice import selected
 from coupling.identification.next.figures import figures
 from coupling.identification.next.inputs import inputs_folder, write_inputs
 from coupling.identification.next.options import FrameAccuracy, NextOptions
@@ -241,12 +240,12 @@ def trial_result(trial: Trial) -> TrialResult:
 def commanded(sources: list[MeasuredFile], run: Path) -> tuple[RunForecast | None, str]:
     """Compute the next command into a run folder; return what it is to leave, and how it was found."""
     with Models("native") as models:
-        found = selected(plan(sources, NextOptions(KNOWN), models), models)
+        found = plan(sources, NextOptions(KNOWN), models)
         case = load_case(write_inputs(inputs_folder(run), found, figures(found)))
         done = expected(case, found, unwatched)
     run.mkdir()
     write_run(run, case, done)
-    return done.forecast, "again" if found.judgement.again else found.move.kind
+    return done.forecast, "back" if found.comparison.worse else found.move
 
 
 def trial_results(trials: list[Trial]) -> list[TrialResult]:

@@ -14,10 +14,9 @@ from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     PathCorrection,
     compare_runs,
-    gains_of,
     is_repeated,
     learn_path,
-    return_to,
+    weigh_runs,
 )
 from coupling.identification.next.possible_robot import (
     PossibleRobot,
@@ -28,7 +27,7 @@ from coupling.identification.next.possible_robot import (
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.problem import FramePrior
 from coupling.identification.runs.source import MeasuredFile
-from coupling.results.next_result import Contraction, DeviationSize, RunComparison
+from coupling.results.next_result import Contraction, RunComparison
 from coupling.run.models import Models
 
 # Parameters are learned from the first run, and anew from the first runs up to this number where the fit
@@ -77,10 +76,6 @@ class CommandPlan:
         """Number of the run from which the next one is predicted."""
         return self.comparison.best if self.comparison.worse else self.comparison.last
 
-    def rms_of(self, size: DeviationSize) -> float:
-        """Return the rms of a deviation [m]: less a constant where the frame is not known."""
-        return size.rms if self.options.absolute else size.rms_less_constant
-
 
 def plan(
     sources: Sequence[MeasuredFile], options: NextOptions, models: Models, watch: Watch = unwatched
@@ -101,19 +96,18 @@ def plan(
     history = History.of(sources, options.known, models)
     model, learned = _robot(history, options, models, watch)
     history = history.beside(model.x)
-    comparison = compare_runs(history, options.absolute, options.random)
+    sizes = [run.size for run in history.runs]
+    comparisons = [compare_runs(sizes[:count], options) for count in range(1, len(sizes) + 1)]
+    comparison = comparisons[-1]
     if comparison.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
         model = commanded_model(history, comparison.best, options)
         history = history.beside(model.x)
     correction = None
-    if comparison.worse:
-        correction = return_to(history, model, comparison.best)
-    elif options.move != "parameters":
-        sizes = [run.size for run in history.runs]
-        rms = [size.rms if options.absolute else size.rms_less_constant for size in sizes]
-        gains = gains_of(rms, model.contraction.gain)
-        correction = learn_path(history, model, range(len(rms)), gains)
+    if options.move != "parameters":
+        rms = [options.rms_of(size) for size in sizes]
+        weights = weigh_runs(comparisons, rms, model.contraction.gain)
+        correction = learn_path(history, model, weights)
     repeated = is_repeated(history, model)
     return CommandPlan(history, model, comparison, correction, learned, options, repeated)
 

@@ -134,7 +134,7 @@ def _move(found: CommandPlan) -> str:
 
 
 def _rms(found: CommandPlan, run: MeasuredRun) -> str:
-    return _um(found.rms_of(run.size))
+    return _um(found.options.rms_of(run.size))
 
 
 def _um(length: float) -> str:

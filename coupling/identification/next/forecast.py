@@ -61,7 +61,7 @@ def forecast(found: CommandPlan, command: JointPath, wrench: WrenchHistory) -> R
         high=float(np.sqrt((_FACTOR_OFF * rms) ** 2 + off)),
         maximum=max(float(np.linalg.norm(left, axis=1).max()), rms),
         absolute=absolute,
-        before=found.rms_of(history.runs[-1].size),
+        before=found.options.rms_of(history.runs[-1].size),
         robots=tuple(
             {
                 own.name: float(np.exp(value))

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from coupling.results.next_result import DeviationSize
+
 # Runs one after the other on a warm robot repeat better than data sheets of large robots say, 0.05 mm.
 REPEATABILITY = 2e-5
 # Three standard deviations and the mean of a distance are 3.6 standard deviations of a coordinate.
@@ -98,3 +100,7 @@ class NextOptions:
     def absolute(self) -> bool:
         """Whether the deviation's constant counts: the frame is said to be known."""
         return bool(np.isfinite(self.known.shift))
+
+    def rms_of(self, size: DeviationSize) -> float:
+        """Return the rms of a deviation [m]: less a constant where the frame is not known."""
+        return size.rms if self.absolute else size.rms_less_constant

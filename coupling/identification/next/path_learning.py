@@ -14,19 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from coupling.identification.next.contraction import CUTOFFS
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
+from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.smoother import Smoother
 from coupling.identification.runs.measurement import SimulatedPath
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.linear import interpolated
-from coupling.results.next_result import RunComparison
+from coupling.results.next_result import DeviationSize, RunComparison
 
 # A run that leaves more than this part of the one before: from there runs are averaged.
 _STAGNANT = 0.7
@@ -64,16 +64,14 @@ class PathCorrection:
         return Discrepancy(self.time, position, self.deviation)
 
 
-def compare_runs(history: History, absolute: bool, random: float) -> RunComparison:
-    """Return the last run of a history beside its best one.
+def compare_runs(sizes: Sequence[DeviationSize], options: NextOptions) -> RunComparison:
+    """Return the last of some runs beside the best one.
 
     Args:
-        history: The runs.
-        absolute: Whether the constant counts: the frame is known.
-        random: Rms distance from run to run [m].
+        sizes: Measured deviation of every run.
+        options: Repeatability, and whether the constant counts.
     """
-    sizes = [run.size for run in history.runs]
-    rms = [size.rms if absolute else size.rms_less_constant for size in sizes]
+    rms, random = [options.rms_of(size) for size in sizes], options.random
     best, last = int(np.argmin(rms)), len(rms) - 1
     # A vector r and a random n of few components have the square r^2 + n^2 + 2 r n.
     chance = (2.0 * rms[best] + random) * random / np.sqrt(_VALUES)
@@ -81,30 +79,44 @@ def compare_runs(history: History, absolute: bool, random: float) -> RunComparis
     return RunComparison(best, last, rms[last] ** 2 > (_WORSE * rms[best]) ** 2 + _DOUBTS * doubt)
 
 
-def gains_of(rms: Sequence[float], gain: float) -> list[float]:
-    """Return the gain of each run: g while the deviation shrinks, then of a mean of the runs.
+def weigh_runs(
+    comparisons: Sequence[RunComparison], rms: Sequence[float], gain: float
+) -> np.ndarray:
+    """Return the weights of the measured runs in the next correction, (runs,).
 
-    What does not shrink is not learned or differs from run to run, and of that a mean has the least
-    [Butcher2008].
+    While the deviation shrinks, the gain is g.  What does not shrink is not learned or differs from run
+    to run, and of that a mean has the least: g / 2, g / 3, .. [Butcher2008].  A run that is worse than
+    the best one does not count; the next command is the best one's with half of its last correction,
+    and later gains are halved, as in a line search.
 
     Args:
+        comparisons: Every run beside the best one until then.
         rms: Measured deviation of every run [m].
         gain: g.
 
     Example:
-        >>> gains_of([600.0, 40.0, 12.0, 11.0, 12.0], 1.0)
-        [1.0, 1.0, 1.0, 0.5, 0.3333333333333333]
+        >>> runs = [RunComparison(0, 0, False), RunComparison(1, 1, False), RunComparison(1, 2, False)]
+        >>> weigh_runs(runs, [400.0, 40.0, 39.0], 1.0)
+        array([0. , 0.5, 0.5])
+        >>> weigh_runs([*runs[:2], RunComparison(1, 2, True)], [400.0, 40.0, 90.0], 1.0)
+        array([0.5, 0.5, 0. ])
     """
-    gains, averaged = [gain], 1
-    for before, after in pairwise(rms):
-        averaged += after > _STAGNANT * before
+    commanded, gains, averaged, best = [np.zeros(len(rms))], [], 1, rms[0]
+    for run, measured in zip(comparisons, rms, strict=True):
+        if run.worse:
+            gain *= 0.5
+        elif run.last and measured > _STAGNANT * best:
+            averaged += 1
         gains.append(gain / averaged)
-    return gains
+        best = min(best, measured)
+        start = run.best if run.worse else run.last
+        weights = (1.0 - gains[-1]) * commanded[start]
+        weights[start] += gains[-1]
+        commanded.append(weights)
+    return commanded[-1]
 
 
-def learn_path(
-    history: History, model: PossibleRobot, numbers: Sequence[int], gains: Sequence[float]
-) -> PathCorrection:
+def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> PathCorrection:
     """Return the correction that measured runs tell beyond a model.
 
     The cutoff is that of the least expected error below the one at which the iteration contracts: what
@@ -113,13 +125,9 @@ def learn_path(
     Args:
         history: All measured runs.
         model: The robot's model, with the highest cutoff that contracts.
-        numbers: Those that count, in their order.
-        gains: Their gains.
+        weights: Weights of the runs, (runs,).
     """
-    weights = np.zeros(len(numbers))
-    for k, gain in enumerate(gains):
-        weights[:k] *= 1.0 - gain
-        weights[k] = gain
+    numbers = np.flatnonzero(weights)
     last = history.runs[numbers[-1]]
     beyond = [history.beyond(number, model.x) for number in numbers]
     noise = 3.0 * last.noise**2 * float(np.sum(weights**2))
@@ -136,28 +144,10 @@ def learn_path(
     count = max(int(np.ceil(float(np.ptp(path)) / spacing)), _FEWEST_INTERVALS)
     time = np.linspace(path[0], path[-1], count + 1)
     slow = [interpolated(time, q.time, q(off)) for q, off in zip(filters, beyond, strict=True)]
-    deviation = np.einsum("p,pkc->kc", weights, np.array(slow))
-    share = float(weights[-1]) * filters[-1].trace
+    deviation = np.einsum("p,pkc->kc", weights[numbers], np.array(slow))
+    share = float(weights[numbers[-1]]) * filters[-1].trace
     return PathCorrection(
         time, deviation, cutoff, float(np.sqrt(risk)), tuple(weights.tolist()), share
-    )
-
-
-def return_to(history: History, model: PossibleRobot, best: int) -> PathCorrection:
-    """Return the correction of the best run, and half of what was measured under it beside that.
-
-    Args:
-        history: All measured runs.
-        model: Model of the robot that the best run was computed for.
-        best: Its number.
-    """
-    half = learn_path(history, model, (best,), (0.5 * model.contraction.gain,))
-    before = history.runs[best].source.discrepancy
-    if before is None:
-        return half
-    deviation = half.deviation + (1.0 - half.weights[0]) * before.at(half.time)
-    return PathCorrection(
-        half.time, deviation, half.cutoff, half.left, half.weights, half.noise_share
     )
 
 
