@@ -145,6 +145,5 @@ def _learn(history: History, options: NextOptions, models: Models, watch: Watch)
         replace(run.source, measured=replace(run.source.measured, position=run.tcp_positions))
         for run in history.runs
     ]
-    start = history.robot_of(len(sources) - 1)
-    own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame, start=start)
-    return learn(sources, own, models, watch)
+    asked = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
+    return learn(sources, asked, models, watch)

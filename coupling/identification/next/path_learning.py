@@ -119,25 +119,14 @@ def weigh_runs(
 def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> PathCorrection:
     """Return the correction that measured runs tell beyond a model.
 
-    The cutoff is that of the least expected error below the one at which the iteration contracts: what
-    is faster is not corrected, what is slower has noise [Stein1981].
-
     Args:
         history: All measured runs.
         model: The robot's model, with the highest cutoff that contracts.
         weights: Weights of the runs, (runs,).
     """
-    numbers = np.flatnonzero(weights)
-    last = history.runs[numbers[-1]]
+    numbers = np.flatnonzero(weights).tolist()
     beyond = [history.beyond(number, model.x) for number in numbers]
-    noise = 3.0 * last.noise**2 * float(np.sum(weights**2))
-    wide = signal_filter(last.measured.time)
-    cutoff, risk = model.contraction.cutoff, np.inf
-    for offered in (cutoff, *(own for own in CUTOFFS if own < cutoff)):
-        low = Smoother(last.measured.time, offered)
-        error = max(low.bias(beyond[-1][:, :3], last.noise, wide), 0.0) + noise * low.of_noise
-        if error < risk:
-            cutoff, risk = offered, error
+    cutoff, error = _best_cutoff(history, model, float(np.sum(weights**2)))
     filters = [Smoother(history.runs[number].measured.time, cutoff) for number in numbers]
     path = history.runs[0].desired.time
     spacing = min(low.spacing for low in filters)
@@ -146,9 +135,39 @@ def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> P
     slow = [interpolated(time, q.time, q(off)) for q, off in zip(filters, beyond, strict=True)]
     deviation = np.einsum("p,pkc->kc", weights[numbers], np.array(slow))
     share = float(weights[numbers[-1]]) * filters[-1].trace
-    return PathCorrection(
-        time, deviation, cutoff, float(np.sqrt(risk)), tuple(weights.tolist()), share
-    )
+    return PathCorrection(time, deviation, cutoff, error, tuple(weights.tolist()), share)
+
+
+def _best_cutoff(history: History, model: PossibleRobot, share: float) -> tuple[float, float]:
+    """Return the cutoff of least expected error [Hz], and the rms of that [m].
+
+    It is at most the one at which the iteration contracts. What is faster and repeats is not corrected:
+    of one run that is estimated from its noise [Stein1981], of more the product of what the low-pass
+    takes off the last two. Of what is slower the correction has a share of the variance of noise, or of
+    what differs between them, as where gears cross their backlash at another time.
+
+    Args:
+        history: All measured runs.
+        model: The robot's model.
+        share: Sum of the squares of the runs' weights.
+    """
+    last = len(history.runs) - 1
+    run, highest = history.runs[last], model.contraction.cutoff
+    time, wide = run.measured.time, signal_filter(run.measured.time)
+    beyond = history.beyond(last, model.x)[:, :3]
+    earlier = beyond - _change(history, model.x) if last else beyond
+    errors = {}
+    for cutoff in (highest, *(lower for lower in CUTOFFS if lower < highest)):
+        low = Smoother(time, cutoff)
+        random = 3.0 * run.noise**2 * low.of_noise
+        bias = low.bias(beyond, run.noise, wide)
+        if last:
+            random = max(random, 0.5 * _mean_square(low(beyond - earlier)))
+            taken = [wide.at_samples(wide(y)) - low.at_samples(low(y)) for y in (beyond, earlier)]
+            bias = float(np.mean(np.sum(taken[0] * taken[1], axis=1)))
+        errors[cutoff] = float(np.sqrt(max(bias, 0.0) + share * random))
+    best = min(errors, key=errors.__getitem__)
+    return best, errors[best]
 
 
 def is_repeated(history: History, model: PossibleRobot) -> bool:
@@ -158,18 +177,23 @@ def is_repeated(history: History, model: PossibleRobot) -> bool:
         history: The runs.
         model: The robot's model: what the change of the command did is taken off.
     """
-    if len(history.runs) < 2:
+    if len(history.runs) == 1:
         return True
     last = history.runs[-1]
-    time = last.measured.time
-    low = Smoother(time, model.contraction.cutoff)
-    before = history.runs[-2].measured.time
-    earlier = interpolated(time, before, history.beyond(len(history.runs) - 2, model.x))
+    low = Smoother(last.measured.time, model.contraction.cutoff)
     noise = 3.0 * last.noise**2 * low.of_noise
-    change = low(history.beyond(len(history.runs) - 1, model.x)[:, :3] - earlier[:, :3])
-    left = low(last.deviation)
-    return _square(change) - 2.0 * noise < _square(left) - noise
+    change = _mean_square(low(_change(history, model.x))) - 2.0 * noise
+    return change < _mean_square(low(last.deviation)) - noise
 
 
-def _square(values: np.ndarray) -> float:
+def _change(history: History, x: np.ndarray) -> np.ndarray:
+    """Return what a robot does beyond a model in the last run and not in the one before [m], (n, 3)."""
+    last = len(history.runs) - 1
+    time, before = (history.runs[number].measured.time for number in (last, last - 1))
+    earlier = interpolated(time, before, history.beyond(last - 1, x))
+    change: np.ndarray = (history.beyond(last, x) - earlier)[:, :3]
+    return change
+
+
+def _mean_square(values: np.ndarray) -> float:
     return float(np.mean(np.sum(values**2, axis=1)))

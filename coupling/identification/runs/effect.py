@@ -78,14 +78,6 @@ class ParameterEffect:
         none = np.zeros(len(parameters))
         self._known = {none.tobytes(): self._wind_ups(none, len(self._time))}
 
-    def along(self, one: MeasuredPath) -> bool:
-        """Return whether it holds along a run of the same command, measured otherwise."""
-        (own, its), (other, others) = (
-            (run.wanted.path.time, run.measured.motors and run.measured.motors.columns)
-            for run in (self._run, one)
-        )
-        return np.array_equal(own, other) and its == others
-
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
 

@@ -55,14 +55,12 @@ class LearnOptions:
         draws: Simulated robots for the intervals; 0 for those of the fit.
         seed: Seed of their parameters and noise.
         known: Prior of the measuring frame, from the robot's base frame, where it does not lie anywhere.
-        start: Log factors that the fit begins at [1], (P,); None: the robot of the last run.
     """
 
     own_frame: bool = False
     draws: int = 0
     seed: int = 1
     known: FramePrior = field(default_factory=FramePrior)
-    start: np.ndarray | None = None
 
     @property
     def frame(self) -> FramePrior:
@@ -174,23 +172,6 @@ class Learned:
         ]
 
 
-@dataclass(frozen=True)
-class FittedRuns:
-    """A fit to measured runs.
-
-    Attributes:
-        sources: Runs and measurements.
-        problem: The problem that was fitted.
-        start: Log factors at which the fit began [1], (P,).
-        fit: The fit.
-    """
-
-    sources: tuple[MeasuredFile, ...]
-    problem: FitProblem
-    start: np.ndarray
-    fit: ParameterFit
-
-
 def learn(
     sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
 ) -> Learned:
@@ -207,25 +188,6 @@ def learn(
         LearnError: If a measurement is none of its run, or the runs' robots differ by more than is
             learned.
     """
-    return assessed(fitted(sources, options, models, watch), options, watch)
-
-
-def fitted(
-    sources: Sequence[MeasuredFile],
-    options: LearnOptions,
-    models: Models,
-    watch: Watch = unwatched,
-    before: FittedRuns | None = None,
-) -> FittedRuns:
-    """Return the fit to measured runs, without a verdict on any parameter.
-
-    Args:
-        sources, options, models, watch: As for `learn`.
-        before: Fit to the same runs with other measurements, of which what they share is taken.
-
-    Raises:
-        LearnError: As `learn`.
-    """
     require_comparable(sources)
     first, last = sources[0], sources[-1]
     fmus = models.side_by_side(models.of(first.robot, first.torque_curve, first.drive).fmu)
@@ -236,33 +198,19 @@ def fitted(
         own = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         one = _with_motors(source.whole(options.own_frame, model), first)
-        known = None if before is None else before.problem.effects[number]
-        if known is None or not known.along(one):
-            known = ParameterEffect(first.robot, first.torque_curve, parameters, one)
-        effects.append(known)
-        runs.append(_weighed(one, known, fmus[0], first.robot))
+        effect = ParameterEffect(first.robot, first.torque_curve, parameters, one)
+        effects.append(effect)
+        runs.append(_weighed(one, effect, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
-    start = factors_between(parameters, last.robot) if options.start is None else options.start
+    start = factors_between(parameters, last.robot)
     watch(Progress("learning: fit", 0, 1))
-    return FittedRuns(tuple(sources), problem, start, Fitter(problem).fit(start))
-
-
-def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched) -> Learned:
-    """Return the verdict on the parameters of a fit.
-
-    Args:
-        found: The fit.
-        options: Options of learning.
-        watch: Function called with the progress.
-    """
-    problem, fit, first, last = found.problem, found.fit, found.sources[0], found.sources[-1]
-    parameters = problem.parameters
+    fit = Fitter(problem).fit(start)
 
     def drawn(done: int, total: int) -> None:
         watch(Progress("learning: simulated robots, for the intervals", done, total))
 
     if options.draws:
-        spread = spread_of(problem, fit, found.start, options.draws, options.seed, drawn)
+        spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
     else:
         spread = spread_of_fit(problem, fit)
     x = fit.z[: len(parameters)]
@@ -275,7 +223,7 @@ def assessed(found: FittedRuns, options: LearnOptions, watch: Watch = unwatched)
     identifiable = any(own.identifiable for own in verdicts)
     whole = gears if identifiable else diagnose(moving, last.wanted_whole)
     before = Fitter(problem).without(np.zeros(len(parameters)))
-    return Learned(found.sources, problem.runs, fit, before, verdicts, spread, gears, whole)
+    return Learned(tuple(sources), problem.runs, fit, before, verdicts, spread, gears, whole)
 
 
 def _with_motors(one: MeasuredPath, source: MeasuredFile) -> MeasuredPath:

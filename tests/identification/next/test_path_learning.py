@@ -103,7 +103,7 @@ def test_a_robot_that_answers_by_another_factor_is_learned_from_run_to_run(respo
         left.append(rms(deviation))
         deviations.append(deviation + white(k))
         runs.append(deviations[-1] + corrected)
-        found = learn_path(Runs(runs), MODEL, range(k + 1), gains_of(left, 1.0))
+        found = learn_path(Runs(runs), MODEL, weigh_runs(compared(left), left, 1.0))
         corrected = at_samples(found.time, found.deviation)
     assert left[1] == pytest.approx(abs(1.0 - response) * left[0], abs=5e-6)
     assert left[-1] < 0.1 * left[0]
@@ -128,7 +128,7 @@ def test_what_differs_from_run_to_run_is_told_from_what_stays(changed, repeated)
 
 
 def test_a_worse_run_does_not_count_and_the_next_step_is_half_of_it():
-    """After 400, 40 um the second correction leaves 90: half of it, and if that is no better a quarter."""
+    """After 400, 40 um a correction leaves 90: half of it, and if that is no better a quarter."""
     left = [4e-4, 4e-5, 9e-5, 9e-5]
     np.testing.assert_allclose(weigh_runs(compared(left[:2]), left[:2], 1.0), [0.0, 1.0])
     np.testing.assert_allclose(weigh_runs(compared(left[:3]), left[:3], 1.0), [0.5, 0.5, 0.0])
