@@ -222,12 +222,12 @@ class ElasticRobotSlave(Fmi2Slave):
         return robot
 
     def _read_trajectory(self) -> Trajectory | None:
-        """Return the drives' motion from a file, where the host finds it or among the resources."""
+        """Return the drives' motion from a file among the resources, or else where the host finds it."""
         if not self._strings["trajectory"]:
             return None
         file = Path(self._strings["trajectory"])
         packed = self._folder / file
-        found = packed if packed.exists() and not file.exists() else file
+        found = packed if packed.exists() else file
         return read_trajectory(found, len(self._description.joints))
 
     def _drives(self, start: float, end: float) -> Drives:

@@ -44,12 +44,12 @@ def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[D
 
 
 def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
-    found = []
+    problems = []
     for i, drive in enumerate(motions):
         low, high = limits.lower[i], limits.upper[i]
         if drive.lowest < low - _ROUNDING or drive.highest > high + _ROUNDING:
             angles = np.rad2deg([low, high, drive.lowest, drive.highest])
-            found.append(
+            problems.append(
                 f"joint {drive.joint}: expected angles of {angles[0]:.2f} to {angles[1]:.2f} deg, got"
                 f" {angles[2]:.2f} to {angles[3]:.2f} deg"
             )
@@ -58,11 +58,11 @@ def _problems(motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
             (drive.acceleration, drive.acceleration_time, drive.acceleration_limit, "rad/s^2"),
         ):
             if most is not None and reached > most * (1.0 + _ROUNDING):
-                found.append(
+                problems.append(
                     f"joint {drive.joint}: expected at most {most:.4g} {unit}, got {reached:.4g} {unit}"
                     f" at {at:.3f} s"
                 )
-    return found
+    return problems
 
 
 def remark_on(stored: StoredRobot) -> str:
@@ -91,11 +91,11 @@ def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
     for placed in case.robots:
         count = len(placed.description.joints)
         stored = run.robots.get(placed.name)
-        found = 0 if stored is None else stored.joints.q[0].shape[1]
-        if found != count:
+        robots = 0 if stored is None else stored.joints.q[0].shape[1]
+        if robots != count:
             raise ProgramError(
                 f"{folder}: expected a command of {count} joints for the {placed.name} robot of"
-                f" case.toml, got one of {found}"
+                f" case.toml, got one of {robots}"
             )
 
 
@@ -116,14 +116,14 @@ def require_poses(
     if poses is None:
         return
     # Times of the table may have been moved by their rounding.
-    given = ToolPath(joints.time, poses.pose)
-    off = _undeflected(placed, joints).deviation_from(given)[0]
+    path = ToolPath(joints.time, poses.pose)
+    off = _undeflected(placed, joints).deviation_from(path)[0]
     apart = np.linalg.norm(off[:, :3], axis=1).max()
-    turned = np.linalg.norm(off[:, 3:], axis=1).max()
-    if apart > _ROUNDED or turned > _ROUNDED:
+    rotation = np.linalg.norm(off[:, 3:], axis=1).max()
+    if apart > _ROUNDED or rotation > _ROUNDED:
         raise ProgramError(
             f"{file}: expected the poses of the robot at q1.., got a difference of up to"
-            f" {1e6 * apart:.3g} um and {1e3 * turned:.3g} mrad: it is the command of another robot,"
+            f" {1e6 * apart:.3g} um and {1e3 * rotation:.3g} mrad: it is the command of another robot,"
             " tool or base, or only its angles were edited: remove the columns of the poses"
         )
 

@@ -82,11 +82,11 @@ def commands_of_run(folder: Path) -> tuple[RobotCommand, ...]:
     """
     run, case = read_run(folder), load_case(folder / "case.toml")
     require_robots(folder, case, run)
-    found = []
+    commands = []
     for placed in case.robots:
         stored = run.robots[placed.name]
         require_same_robot(folder, placed, stored)
-        found.append(
+        commands.append(
             RobotCommand(
                 name=folder.resolve().name,
                 placed=placed,
@@ -101,7 +101,7 @@ def commands_of_run(folder: Path) -> tuple[RobotCommand, ...]:
                 remark=remark_on(stored),
             )
         )
-    return tuple(found)
+    return tuple(commands)
 
 
 def command_in_run(folder: Path, file: Path) -> tuple[RobotCommand, ...]:
@@ -112,27 +112,27 @@ def command_in_run(folder: Path, file: Path) -> tuple[RobotCommand, ...]:
     Raises:
         CouplingError: As `commands_of_run`, or if the table is no command of the run's robot and time.
     """
-    found = commands_of_run(folder)
-    if len(found) > 1:
+    commands = commands_of_run(folder)
+    if len(commands) > 1:
         raise ProgramError(
             f"{folder}: expected the run of one robot beside --command, got that of a cell of"
-            f" {len(found)}"
+            f" {len(commands)}"
         )
-    (own,) = found
-    table = read_command(file, len(own.placed.description.joints), ProgramError)
-    start, end = float(own.joints.time[0]), float(own.wrench.time[-1])
+    (command,) = commands
+    table = read_command(file, len(command.placed.description.joints), ProgramError)
+    start, end = float(command.joints.time[0]), float(command.wrench.time[-1])
     try:
         joints = replace(table.joints, time=_at(table.joints.time, (start, end)))
     except ValueError as cause:
         raise ProgramError(f"{file}: {cause}") from cause
-    latest = float(own.joints.time[-1]) + _last_cycle(joints)
+    latest = float(command.joints.time[-1]) + _last_cycle(joints)
     if joints.time[0] != start or not end <= joints.time[-1] <= latest:
         raise ProgramError(
-            f"{file}: expected a command from {_span(own.joints)} as that of {folder}, whose wrench it"
-            f" meets, got one from {_span(joints)}"
+            f"{file}: expected a command from {_span(command.joints)} as that of {folder}, whose wrench"
+            f" it meets, got one from {_span(joints)}"
         )
-    require_poses(file, own.placed, joints, table.poses)
-    return (replace(own, name=file.stem, joints=joints, remark=remark_on_ends(joints)),)
+    require_poses(file, command.placed, joints, table.poses)
+    return (replace(command, name=file.stem, joints=joints, remark=remark_on_ends(joints)),)
 
 
 def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[RobotCommand, ...]:
@@ -202,24 +202,26 @@ def _met(file: Path, zero: float, instants: np.ndarray, cycle: float) -> WrenchH
     rows = read_table(file, ("time", *WRENCH_COLUMNS), ProgramError)
     end = float(instants[-1])
     try:
-        given = WrenchHistory(_at(rows[:, 0] - zero, (0.0, end)), rows[:, 1:])
+        stated_loads = WrenchHistory(_at(rows[:, 0] - zero, (0.0, end)), rows[:, 1:])
     except ValueError as cause:
         raise ProgramError(f"{file}: {cause}") from cause
-    if given.time[0] > 0.0 or given.time[-1] < end - cycle:
+    if stated_loads.time[0] > 0.0 or stated_loads.time[-1] < end - cycle:
         raise ProgramError(
             f"{file}: expected a wrench all along the command, from {zero:.9g} to {zero + end:.9g} s,"
             f" got one from {rows[0, 0]:.9g} to {rows[-1, 0]:.9g} s"
         )
-    inside = (given.time >= 0.0) & (given.time <= end)
-    first, last = (np.setdiff1d([t], given.time) for t in (0.0, end))
+    inside = (stated_loads.time >= 0.0) & (stated_loads.time <= end)
+    first, last = (np.setdiff1d([t], stated_loads.time) for t in (0.0, end))
     during = WrenchHistory(
-        np.concatenate([first, given.time[inside], last]),
-        np.concatenate([given.at(first), given.wrench[:, inside], given.at(last)], axis=1),
+        np.concatenate([first, stated_loads.time[inside], last]),
+        np.concatenate(
+            [stated_loads.at(first), stated_loads.wrench[:, inside], stated_loads.at(last)], axis=1
+        ),
     )
-    own = during.instants
-    after = np.searchsorted(own, instants)
-    apart = own[after] - instants, instants - np.append(-np.inf, own)[after]
-    return during.refined(np.union1d(own, instants[np.minimum(*apart) > _SAME_TIME]))
+    load_instants = during.instants
+    after = np.searchsorted(load_instants, instants)
+    apart = load_instants[after] - instants, instants - np.append(-np.inf, load_instants)[after]
+    return during.refined(np.union1d(load_instants, instants[np.minimum(*apart) > _SAME_TIME]))
 
 
 def _axes(case: Case, placed: PlacedRobot) -> ControllerAxes:

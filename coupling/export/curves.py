@@ -68,18 +68,18 @@ class PoseCurve:
         sine = np.where(small, 1.0, np.sin(angle))
         first = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
         second = np.where(small, share, np.sin(share * angle) / sine)
-        turned = first[:, None] * start[:, 3:] + second[:, None] * far
-        turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+        quaternion = first[:, None] * start[:, 3:] + second[:, None] * far
+        quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
         position = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
-        return np.hstack([position, turned])
+        return np.hstack([position, quaternion])
 
     def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
         """Return the larger of the distance and of what the rotation moves the wrist [m], (m,)."""
-        own = self.values[rows]
-        distance = np.linalg.norm(values[:, :3] - own[:, :3], axis=1)
-        turned = values[:, 3:] / np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
-        side = np.where(np.sum(turned * own[:, 3:], axis=1) < 0.0, -1.0, 1.0)
-        half = np.linalg.norm(side[:, None] * turned - own[:, 3:], axis=1)
+        pose = self.values[rows]
+        distance = np.linalg.norm(values[:, :3] - pose[:, :3], axis=1)
+        quaternion = values[:, 3:] / np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
+        side = np.where(np.sum(quaternion * pose[:, 3:], axis=1) < 0.0, -1.0, 1.0)
+        half = np.linalg.norm(side[:, None] * quaternion - pose[:, 3:], axis=1)
         return np.maximum(distance, 2.0 * self.lever * half)
 
 
@@ -107,6 +107,6 @@ class JointCurve:
 
     def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
         """Return the larger of the TCP's distance and of what its rotation moves the wrist [m], (m,)."""
-        moved = np.einsum("nij,nj->ni", self.jacobian[rows], values - self.values[rows])
-        distance = np.linalg.norm(moved[:, :3], axis=1)
-        return np.maximum(distance, self.lever * np.linalg.norm(moved[:, 3:], axis=1))
+        displacement = np.einsum("nij,nj->ni", self.jacobian[rows], values - self.values[rows])
+        distance = np.linalg.norm(displacement[:, :3], axis=1)
+        return np.maximum(distance, self.lever * np.linalg.norm(displacement[:, 3:], axis=1))

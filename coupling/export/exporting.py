@@ -68,29 +68,30 @@ def export_commands(
     cycle = options.cycle or first.controller.cycle
     program = every_cycle if options.language.dense else few_points
     require_step(options.language, cycle)
-    robots = [own.placed for own in commands]
+    robots = [command.placed for command in commands]
     limits = [
-        JointLimits.of(own.placed.description, own.controller.max_acceleration) for own in commands
+        JointLimits.of(command.placed.description, command.controller.max_acceleration)
+        for command in commands
     ]
-    for own, limit in zip(commands, limits, strict=True):
-        require_joints(options.language, len(own.placed.description.joints))
-        require_limits(own.joints, limit, own.who)
-    found = []
+    for command, limit in zip(commands, limits, strict=True):
+        require_joints(options.language, len(command.placed.description.joints))
+        require_limits(command.joints, limit, command.who)
+    exported = []
     with Models(first.fmu, watch) as models:
         cell, _ = cell_of(robots, models)
-        for own, member, limit in zip(commands, cell.members, limits, strict=True):
-            name = _name(own, options, len(commands) > 1)
-            job = ExportJob(own, member, limit, replace(options, name=name, cycle=cycle), watch)
-            found.append(program(job))
-    return tuple(found)
+        for command, member, limit in zip(commands, cell.members, limits, strict=True):
+            name = _name(command, options, len(commands) > 1)
+            job = ExportJob(command, member, limit, replace(options, name=name, cycle=cycle), watch)
+            exported.append(program(job))
+    return tuple(exported)
 
 
-def _name(own: RobotCommand, options: ExportOptions, several: bool) -> str:
+def _name(command: RobotCommand, options: ExportOptions, several: bool) -> str:
     """Return the name of a robot's program."""
-    behind = f"_{own.placed.name}" if several else ""
+    behind = f"_{command.placed.name}" if several else ""
     if options.name is not None:
         return options.name + behind
-    word = "".join(c if c.isascii() and c.isalnum() else "_" for c in own.name)
+    word = "".join(c if c.isascii() and c.isalnum() else "_" for c in command.name)
     word = word if word[:1].isalpha() else f"P{word}"
     return word[: options.language.longest_name - len(behind)] + behind
 
@@ -120,8 +121,8 @@ def few_points(job: ExportJob) -> ExportedProgram:
 
 def _advice(job: ExportJob, sampled: SampledCommand, exported: ExportedProgram) -> str:
     """Return the option that keeps the tolerance, found by trying other distances of targets."""
-    asked = job.options.shortest
-    for cycles in () if asked is None else range(_MOST_CYCLES, 0, -1):
+    shortest = job.options.shortest
+    for cycles in () if shortest is None else range(_MOST_CYCLES, 0, -1):
         if cycles == _cycles(job.options.spacing, job.cycle):
             continue
         tried = _fewest_points(job, sampled, cycles)
@@ -154,7 +155,7 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
     lose more at the moving robot's tool, which a gear in its backlash or an oscillation does, it is
     halved there, until they do not.
     """
-    options, found = job.options, list[ExportedProgram]()
+    options, programs = job.options, list[ExportedProgram]()
     candidates = _spaced(sampled.points, cycles)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
@@ -162,12 +163,12 @@ def _fewest_points(job: ExportJob, sampled: SampledCommand, cycles: int) -> Expo
     for number in range(_TRIES):
         job.watch(Progress("choosing points, reading them back", number, _TRIES))
         rows = choose(curve, sampled.time, candidates, tolerance)
-        judged = job.judged(sampled, rows, float(tolerance.min()))
-        found.append(judged.exported)
-        if found[-1].loss <= options.tolerance or len(rows) == len(candidates):
+        checked = job.check_rows(sampled, rows, float(tolerance.min()))
+        programs.append(checked.exported)
+        if programs[-1].loss <= options.tolerance or len(rows) == len(candidates):
             break
-        tolerance = _halved(tolerance, sampled.time, judged.lost, _BEFORE * _GROWTH**number)
-    return min(found, key=lambda one: one.loss)
+        tolerance = _halved(tolerance, sampled.time, checked.lost, _BEFORE * _GROWTH**number)
+    return min(programs, key=lambda one: one.loss)
 
 
 def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
@@ -224,12 +225,12 @@ def straight_points(
         return straight_error(curve, time, tolerance, *rows) <= 1.0
 
     while chosen[-1] < last:
-        left = last - chosen[-1]
-        good, bad = 1, left + 1
-        step = min(max(reach, 2), left)
+        remaining = last - chosen[-1]
+        good, bad = 1, remaining + 1
+        step = min(max(reach, 2), remaining)
         while good < step < bad:
             if fits(step):
-                good, step = step, min(2 * step, left)
+                good, step = step, min(2 * step, remaining)
             else:
                 bad = step
         while bad - good > 1:
@@ -253,7 +254,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
     """
     tolerance = job.options.tolerance
     job.watch(Progress("sampling the command, reading it back", 0, 1))
-    best = _judged(job, job.command.joints)
+    best = _check_rows(job, job.command.joints)
     for aim in _AIMS:
         if best.loss <= tolerance:
             break
@@ -262,7 +263,7 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
         except (PlanningError, SimulationError) as cause:
             why = f"no better rows than samples of the command were found: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
-        best = min(best, _judged(job, rows), key=lambda one: one.loss)
+        best = min(best, _check_rows(job, rows), key=lambda one: one.loss)
     if best.loss <= tolerance:
         return best
     accepted = (
@@ -271,9 +272,9 @@ def every_cycle(job: ExportJob) -> ExportedProgram:
     return replace(best, advice=accepted)
 
 
-def _judged(job: ExportJob, command: JointPath) -> ExportedProgram:
+def _check_rows(job: ExportJob, command: JointPath) -> ExportedProgram:
     sampled = job.sampled(command)
-    return job.judged(sampled, sampled.points, job.options.tolerance).exported
+    return job.check_rows(sampled, sampled.points, job.options.tolerance).exported
 
 
 def _inverse(job: ExportJob, goal: float) -> JointPath:
@@ -283,6 +284,6 @@ def _inverse(job: ExportJob, goal: float) -> JointPath:
     if cycles < _FEWEST:
         raise PlanningError(f"expected a command of {_FEWEST} cycles at least, got {cycles:.3g}")
     assert member.inverter is not None
-    wanted = DesiredMotion(path, member.planner.plan(path), job.loads.on(path))
+    desired_motion = DesiredMotion(path, member.planner.plan(path), job.loads.on(path))
     controller = replace(job.command.controller, cycle=job.cycle, interpolation="cubic")
-    return member.inverter.invert(wanted, controller, goal, job.watch).joints
+    return member.inverter.invert(desired_motion, controller, goal, job.watch).joints

@@ -81,7 +81,7 @@ def _contents(
     exports: Sequence[ExportedProgram], options: ExportOptions
 ) -> Iterator[tuple[str, str]]:
     """Yield names and texts of all files."""
-    for one in exports:
-        for file in one.files:
+    for program in exports:
+        for file in program.files:
             yield file.name, file.text
     yield SUMMARY, ExportResult.of(options, robots=exports).text()

@@ -81,8 +81,8 @@ def drive_motion(
     carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
     planner = InverseKinematics(_unlimited(carrying), home)
-    found = None if near is None else _found_near(planner, carrying, axes, in_base, near)
-    return planner.plan(in_base) if found is None else found
+    joints = None if near is None else _found_near(planner, carrying, axes, in_base, near)
+    return planner.plan(in_base) if joints is None else joints
 
 
 def joint_lines(motion: JointPath) -> JointPath:
@@ -107,11 +107,11 @@ def joint_lines(motion: JointPath) -> JointPath:
     rows = np.column_stack([after, before]).ravel()
     values = np.stack([q[:-1] + joins[:, None] * rates, q[1:] - joins[:, None] * rates], axis=1)
     speeds = np.repeat(rates, 2, axis=0)
-    still = np.zeros((1, q.shape[1]))
+    rest_rates = np.zeros((1, q.shape[1]))
     return JointPath(
         np.concatenate([time[:1], rows, time[-1:]]),
         (np.concatenate([q[:1], values.reshape(-1, q.shape[1]), q[-1:]]),),
-        (np.concatenate([still, speeds, still]),),
+        (np.concatenate([rest_rates, speeds, rest_rates]),),
         (np.zeros((len(rows) + 2, q.shape[1])),),
     )
 
@@ -169,13 +169,13 @@ def _joints(move: ProgramMove, program: RobotProgram) -> tuple[float, ...]:
 
 def _home(program: RobotProgram) -> tuple[float, ...]:
     """Return the controller's joint angles at the start of the path."""
-    known = [move.joints for move in program.moves if move.joints is not None]
-    known += [m.configuration.angles for m in program.timed[:1] if m.configuration is not None]
-    if not known:
+    angles = [move.joints for move in program.moves if move.joints is not None]
+    angles += [m.configuration.angles for m in program.timed[:1] if m.configuration is not None]
+    if not angles:
         raise ProgramError(
             f"{program.name}: expected a motion to joint angles before the path, got none"
         )
-    return known[-1]
+    return angles[-1]
 
 
 def _unlimited(robot: Robot) -> Robot:

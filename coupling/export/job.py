@@ -80,10 +80,16 @@ class ExportJob:
 
     def sampled(self, command: JointPath) -> SampledCommand:
         """Return a motion of the drives on the controller's cycle."""
-        own = self.command
-        return SampledCommand.of(own.placed, own.axes, own.part, command, self.cycle)
+        command_of_robot = self.command
+        return SampledCommand.of(
+            command_of_robot.placed,
+            command_of_robot.axes,
+            command_of_robot.part,
+            command,
+            self.cycle,
+        )
 
-    def judged(
+    def check_rows(
         self, sampled: SampledCommand, rows: np.ndarray, points_tolerance: float
     ) -> CheckedProgram:
         """Return the program through chosen rows, by their numbers (k,), judged by what its files do.
@@ -96,7 +102,7 @@ class ExportJob:
         Raises:
             ProgramError: If the language cannot say it, or a drive not do it.
         """
-        own, options, language = self.command, self.options, self.options.language
+        command, options, language = self.command, self.options, self.options.language
         assert options.name is not None
         program = sampled.program(
             options.name, rows, options.targets, language.between == "spline", language.posture
@@ -105,11 +111,11 @@ class ExportJob:
         motion = self._read_back(files, sampled)
         # Corners between straight ways are rounded by the controller, which keeps its own limits.
         free = replace(self.limits, acceleration=np.full_like(self.limits.acceleration, np.inf))
-        require_limits(motion, free, own.who)
+        require_limits(motion, free, command.who)
         path = self.simulated(motion)
         loss = path.distance_to(self.reference)
         exported = ExportedProgram(
-            robot=own.placed.name,
+            robot=command.placed.name,
             program=program,
             files=files,
             points_tolerance=points_tolerance,
@@ -117,10 +123,10 @@ class ExportJob:
             loss=float(loss.max()),
             command=self._deviation(self.reference),
             read_back=self._deviation(path),
-            drives=require_limits(own.joints, self.limits, own.who),
+            drives=require_limits(command.joints, self.limits, command.who),
             nearest=self._nearest(sampled),
-            counted=own.axes.stated,
-            remark=own.remark,
+            counted=command.axes.stated,
+            remark=command.remark,
         )
         return CheckedProgram(exported, path.time[loss > options.tolerance])
 
@@ -136,14 +142,14 @@ class ExportJob:
 
     def _read_back(self, files: tuple[ProgramFile, ...], sampled: SampledCommand) -> JointPath:
         """Return the motion of the drives under the text of a program."""
-        own = self.command
+        command = self.command
         return self._covering(
             drive_motion(
                 self.options.language.read(files),
-                own.placed.description,
-                own.axes,
+                command.placed.description,
+                command.axes,
                 self.cycle,
-                own.joints.time[0],
+                command.joints.time[0],
                 sampled.q[sampled.points],
             )
         )

@@ -136,8 +136,8 @@ def wrist_centre(arm: Posture) -> np.ndarray:
 def _towards(arm: Posture, joint: int, point: np.ndarray) -> np.ndarray:
     """Return the foot of a point on an axis [m], (3,)."""
     axis, foot = arm.axes[joint], arm.origins[joint]
-    found: np.ndarray = foot + axis * np.dot(axis, point - foot)
-    return found
+    nearest: np.ndarray = foot + axis * np.dot(axis, point - foot)
+    return nearest
 
 
 def nearest_singular(

@@ -70,9 +70,9 @@ class SampledCommand:
         q = command.trajectory.at(time.clip(max=command.time[-1]))[0]
         description = robot.description
         planner = InverseKinematics(description, robot.home)
-        still = ToolPath(time, planner.poses(q))
+        tool_path = ToolPath(time, planner.poses(q))
         base = part_frame(part, robot, axes)
-        pose = still.transformed(base.inverse() @ controller_from_base(axes)).pose[0]
+        pose = tool_path.transformed(base.inverse() @ controller_from_base(axes)).pose[0]
         pose[:, 3:] = continuous(pose[:, 3:])
         postures = Postures(description, axes)
         return cls(
@@ -128,8 +128,13 @@ class SampledCommand:
         moves.append(ProgramMove("linear", poses[0], speed=_APPROACH, configuration=postures[0]))
         moves += [
             ProgramMove(
-                "spline" if spline else "linear", pose, duration=duration, configuration=named
+                "spline" if spline else "linear",
+                pose,
+                duration=duration,
+                configuration=posture_there,
             )
-            for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)
+            for pose, duration, posture_there in zip(
+                poses[1:], durations, postures[1:], strict=True
+            )
         ]
         return RobotProgram(name, tuple(moves), self.base.pose, self.tool.pose)

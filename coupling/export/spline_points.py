@@ -86,12 +86,12 @@ def _thinned(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
     """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
     left_out = np.arange(1 + first, len(chosen) - 1, _APART)
     while len(left_out):
-        kept = np.delete(chosen, left_out)
-        bad = np.flatnonzero(outside(kept))
+        remaining = np.delete(chosen, left_out)
+        bad = np.flatnonzero(outside(remaining))
         if not len(bad):
-            return kept
+            return remaining
         # What is bad comes from the point left out nearest to it.
-        middles = 0.5 * (kept[bad] + kept[bad + 1])
+        middles = 0.5 * (remaining[bad] + remaining[bad + 1])
         places = chosen[left_out]
         after = np.searchsorted(places, middles).clip(1, max(len(places) - 1, 1))
         before = after - 1

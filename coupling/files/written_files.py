@@ -108,8 +108,8 @@ def is_of_kind(folder: Path, kind: str) -> bool:
 
 
 def is_free(folder: Path) -> bool:
-    """Return whether there is nothing in a folder, or only a draft of its list."""
-    return not folder.exists() or all(map(_is_draft_of_list, folder.iterdir()))
+    """Return whether there is nothing in a folder, or only drafts of a command that was killed."""
+    return not folder.exists() or all(_DRAFT.fullmatch(place.name) for place in folder.iterdir())
 
 
 def claim(folder: Path, names: Iterable[str]) -> None:

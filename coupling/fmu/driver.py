@@ -260,6 +260,19 @@ class _Fmi3(Driver):
         self._set_parameters(job)
         self.slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
 
+    def stepper(self) -> Callable[[float, float], Any]:
+        has_ended = False
+
+        def step(start: float, size: float) -> None:
+            nonlocal has_ended
+            if not has_ended:
+                _, has_ended, is_early, _ = self.slave.doStep(start, size)
+                if not is_early:
+                    return
+            raise FmuError(f"has ended its simulation at {start:.6g} s, before the end of the path")
+
+        return step
+
     def free(self) -> None:
         self.slave.fmi3FreeInstance(self.slave.component)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import pickle
 import queue
 import subprocess
@@ -28,6 +29,8 @@ import numpy as np
 from coupling.fmu.job import FmuError, Progress, SimulationJob
 from coupling.process_tree import ProcessTree, marked_environment
 
+# Of what an FMU has said before its end, which may be more than memory holds [bytes].
+_LAST_WORDS = 2000
 # Between two looks at a worker that does not answer [s].
 _LOOK = 0.2
 
@@ -144,7 +147,7 @@ class WorkerProcess:
             return answer
 
     def _death(self) -> WorkerEndedError:
-        self._said.seek(0)
+        self._said.seek(max(self._said.seek(0, os.SEEK_END) - _LAST_WORDS, 0))
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         last = f": {lines[-1]}" if lines else ""
         return WorkerEndedError(f"the process that runs the FMU has ended{last}")

@@ -24,12 +24,12 @@ def cache_folder() -> Path:
     Raises:
         BuildError: If the folder that XDG_CACHE_HOME names cannot be written to, or there is none.
     """
-    named = os.environ.get(VARIABLE)
-    if named:
-        if _is_made(Path(named, _NAME)):
-            return Path(named, _NAME)
+    stated = os.environ.get(VARIABLE)
+    if stated:
+        if _is_made(Path(stated, _NAME)):
+            return Path(stated, _NAME)
         raise BuildError(
-            f"{named}: expected a folder to write compiled libraries into, got one that cannot be"
+            f"{stated}: expected a folder to write compiled libraries into, got one that cannot be"
             f" written to: let the variable {VARIABLE} name another"
         )
     try:
@@ -50,8 +50,8 @@ def cache_folder() -> Path:
 
 def compiler_environment() -> dict[str, str]:
     """Return the environment for a compiler: Zig keeps what it has compiled in `cache_folder`, too."""
-    own = str(cache_folder() / "zig")
-    return {"ZIG_GLOBAL_CACHE_DIR": own, "ZIG_LOCAL_CACHE_DIR": own, **os.environ}
+    zig_cache = str(cache_folder() / "zig")
+    return {"ZIG_GLOBAL_CACHE_DIR": zig_cache, "ZIG_LOCAL_CACHE_DIR": zig_cache, **os.environ}
 
 
 def _is_made(folder: Path) -> bool:

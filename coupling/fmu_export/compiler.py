@@ -85,9 +85,9 @@ def host_platform() -> Platform:
         platform.machine().lower(), platform.machine().lower()
     )
     name = f"{machine}-{platform.system().lower()}"
-    for known in PLATFORMS.values():
-        if known.machine == name:
-            return known
+    for candidate in PLATFORMS.values():
+        if candidate.machine == name:
+            return candidate
     raise CompilerError(f"this machine: expected one of {', '.join(PLATFORMS)}, got {name}")
 
 
@@ -135,7 +135,7 @@ def _compile(command: Sequence[str], file: Path, failed: str) -> None:
         # Libraries for Windows and macOS state the name that they are linked as: it is always the same.
         built = Path(folder, f"library{file.suffix}")
         words = [*command, "-o", built.name]
-        done = subprocess.run(
+        process = subprocess.run(
             words,
             cwd=folder,
             env=compiler_environment(),
@@ -144,8 +144,8 @@ def _compile(command: Sequence[str], file: Path, failed: str) -> None:
             errors="replace",
             check=False,
         )
-        if done.returncode != 0:
-            raise CompilerError(f"{failed}:\n{done.stderr}")
+        if process.returncode != 0:
+            raise CompilerError(f"{failed}:\n{process.stderr}")
         AtomicFile(file).write([built.read_bytes()])
 
 
@@ -158,8 +158,8 @@ def library_file(
 ) -> Path:
     """Return where `compile_library` keeps a library: named by a hash of all that decides what it is."""
     flags = _flags(target, definitions)
-    named = ["python" if part == sys.executable else part for part in compiler]
-    words = repr((named, flags)).encode()
+    command = ["python" if part == sys.executable else part for part in compiler]
+    words = repr((command, flags)).encode()
     digest = hashlib.sha256(words + _version(tuple(compiler)))
     headers = sorted({h for folder in _header_folders(sources) for h in folder.glob("**/*.h")})
     for file in [*sources, *headers]:
@@ -204,28 +204,30 @@ def portable_compiler(target: Platform) -> list[str]:
     Raises:
         CompilerError: If there is none.
     """
-    found = zig()
-    if found is not None:
-        return [*found, "-target", target.target]
-    own = _own_compiler(target)
-    if own is None:
+    command = zig()
+    if command is not None:
+        return [*command, "-target", target.target]
+    native = _own_compiler(target)
+    if native is None:
         raise CompilerError(
             f"there is no C compiler for {target.name}: install the package ziglang (pip install"
             " ziglang), or cc, gcc or clang for this machine only"
         )
-    return own
+    return native
 
 
 def _own_compiler(target: Platform) -> list[str] | None:
     if target != host_platform():
         return None
-    known = [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
-    return os.environ.get("CC", "").split() or next(iter(known), None)
+    compilers = [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
+    return os.environ.get("CC", "").split() or next(iter(compilers), None)
 
 
 @functools.cache
 def _version(compiler: tuple[str, ...]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
         words, environment = [*compiler, "--version"], compiler_environment()
-        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, check=False)
-        return done.stdout
+        process = subprocess.run(
+            words, cwd=folder, env=environment, capture_output=True, check=False
+        )
+        return process.stdout

@@ -39,12 +39,12 @@ def platforms_named(names: Iterable[str]) -> list[Platform]:
     Raises:
         BuildError: If one is not known.
     """
-    found = []
+    platforms = []
     for name in names:
         if name not in PLATFORMS:
             raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
-        found.append(PLATFORMS[name])
-    return found
+        platforms.append(PLATFORMS[name])
+    return platforms
 
 
 def library_name(platform: Platform) -> str:
@@ -58,9 +58,9 @@ def core_libraries(platforms: Iterable[Platform]) -> dict[str, Path]:
     Raises:
         CompilerError: If one is neither shipped nor can be compiled here.
     """
-    wanted = list(platforms)
+    names = list(platforms)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return dict(zip((p.name for p in wanted), pool.map(core_library, wanted), strict=True))
+        return dict(zip((p.name for p in names), pool.map(core_library, names), strict=True))
 
 
 def core_library(platform: Platform) -> Path:

@@ -111,8 +111,8 @@ def _add_structure(root: Element, blocks: Mapping[str, Block], exchange: bool) -
     names = md.initial_names(blocks, exchange)
     initial = [(name, md.starting_names(blocks[name], exchange)) for name in names]
     unknowns = SubElement(structure, "InitialUnknowns")
-    for name, known in initial:
-        depends = md.sorted_text(k for other in known for k in numbers[other])
+    for name, dependencies in initial:
+        depends = md.sorted_text(k for other in dependencies for k in numbers[other])
         for k in numbers[name]:
             SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": depends})
 
@@ -127,11 +127,11 @@ def _add_unknowns(
     # FMIKit for Simulink believes only dependencies that have a kind: others are all inputs to it.
     kinds = element == "Outputs"
     for name in names:
-        known = md.known_names(blocks[name], exchange)
-        own = [other for other in known if other in blocks[name].own]
-        all_of = [k for other in known if other not in own for k in numbers[other]]
+        dependencies = md.known_names(blocks[name], exchange)
+        in_block = [other for other in dependencies if other in blocks[name].own]
+        all_of = [k for other in dependencies if other not in in_block for k in numbers[other]]
         for place, k in enumerate(numbers[name]):
-            follows = [*all_of, *(numbers[other][place] for other in own)]
+            follows = [*all_of, *(numbers[other][place] for other in in_block)]
             attributes = {"index": str(k), "dependencies": md.sorted_text(follows)}
             if kinds:
                 attributes["dependenciesKind"] = " ".join(["dependent"] * len(follows))

@@ -127,9 +127,9 @@ def _add_structure(
         ("EventIndicator", indicators if exchange else []),
     ):
         for name in names:
-            known = initial[name] if element == "InitialUnknown" else None
+            dependencies = initial[name] if element == "InitialUnknown" else None
             for place, reference in enumerate(references[name]):
-                depends = _dependencies(blocks[name], known, references, place, exchange)
+                depends = _dependencies(blocks[name], dependencies, references, place, exchange)
                 attributes = {"valueReference": str(reference), "dependencies": depends}
                 SubElement(structure, element, attributes)
 
@@ -141,9 +141,9 @@ def _dependencies(
     place: int,
     exchange: bool,
 ) -> str:
-    known = (
+    names = (
         list(initial) if initial is not None else [*md.known_names(block, exchange), *block.tuned]
     )
-    own = [other for other in known if other in block.own and initial is None]
-    all_of = [k for other in known if other not in own for k in references[other]]
-    return md.sorted_text([*all_of, *(references[other][place] for other in own)])
+    in_block = [other for other in names if other in block.own and initial is None]
+    all_of = [k for other in names if other not in in_block for k in references[other]]
+    return md.sorted_text([*all_of, *(references[other][place] for other in in_block)])

@@ -42,14 +42,14 @@ def scalars(blocks: Mapping[str, Block]) -> Groups:
         >>> [(v.name, v.reference, v.is_scalar) for v in found["gravity"]]
         [('gravity.x', 0, True), ('gravity.y', 1, True), ('gravity.z', 2, True)]
     """
-    found, reference = {}, 0
+    variables, reference = {}, 0
     for name, block in blocks.items():
-        found[name] = tuple(
+        variables[name] = tuple(
             VariableGroup(v.name, v.text, reference + k, (v,), True)
             for k, v in enumerate(block.variables)
         )
         reference += len(block.variables)
-    return found
+    return variables
 
 
 def arrays(blocks: Mapping[str, Block]) -> Groups:
@@ -77,11 +77,11 @@ def arrays(blocks: Mapping[str, Block]) -> Groups:
 def _joined(
     stated: tuple[Array, ...], alone: tuple[VariableGroup, ...]
 ) -> tuple[VariableGroup, ...]:
-    found, first = [], 0
+    groups, first = [], 0
     for array in stated:
         part = alone[first : first + array.size]
         if part:
             elements = tuple(v for scalar in part for v in scalar.elements)
-            found.append(VariableGroup(array.name, array.text, part[0].reference, elements, False))
+            groups.append(VariableGroup(array.name, array.text, part[0].reference, elements, False))
         first += array.size
-    return tuple(found)
+    return tuple(groups)

@@ -133,7 +133,7 @@ def _joints(joints: Sequence[Joint]) -> str:
         if joint.stiffness is not None:
             elastic = [f"{v:.6g}" for v in (joint.stiffness, joint.damping, joint.backlash)]
         if hysteresis:
-            slips = [(own.slip_torque, own.slip_angle) for own in joint.hysteresis]
+            slips = [(element.slip_torque, element.slip_angle) for element in joint.hysteresis]
             elastic.append(", ".join(f"{torque:.6g} at {angle:.6g}" for torque, angle in slips))
         geometry = [_vector(joint.origin), _vector(joint.axis)]
         rows.append([f"joint[{number}]", joint.name, *geometry, limits, *highest, *elastic])

@@ -84,14 +84,14 @@ def add_model_exchange(root: Element, about: ModelInfo, flags: Iterable[str]) ->
     if about.exchange is None:
         return []
     attributes = _flags(about.exchange, flags)
-    named = {"modelIdentifier": about.model_name, **attributes}
-    return [SubElement(root, "ModelExchange", named)]
+    attributes_of_kind = {"modelIdentifier": about.model_name, **attributes}
+    return [SubElement(root, "ModelExchange", attributes_of_kind)]
 
 
 def _flags(true: Iterable[str], flags: Iterable[str]) -> dict[str, str]:
-    known, given = list(flags), set(true)
-    assert given <= set(known), given - set(known)
-    return {name: _boolean(name in given) for name in known}
+    names, true_flags = list(flags), set(true)
+    assert true_flags <= set(names), true_flags - set(names)
+    return {name: _boolean(name in true_flags) for name in names}
 
 
 def add_units(root: Element, blocks: Mapping[str, Block], more: Iterable[str] = ()) -> None:
@@ -161,8 +161,8 @@ def range_attributes(variable: Variable) -> dict[str, str]:
         "max": variable.maximum,
         "nominal": variable.nominal,
     }
-    given = {name: repr(value) for name, value in numbers.items() if value is not None}
-    return {"unit": variable.unit, **given}
+    limits = {name: repr(value) for name, value in numbers.items() if value is not None}
+    return {"unit": variable.unit, **limits}
 
 
 def output_names(blocks: Mapping[str, Block]) -> list[str]:

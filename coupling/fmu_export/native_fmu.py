@@ -166,11 +166,11 @@ def _prefixed(text: str, file: str, name: str) -> str:
 
 def _names_header(texts: Mapping[Path, str], name: str) -> str:
     headers = (text for file, text in texts.items() if file.suffix == ".h")
-    names = sorted({found for text in headers for found in _OWN.findall(text)})
+    names = sorted({match for text in headers for match in _OWN.findall(text)})
     return "\n".join(
         [
             f"/* The core's names begin with {name}: other FMUs of one program have their own. */",
-            *(f"#define {found} {name}_{found}" for found in names),
+            *(f"#define {match} {name}_{match}" for match in names),
             "",
         ]
     )

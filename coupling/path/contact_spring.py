@@ -47,7 +47,9 @@ class ContactSpring:
     @classmethod
     def of_tools(cls, springs: Sequence[ContactSpring]) -> ContactSpring:
         """Return the springs of several tools, whose rows are at the same times."""
-        anchors, stiffnesses = zip(*((own.anchor, own.stiffness) for own in springs), strict=True)
+        anchors, stiffnesses = zip(
+            *((spring.anchor, spring.stiffness) for spring in springs), strict=True
+        )
         return cls(np.concatenate(anchors), np.concatenate(stiffnesses))
 
     @property

@@ -39,11 +39,18 @@ class Deviation:
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
     """Return the deviation of an actual path from the desired one: the worst figures of the tools."""
     figures = [
-        _of_tool(desired.time, own[:, :3], tool, float(np.linalg.norm(own[:, 3:], axis=1).max()))
-        for own, tool in zip(actual.deviation_from(desired), desired.position, strict=True)
+        _of_tool(
+            desired.time,
+            difference[:, :3],
+            tool,
+            float(np.linalg.norm(difference[:, 3:], axis=1).max()),
+        )
+        for difference, tool in zip(actual.deviation_from(desired), desired.position, strict=True)
     ]
     worst = max(figures, key=lambda figure: figure.maximum)
-    largest = {name: max(getattr(own, name) for own in figures) for name in asdict(worst)}
+    largest = {
+        name: max(getattr(difference, name) for difference in figures) for name in asdict(worst)
+    }
     return replace(worst, **largest | {"time_of_maximum": worst.time_of_maximum})
 
 
@@ -52,7 +59,7 @@ def _of_tool(
 ) -> Deviation:
     distance = np.linalg.norm(difference, axis=1)
     along = np.sum(difference * _directions(time, desired), axis=1)
-    rest = np.linalg.norm(less_constant(time, difference), axis=1)
+    varying = np.linalg.norm(less_constant(time, difference), axis=1)
     across = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
     return Deviation(
         maximum=float(distance.max()),
@@ -60,8 +67,8 @@ def _of_tool(
         normal_maximum=float(across.max()),
         tangential_maximum=float(np.abs(along).max()),
         time_of_maximum=float(time[distance.argmax()]),
-        maximum_less_constant=float(rest.max()),
-        rms_less_constant=root_mean_square(time, rest),
+        maximum_less_constant=float(varying.max()),
+        rms_less_constant=root_mean_square(time, varying),
         largest_turn=turn,
     )
 
@@ -94,8 +101,8 @@ def less_constant(time: np.ndarray, difference: np.ndarray) -> np.ndarray:
         >>> less_constant(np.array([0.0, 1.0, 4.0]), np.array([[0.0], [0.0], [8.0]])).ravel()
         array([-3., -3.,  5.])
     """
-    rest: np.ndarray = difference - shares_of_time(time) @ difference
-    return rest
+    varying: np.ndarray = difference - shares_of_time(time) @ difference
+    return varying
 
 
 def root_mean_square(time: np.ndarray, distance: np.ndarray) -> float:

@@ -84,7 +84,7 @@ class Discrepancy:
 
     def transformed(self, frame: Frame) -> Discrepancy:
         """Return the same in another frame, in which `frame` is the present one."""
-        return Discrepancy(self.time, frame.points(self.position), frame.turned(self.deviation))
+        return Discrepancy(self.time, frame.points(self.position), frame.rotate(self.deviation))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return it at times (n,) [m, rad], (n, 6); beyond its ends it holds its last value."""
@@ -97,8 +97,8 @@ class Discrepancy:
 
     def model(self, path: ToolPath) -> ToolPath:
         """Return the model's path for which the real tool is on `path`, of one tool."""
-        turned = self.at(path.time)
-        return path.displaced(-turned)
+        rotation = self.at(path.time)
+        return path.displaced(-rotation)
 
     def require_along(self, path: ToolPath) -> None:
         """Refuse another path than the one that it was measured along.
@@ -107,10 +107,10 @@ class Discrepancy:
             CaseError: If ends or points differ.
         """
         ends = float(path.time[0]), float(path.time[-1])
-        own = float(self.time[0]), float(self.time[-1])
-        if max(abs(a - b) for a, b in zip(ends, own, strict=True)) > _SAME_END:
+        span = float(self.time[0]), float(self.time[-1])
+        if max(abs(a - b) for a, b in zip(ends, span, strict=True)) > _SAME_END:
             raise CaseError(
-                f"expected a path from {own[0]:.6g} to {own[1]:.6g} s, as it was measured, got one from"
+                f"expected a path from {span[0]:.6g} to {span[1]:.6g} s, as it was measured, got one"
                 f" {ends[0]:.6g} to {ends[1]:.6g} s: measure this path"
             )
         there = CubicSpline(path.time, path.position[0])(np.clip(self.time, *ends))
@@ -125,5 +125,5 @@ class Discrepancy:
     @cached_property
     def _between(self) -> BSpline:
         # At rest at both ends, as the paths are that it is added to, up to its acceleration.
-        still = [(order, np.zeros(6)) for order in (1, 2)]
-        return make_interp_spline(self.time, self.deviation, 5, bc_type=(still, still))
+        rest_states = [(order, np.zeros(6)) for order in (1, 2)]
+        return make_interp_spline(self.time, self.deviation, 5, bc_type=(rest_states, rest_states))

@@ -69,19 +69,19 @@ class Frame:
 
     def points(self, coordinates: np.ndarray) -> np.ndarray:
         """Return points of this frame in the other one [m], both (..., 3)."""
-        return self.position + self.turned(coordinates)
+        return self.position + self.rotate(coordinates)
 
     def coordinates(self, points: np.ndarray) -> np.ndarray:
         """Return points of the other frame in this one [m], both (..., 3)."""
-        return Frame(self.position, self.rotation.inv()).turned(points - self.position)
+        return Frame(self.position, self.rotation.inv()).rotate(points - self.position)
 
-    def turned(self, vectors: np.ndarray) -> np.ndarray:
+    def rotate(self, vectors: np.ndarray) -> np.ndarray:
         """Return vectors of any unit in this frame's axes in those of the other, both (..., 3).
 
         Wrenches, twists and small displacements, (..., 6), keep their reference point.
         """
-        found: np.ndarray = self.rotation.apply(np.reshape(vectors, (-1, 3)))
-        return found.reshape(np.shape(vectors))
+        rotated: np.ndarray = self.rotation.apply(np.reshape(vectors, (-1, 3)))
+        return rotated.reshape(np.shape(vectors))
 
 
 AT_THE_ORIGIN = Frame(np.zeros(3), Rotation.identity())

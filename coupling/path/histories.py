@@ -53,10 +53,10 @@ class ToolPath:
         object.__setattr__(self, "pose", of_tools(self.time, self.pose, _POSE, "tool path"))
 
     @classmethod
-    def held(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
+    def with_rotation(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
         """Return the path of one tool through points [m], (n, 3), whose orientation stays."""
-        held = Rotation.from_quat(np.tile(rotation.as_quat(), (len(time), 1)))
-        return cls(time, poses(points, held))
+        rotations = Rotation.from_quat(np.tile(rotation.as_quat(), (len(time), 1)))
+        return cls(time, poses(points, rotations))
 
     @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
@@ -85,8 +85,8 @@ class ToolPath:
     def deviation_from(self, reference: ToolPath) -> np.ndarray:
         """Return position difference [m] and rotation vector [rad] from a reference, (tools, n, 6)."""
         turns = [
-            (own * other.inv()).as_rotvec()
-            for own, other in zip(self.rotations, reference.rotations, strict=True)
+            (rotation * other.inv()).as_rotvec()
+            for rotation, other in zip(self.rotations, reference.rotations, strict=True)
         ]
         return np.concatenate([self.position - reference.position, np.stack(turns)], axis=2)
 
@@ -98,8 +98,10 @@ class ToolPath:
     def transformed(self, frame: Frame) -> ToolPath:
         """Return the path in another frame, in which `frame` is the present one."""
         pairs = zip(self.position, self.rotations, strict=True)
-        moved = [poses(frame.points(position), frame.rotation * own) for position, own in pairs]
-        return ToolPath(self.time, np.stack(moved))
+        poses_of_tools = [
+            poses(frame.points(position), frame.rotation * rotation) for position, rotation in pairs
+        ]
+        return ToolPath(self.time, np.stack(poses_of_tools))
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
         """Return the path that deviates from this one.
@@ -109,11 +111,11 @@ class ToolPath:
         """
         by_tool = deviation + np.zeros((*self.pose.shape[:2], 6))
         tools = zip(self.position, self.rotations, by_tool, strict=True)
-        moved = [
+        displaced_poses = [
             poses(position + by[:, :3], Rotation.from_rotvec(by[:, 3:]) * rotation)
             for position, rotation, by in tools
         ]
-        return ToolPath(self.time, np.stack(moved))
+        return ToolPath(self.time, np.stack(displaced_poses))
 
 
 @dataclass(frozen=True)
@@ -242,9 +244,9 @@ class WrenchHistory:
         spring = self.spring
         if spring is not None:
             instants = self.instants
-            held = np.searchsorted(instants, time).clip(max=len(instants) - 1)
+            last_rows = np.searchsorted(instants, time).clip(max=len(instants) - 1)
             anchor = interpolated(time, instants, spring.anchor, axis=1)
-            spring = ContactSpring(anchor, spring.stiffness[:, held])
+            spring = ContactSpring(anchor, spring.stiffness[:, last_rows])
         return WrenchHistory(rows, wrench, spring)
 
     def until(self, end: float) -> WrenchHistory:
@@ -258,7 +260,7 @@ class WrenchHistory:
     def transformed(self, frame: Frame) -> WrenchHistory:
         """Return the loads in another frame, in which `frame` is the present one."""
         spring = self.spring and self.spring.transformed(frame)
-        return WrenchHistory(self.time, frame.turned(self.wrench), spring)
+        return WrenchHistory(self.time, frame.rotate(self.wrench), spring)
 
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""
@@ -307,6 +309,6 @@ class WrenchHistory:
             other: Wrenches at the same instants, which may jump elsewhere.
         """
         sides = zip((self.before, self.behind), (other.before, other.behind), strict=True)
-        change = np.stack([own[..., :3] - others[..., :3] for own, others in sides])
+        change = np.stack([values[..., :3] - others[..., :3] for values, others in sides])
         largest = float(np.linalg.norm(change, axis=-1).max())
         return largest / max(self.peak_force, other.peak_force) if largest > 0.0 else 0.0

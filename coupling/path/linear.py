@@ -21,10 +21,10 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
     """
     rows = np.moveaxis(values, axis, 0)
     columns = rows.reshape(len(time), -1).T
-    found = np.empty((len(at), len(columns)))
+    values_at = np.empty((len(at), len(columns)))
     for k, column in enumerate(columns):
-        found[:, k] = np.interp(at, time, column)
-    return np.moveaxis(found.reshape(len(at), *rows.shape[1:]), 0, axis)
+        values_at[:, k] = np.interp(at, time, column)
+    return np.moveaxis(values_at.reshape(len(at), *rows.shape[1:]), 0, axis)
 
 
 def arc_length(points: np.ndarray) -> np.ndarray:

@@ -51,7 +51,7 @@ class CoarseScreen:
         return self._screen.stations
 
     def figures(
-        self, settings: np.ndarray, report: Callable[[int], None] = lambda done: None
+        self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None
     ) -> ScreenFigures:
         """Return the figures of settings at the few places.
 
@@ -71,7 +71,7 @@ class CoarseScreen:
         figures = self._whole.worst(batch)
         # A demand that is broken at all is seen at the place that breaks it.
         missed = np.where(self._demands.admits(figures), _MISSED, 0.0)
-        known = np.union1d(self._few, extremes_of(batch, self._few, missed))
-        if len(known) > len(self._few):
-            self._few, self._screen = known, self._screen_of(self._every.chosen(known))
+        stations = np.union1d(self._few, extremes_of(batch, self._few, missed))
+        if len(stations) > len(self._few):
+            self._few, self._screen = stations, self._screen_of(self._every.chosen(stations))
         return figures

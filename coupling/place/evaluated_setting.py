@@ -48,7 +48,9 @@ class EvaluatedSetting:
     gears: tuple[GearDiagnosis, ...]
 
 
-def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> EvaluatedSetting:
+def evaluate_setting(
+    placing: Placing, setting: np.ndarray, process_of: ProcessOf
+) -> EvaluatedSetting:
     """Return a setting with its figures along the whole path, planned as any case is.
 
     The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
@@ -84,12 +86,12 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Eval
     wrench = wrench.refined(case.desired.time)
     stations = stations_along(case.untilted, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
-    (wanted,) = wanted_of(case.robots, case.desired, wrench)
-    if placing.arm.is_redundant and np.abs(wanted.rigid.q[0][0] - q).max() > _ANOTHER:
+    (desired_motion,) = wanted_of(case.robots, case.desired, wrench)
+    if placing.arm.is_redundant and np.abs(desired_motion.rigid.q[0][0] - q).max() > _ANOTHER:
         raise PlanningError("another posture than the one looked at is nearer to home")
-    gears = diagnose_robots(case.robots, case.desired, wrench, wanted.rigid)[0]
+    gears = diagnose_robots(case.robots, case.desired, wrench, desired_motion.rigid)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.
-    exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held
+    exact = np.array([[gear.margin for gear in gears]]) - placing.gears.held_torque
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
     return EvaluatedSetting(setting, content, figures, cost, gears)

@@ -28,64 +28,71 @@ def placed_file(number: int) -> str:
     return f"placed_{number}.toml"
 
 
-def write_placement(folder: Path, found: CasePlacement) -> None:
+def write_placement(folder: Path, placement: CasePlacement) -> None:
     """Write all files but the report into an existing folder.
 
     Raises:
         ResultError: If a file cannot be written.
     """
-    case = found.placing.case.name
+    case = placement.placing.case.name
     try:
-        for number, own in enumerate(found.best, start=1):
+        for number, setting in enumerate(placement.best, start=1):
             head = (
                 f"# {case}, placed by elastic-robot place: number {number} of the best settings\n\n"
             )
-            claimed(folder / placed_file(number)).write_text(head + own.content, encoding="utf-8")
-        claimed(folder / FIGURES).write_text(figures_of(found).text(), encoding="utf-8")
-        if found.maps:
-            rows = [_rows(number, own) for number, own in enumerate(found.maps)]
+            claimed(folder / placed_file(number)).write_text(
+                head + setting.content, encoding="utf-8"
+            )
+        claimed(folder / FIGURES).write_text(figures_of(placement).text(), encoding="utf-8")
+        if placement.maps:
+            rows = [_rows(number, setting) for number, setting in enumerate(placement.maps)]
             write_table(claimed(folder / MAP), _MAP_COLUMNS, np.vstack(rows))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {reason_of(cause)}") from cause
 
 
-def _rows(number: int, own: PartMap) -> np.ndarray:
-    across, up = np.meshgrid(own.first, own.second)
-    admitted = np.isfinite(own.moved)
-    values = [np.where(admitted, v, 0.0) for v in (own.moved, own.exposure, own.changing)]
+def _rows(number: int, part_map: PartMap) -> np.ndarray:
+    across, up = np.meshgrid(part_map.first, part_map.second)
+    admitted = np.isfinite(part_map.deviation)
+    values = [
+        np.where(admitted, v, 0.0)
+        for v in (part_map.deviation, part_map.exposure, part_map.changing)
+    ]
     columns = (np.full(across.shape, number), across, up, admitted, *values)
     return np.column_stack([column.ravel() for column in columns])
 
 
-def figures_of(found: CasePlacement) -> PlacementResult:
+def figures_of(placement: CasePlacement) -> PlacementResult:
     """Return the figures of a placement."""
-    placing, ranges = found.placing, found.placing.ranges
+    placing, ranges = placement.placing, placement.placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
     return PlacementResult.of(
-        found,
+        placement,
         placing,
         limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
         ranges={key: (low[key], high[key]) for key in low},
         free=[NAMES[k] for k in ranges.free],
         present_setting=setting_keys(placing.present),
-        present=None if found.present is None else _setting(placing, found.present),
+        present=None if placement.present is None else _setting(placing, placement.present),
         best=[
-            _setting(placing, own, placed_file(number))
-            for number, own in enumerate(found.best, start=1)
+            _setting(placing, evaluated, placed_file(number))
+            for number, evaluated in enumerate(placement.best, start=1)
         ],
         version=elastic_robot.__version__,
     )
 
 
-def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -> SettingResult:
+def _setting(
+    placing: Placing, evaluated: EvaluatedSetting, file: str | None = None
+) -> SettingResult:
     """Return what one setting comes to."""
-    figures, goal = own.figures, placing.goal
+    figures, goal = evaluated.figures, placing.goal
     return SettingResult.of(
-        own,
+        evaluated,
         file=file,
-        setting=setting_keys(own.setting),
+        setting=setting_keys(evaluated.setting),
         admitted=goal.demands.admits(figures)[0],
-        moved_m=goal.moved(figures)[0],
+        moved_m=goal.deviation(figures)[0],
         exposure_m=goal.demands.exposure(figures)[0],
         compliance_m_N=figures.compliance[0],
         conditioning=figures.conditioning[0],
@@ -94,7 +101,7 @@ def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -
         motor_share=figures.motor_share[0],
         gears=[
             GearResult.of(gear, swing_Nm=swing)
-            for gear, swing in zip(own.gears, figures.swing[0], strict=True)
+            for gear, swing in zip(evaluated.gears, figures.swing[0], strict=True)
         ],
     )
 

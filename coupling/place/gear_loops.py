@@ -20,14 +20,14 @@ class GearLoops:
         stiffness: Stiffness k on a flank, without elements [N m/rad], (g,).
         slip_torque: Torque F at which all elements slip [N m], (g,); 0 without.
         sticking: Stiffness K of the elements before any slips [N m/rad], (g,).
-        held: Torque up to which the elements hold a gear in its backlash [N m], (g,).
+        held_torque: Torque up to which the elements hold a gear in its backlash [N m], (g,).
     """
 
     backlash: np.ndarray
     stiffness: np.ndarray
     slip_torque: np.ndarray
     sticking: np.ndarray
-    held: np.ndarray
+    held_torque: np.ndarray
 
     @classmethod
     def of(cls, robot: MovingRobot) -> GearLoops:
@@ -37,8 +37,8 @@ class GearLoops:
         return cls(
             backlash,
             stiffness,
-            np.array([own.slip_torque.sum() for own in elements]),
-            np.array([own.stiffness.sum() for own in elements]),
+            np.array([elements_of_gear.slip_torque.sum() for elements_of_gear in elements]),
+            np.array([elements_of_gear.stiffness.sum() for elements_of_gear in elements]),
             robot.held_in_backlash,
         )
 

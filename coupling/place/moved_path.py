@@ -32,39 +32,45 @@ class MovedPath:
         self._placed, self._radius, self._stations = placed, sphere_radius, stations
         self._part, self._tilt = placed.part.as_matrix(), placed.tilt.as_matrix()
         keep = keeps(stations.tool) and keeps(stations.axes)
-        self._one = self._held(np.zeros(1, dtype=int), np.arange(len(self._part))) if keep else None
+        self._one = (
+            self._columns_at(np.zeros(1, dtype=int), np.arange(len(self._part))) if keep else None
+        )
 
     def targets(self, places: np.ndarray, settings: np.ndarray) -> Targets:
         """Return the poses of the tool at places (p,) in settings (s,), numbers of both."""
         origin = self._placed.position[settings].T[:, None]
-        position = origin + _turned(self._part[settings], self._stations.position[places])
+        position = origin + _rotate(self._part[settings], self._stations.position[places])
         if self._one is None:
-            return Targets(position.reshape(3, -1), *self._held(places, settings))
+            return Targets(position.reshape(3, -1), *self._columns_at(places, settings))
         every = np.tile(settings, len(places))
         columns, shift = self._one
-        return Targets(position.reshape(3, -1), [own[:, every] for own in columns], shift[:, every])
+        return Targets(
+            position.reshape(3, -1), [column[:, every] for column in columns], shift[:, every]
+        )
 
     def motion(self, places: np.ndarray, settings: np.ndarray) -> TipMotion:
         """Return the tool's motion at places (p,) in settings (s,), numbers of both."""
-        own, part = self._stations, self._part[settings]
-        axes = own.axes[places].as_matrix()
+        stations, part = self._stations, self._part[settings]
+        axes = stations.axes[places].as_matrix()
 
         def tilted(vectors: np.ndarray) -> np.ndarray:
             """W v in base axes, (3, p, n), W = A M A^-1 the turn by a tilt M measured in axes A."""
-            seen = np.einsum("pji,pj->pi", axes, vectors)
-            turned = np.einsum("pij,njk,pk->pni", axes, self._tilt[settings], seen, optimize=True)
-            in_base: np.ndarray = np.einsum("nij,pnj->ipn", part, turned, optimize=True)
+            in_part = np.einsum("pji,pj->pi", axes, vectors)
+            tilted_vectors = np.einsum(
+                "pij,njk,pk->pni", axes, self._tilt[settings], in_part, optimize=True
+            )
+            in_base: np.ndarray = np.einsum("nij,pnj->ipn", part, tilted_vectors, optimize=True)
             return in_base
 
         # The tool is R = W Q: it turns with the axes by g, and by W (w_Q - g) on them.
-        turn, turn_rate = own.turn[places], own.turn_rate[places]
-        with_axes, on_axes = _turned(part, turn), tilted(own.spin[places] - turn)
+        turn, turn_rate = stations.turn[places], stations.turn_rate[places]
+        with_axes, on_axes = _rotate(part, turn), tilted(stations.spin[places] - turn)
         of_tilt = with_axes - tilted(turn)
-        spin_rate = _turned(part, turn_rate) + tilted(own.spin_rate[places] - turn_rate)
+        spin_rate = _rotate(part, turn_rate) + tilted(stations.spin_rate[places] - turn_rate)
         spin_rate += cross(of_tilt, on_axes)
         return TipMotion(
-            _turned(part, own.velocity[places]).reshape(3, -1),
-            _turned(part, own.acceleration[places]).reshape(3, -1),
+            _rotate(part, stations.velocity[places]).reshape(3, -1),
+            _rotate(part, stations.acceleration[places]).reshape(3, -1),
             (with_axes + on_axes).reshape(3, -1),
             spin_rate.reshape(3, -1),
         )
@@ -73,13 +79,13 @@ class MovedPath:
         """Return the wrench on the tool, base axes [N, N m], (6, batch): it turns with the part."""
         force, moment = np.split(self._stations.wrench[places], 2, axis=1)
         part = self._part[settings]
-        return np.concatenate([_turned(part, v).reshape(3, -1) for v in (force, moment)])
+        return np.concatenate([_rotate(part, v).reshape(3, -1) for v in (force, moment)])
 
     def gravity(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
         """Return gravity, base axes [m/s^2], (3, batch)."""
         return np.tile(self._placed.gravity[settings].T, len(places))
 
-    def _held(self, places: np.ndarray, settings: np.ndarray) -> tuple[Columns, np.ndarray]:
+    def _columns_at(self, places: np.ndarray, settings: np.ndarray) -> tuple[Columns, np.ndarray]:
         """Return base_from_tool by its columns, and the TCP's shift, (3, batch)."""
         at, by = np.repeat(places, len(settings)), np.tile(settings, len(places))
         along_path, axes, placed = self._stations.tool[at], self._stations.axes[at], self._placed
@@ -92,7 +98,7 @@ class MovedPath:
         return columns, self._radius * (contact - APPROACH).T
 
 
-def _turned(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def _rotate(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return R v for every v, (p, 3), and every R, (n, 3, 3), as (3, p, n)."""
     product: np.ndarray = np.tensordot(rotation, vectors, axes=(2, 1)).transpose(1, 2, 0)
     return np.ascontiguousarray(product)
@@ -110,15 +116,15 @@ def waves_of(poses: np.ndarray, near: float) -> list[Wave]:
     first = int(np.argmin(np.linalg.norm(poses - poses.mean(axis=0), axis=1)))
     group = np.array([first])
     waves: list[Wave] = [(group, None)]
-    left = np.arange(len(poses)) != first
+    remaining = np.arange(len(poses)) != first
     distance, nearest = np.full(len(poses), np.inf), np.full(len(poses), first)
-    while left.any():
+    while remaining.any():
         away, which = KDTree(poses[group]).query(poses)
         closer = away < distance
         distance[closer], nearest[closer] = away[closer], group[which[closer]]
-        group = np.flatnonzero(left & (distance <= max(near, distance[left].min())))
+        group = np.flatnonzero(remaining & (distance <= max(near, distance[remaining].min())))
         waves.append((group, nearest[group]))
-        left[group] = False
+        remaining[group] = False
     return waves
 
 
@@ -126,5 +132,5 @@ def split(waves: list[Wave], most: int) -> Iterator[Wave]:
     """Yield groups of at most so many places."""
     for places, before in waves:
         for start in range(0, len(places), most):
-            own = slice(start, start + most)
-            yield places[own], None if before is None else before[own]
+            share = slice(start, start + most)
+            yield places[share], None if before is None else before[share]

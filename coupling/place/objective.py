@@ -40,10 +40,10 @@ class PlaceDemands:
             "a joint too fast": figures.rate_share > 1.0,
             "a motor too weak": figures.motor_share > 1.0,
         }
-        left = np.ones(len(figures), dtype=bool)
+        admissible = np.ones(len(figures), dtype=bool)
         for what, wrong in reasons.items():
-            reasons[what] = wrong & left
-            left &= ~wrong
+            reasons[what] = wrong & admissible
+            admissible &= ~wrong
         return reasons
 
     def admits(self, figures: ScreenFigures) -> np.ndarray:
@@ -76,9 +76,9 @@ Cost = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 # Cost [m] of displacement by the process and of exposure to backlash and hysteresis [m], (n,) each.
 OBJECTIVES: dict[Objective, Cost] = {
-    "stiffness": lambda moved, exposed: moved + _BESIDE * exposed,
-    "backlash": lambda moved, exposed: exposed + _BESIDE * moved,
-    "both": lambda moved, exposed: moved + exposed,
+    "stiffness": lambda deviation, exposed: deviation + _BESIDE * exposed,
+    "backlash": lambda deviation, exposed: exposed + _BESIDE * deviation,
+    "both": lambda deviation, exposed: deviation + exposed,
 }
 
 
@@ -96,12 +96,12 @@ class PlaceObjective:
     demands: PlaceDemands
     forced: bool
 
-    def moved(self, figures: ScreenFigures) -> np.ndarray:
+    def deviation(self, figures: ScreenFigures) -> np.ndarray:
         """Return the displacement of the tool by the process, or the reference force [m], (n,)."""
         return figures.deviation if self.forced else REFERENCE_FORCE * figures.compliance
 
     def cost(self, figures: ScreenFigures) -> np.ndarray:
         """Return the cost [m], (n,); infinite where a setting is refused."""
         exposed = self.demands.exposure(figures)
-        cost = OBJECTIVES[self.objective](self.moved(figures), exposed)
+        cost = OBJECTIVES[self.objective](self.deviation(figures), exposed)
         return np.where(self.demands.admits(figures), cost, np.inf)

@@ -24,7 +24,7 @@ class PartMap:
         name: Name of the setting of tool and base: "present" or "best".
         across, up: Names of the axes.
         first, second: Their values [m], (a,) and (b,).
-        moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
+        deviation: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
         exposure: Error of the tool at rest by what is not known of gears [m], (b, a); NaN there as well.
         changing: Number of gears with backlash whose torque changes sign, (b, a).
     """
@@ -34,7 +34,7 @@ class PartMap:
     up: str
     first: np.ndarray
     second: np.ndarray
-    moved: np.ndarray
+    deviation: np.ndarray
     exposure: np.ndarray
     changing: np.ndarray
 
@@ -94,7 +94,7 @@ def _map(
         *plane,
         first,
         second,
-        drawn(goal.moved(figures)),
+        drawn(goal.deviation(figures)),
         drawn(goal.demands.exposure(figures)),
         drawn(changing.astype(float)),
     )

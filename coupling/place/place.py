@@ -12,7 +12,7 @@ import numpy as np
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
 from coupling.place.coarse_screen import CoarseScreen
-from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, judged
+from coupling.place.evaluated_setting import EvaluatedSetting, ProcessOf, evaluate_setting
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import filled, refined
@@ -63,26 +63,26 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
 
     def reported(what: str) -> Callable[[int, int], None]:
-        return lambda done, total: watch(Progress(what, done, total))
+        return lambda completed, total: watch(Progress(what, completed, total))
 
     with _timed("selection", durations):
         watch(Progress("choosing samples of the path", 0, 1))
         screen = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
         report = reported("evaluating settings")
-        found = filled(screen, ranges, goal, table.settings, table.seed, report)
+        settings = filled(screen, ranges, goal, table.settings, table.seed, report)
     with _timed("last steps", durations):
         report = reported("refining the best settings")
-        found = refined(screen, goal, ranges, found, table.seed, report)
-    if len(found.settings) == 0:
-        reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
+        settings = refined(screen, goal, ranges, settings, table.seed, report)
+    if len(settings.settings) == 0:
+        reasons = ", ".join(f"{what}: {count}" for what, count in settings.refused.items() if count)
         raise PlanningError(
-            f"{placing.case.name}: expected a feasible setting, got none of {found.looked_at}"
+            f"{placing.case.name}: expected a feasible setting, got none of {settings.looked_at}"
             f" ({reasons}): widen the ranges in [place], or require less margin"
         )
     with _timed("whole path", durations):
         present = _present(placing, process_of)
-        best = best_of(placing, found.settings, process_of, watch)
+        best = best_of(placing, settings.settings, process_of, watch)
     with _timed("maps", durations):
         shown = [("present", placing.present), ("best", best[0].setting)]
         maps = []
@@ -92,8 +92,8 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     return CasePlacement(
         placing,
         screen.stations,
-        found.looked_at,
-        found.refused,
+        settings.looked_at,
+        settings.refused,
         present,
         best,
         tuple(maps),
@@ -116,27 +116,27 @@ def best_of(
         PlanningError: If there is none.
         ProcessError: If the process has no answer.
     """
-    wanted, found, reasons = placing.case.place.cases, [], []
+    count, settings_found, reasons = placing.case.place.cases, [], []
     for k, setting in enumerate(_distinct(placing, settings)):
         watch(Progress("evaluating the best along the whole path", k, len(settings)))
         try:
-            own = judged(placing, setting, process_of)
+            evaluated = evaluate_setting(placing, setting, process_of)
         except PlanningError as error:
             reasons.append(str(error))
             continue
-        if np.isfinite(own.cost):
-            found.append(own)
+        if np.isfinite(evaluated.cost):
+            settings_found.append(evaluated)
         else:
-            refused = placing.goal.demands.refusals(own.figures)
+            refused = placing.goal.demands.refusals(evaluated.figures)
             reasons += [what for what, wrong in refused.items() if wrong[0]]
-        if len(found) == wanted:
+        if len(settings_found) == count:
             break
-    if not found:
+    if not settings_found:
         raise PlanningError(
             f"{placing.case.name}: expected a setting in which the robot can follow the whole path, got"
             f" none: {reasons[0]}"
         )
-    return tuple(sorted(found, key=lambda own: own.cost))
+    return tuple(sorted(settings_found, key=lambda setting: setting.cost))
 
 
 def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
@@ -150,7 +150,7 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
 
 def _present(placing: Placing, process_of: ProcessOf) -> EvaluatedSetting | None:
     try:
-        return judged(placing, placing.present, process_of)
+        return evaluate_setting(placing, placing.present, process_of)
     except PlanningError:
         return None
 

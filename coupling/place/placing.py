@@ -95,11 +95,11 @@ def setting_keys(setting: np.ndarray) -> dict[str, float]:
         >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0, 0]))["lead_deg"]
         15.0
     """
-    found = {}
+    keys = {}
     for name, value in zip(NAMES, setting.tolist(), strict=True):
-        known = (f"{name}_m", value) if name in LENGTHS else (f"{name}_deg", np.rad2deg(value))
-        found[known[0]] = round(float(known[1]), 9) + 0.0
-    return found
+        key = (f"{name}_m", value) if name in LENGTHS else (f"{name}_deg", np.rad2deg(value))
+        keys[key[0]] = round(float(key[1]), 9) + 0.0
+    return keys
 
 
 def require_one_robot(case: Case) -> None:
@@ -150,9 +150,9 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         raise CaseError(
             f"{case.name}: place: expected a range with low < high, got none: nothing is free"
         )
-    wanted = objective or table.optimise
+    optimised = objective or table.optimise
     gears = GearLoops.of(MovingRobot(placed.description, placed.torque_curve))
-    if wanted == "backlash" and not (gears.backlash.any() or gears.slip_torque.any()):
+    if optimised == "backlash" and not (gears.backlash.any() or gears.slip_torque.any()):
         raise CaseError(
             f"{case.name}: expected gears with backlash or hysteresis to optimise, got"
             f" {robot.name} without any: optimise stiffness"
@@ -170,7 +170,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     demands = PlaceDemands(
         float(np.deg2rad(table.joint_margin_deg)), table.least_conditioning, table.clear_share
     )
-    goal = PlaceObjective(wanted, demands, bool(np.any(stations.wrench)))
+    goal = PlaceObjective(optimised, demands, bool(np.any(stations.wrench)))
     return Placing(case, robot, gears, cell, present, ranges, in_part, stations, goal)
 
 
@@ -204,13 +204,13 @@ def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
     defaults = (tilts if has_sphere else {}) | ({"elbow": [-_ELBOW, _ELBOW]} if redundant else {})
     for k, name in enumerate(NAMES):
         length = name in LENGTHS
-        given = getattr(case.place, f"{name}_m" if length else f"{name}_deg")
-        if given is None and length:
-            given = [present[k] - _ASIDE, present[k] + _ASIDE]
-        elif given is None:
-            given = defaults.get(name)
-        if given is not None:
-            low[k], high[k] = given if length else np.deg2rad(given)
+        stated = getattr(case.place, f"{name}_m" if length else f"{name}_deg")
+        if stated is None and length:
+            stated = [present[k] - _ASIDE, present[k] + _ASIDE]
+        elif stated is None:
+            stated = defaults.get(name)
+        if stated is not None:
+            low[k], high[k] = stated if length else np.deg2rad(stated)
     least = np.deg2rad(untilted - _MOST)
     if low[NAMES.index("lean")] < least:
         raise CaseError(

@@ -114,12 +114,12 @@ class Batch:
         """Write values at places (p,) in settings (s,), numbers of both; the values as (.., p s)."""
         at = places[:, None], settings[None]
         for field in fields(self):
-            kept, value = getattr(self, field.name), getattr(values, field.name)
-            if kept.ndim == 2:
-                kept[at] = value.reshape(len(places), -1)
+            column, value = getattr(self, field.name), getattr(values, field.name)
+            if column.ndim == 2:
+                column[at] = value.reshape(len(places), -1)
             else:
                 rows = value.reshape(len(value), len(places), len(settings))
-                kept[at[0], :, at[1]] = rows.transpose(1, 2, 0)
+                column[at[0], :, at[1]] = rows.transpose(1, 2, 0)
 
     def forget(self, settings: np.ndarray) -> None:
         """Set all values of the settings of these numbers, (s,), to NaN."""
@@ -170,7 +170,7 @@ class Screen:
         self._gapless = np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _NEAR
 
     def figures(
-        self, settings: np.ndarray, report: Callable[[int], None] = lambda done: None
+        self, settings: np.ndarray, report: Callable[[int], None] = lambda completed: None
     ) -> ScreenFigures:
         """Return the figures of settings.
 
@@ -188,33 +188,33 @@ class Screen:
     def batch(self, settings: np.ndarray) -> Batch:
         """Return the robot at all places in settings by `NAMES` [m], [rad], (n, 9)."""
         placed, count = self._cell.placed(settings), len(settings)
-        found = Batch.unknown(
+        batch = Batch.unknown(
             self.stations.count, len(self._robot.joints), len(self.gear_joint), count
         )
-        moved = MovedPath(placed, self._cell.sphere_radius, self.stations)
+        moved_path = MovedPath(placed, self._cell.sphere_radius, self.stations)
         alive, homes = np.arange(count), self._arm.homes(settings)
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
-            targets = moved.targets(places, alive)
-            own = homes[:, np.tile(alive, len(places))]
-            near = NearHome(own.T, self._drives) if self._arm.is_redundant else None
+            targets = moved_path.targets(places, alive)
+            start_angles = homes[:, np.tile(alive, len(places))]
+            near = NearHome(start_angles.T, self._drives) if self._arm.is_redundant else None
             if before is None and near is not None:
                 q, came = nearest_angles(self._serial, targets, near)
             elif before is None:
                 q, came = angles_from_home(self._serial, targets, self._arm.angles)
             else:
-                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(own), -1)
+                guess = batch.q[before][:, :, alive].swapaxes(0, 1).reshape(len(start_angles), -1)
                 q, came = reached(self._serial, targets, guess, _ITERATIONS, near=near)
             all_came = came.reshape(len(places), -1).all(axis=0)
             chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:
                 break
-            shift, motion = targets.tcp_shift[:, chosen], moved.motion(places, alive)
+            shift, motion = targets.tcp_shift[:, chosen], moved_path.motion(places, alive)
             nearest = near and near.chosen(chosen)
             moving = following(self._serial, q[:, chosen], shift, motion, nearest)
-            loads = moved.wrench(places, alive), moved.gravity(places, alive)
-            found.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
-        found.forget(np.setdiff1d(np.arange(count), alive))
-        return found
+            loads = moved_path.wrench(places, alive), moved_path.gravity(places, alive)
+            batch.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
+        batch.forget(np.setdiff1d(np.arange(count), alive))
+        return batch
 
     def _loaded(
         self, q: np.ndarray, moving: FollowingRobot, wrench: np.ndarray, gravity: np.ndarray
@@ -245,7 +245,9 @@ class Screen:
         share = np.zeros(q.shape[1])
         if not self._motors:
             return share
-        outputs = np.stack([own.T for own in (q, moving.rate, moving.acceleration)])
+        outputs = np.stack(
+            [outputs_of_motion.T for outputs_of_motion in (q, moving.rate, moving.acceleration)]
+        )
         motors = self._errors.at_motor(outputs)
         slope = self._errors.slope(motors[0])
         for gear, joint, drive, limit in self._motors:
@@ -263,8 +265,8 @@ class Screen:
                 axes.append(now.posture.axis[joint])
                 arms.append(now.posture.lever[joint])
             else:
-                own = self._robot.joints[joint].tilt[tilt - 1].axis
-                axes.append(combined(now.posture.body[joint], own))
+                tilt_axis = self._robot.joints[joint].tilt[tilt - 1].axis
+                axes.append(combined(now.posture.body[joint], tilt_axis))
                 arms.append(cross(axes[-1], now.posture.tip - now.posture.origin[joint]))
         return axes, arms
 
@@ -274,9 +276,9 @@ class Screen:
         """Return the TCP's displacement by torques [m], and its compliance [m/N], (n,) each."""
         lever = np.stack(arms)
         soft = self._softness[:, None, None] * lever
-        moved = np.einsum("mkn,mn->kn", soft, np.stack(push))
+        displacement = np.einsum("mkn,mn->kn", soft, np.stack(push))
         compliance = np.linalg.eigvalsh(np.einsum("min,mjn->nij", soft, lever))[:, -1]
-        return np.sqrt(dot(moved, moved)), compliance
+        return np.sqrt(dot(displacement, displacement)), compliance
 
     def worst(self, batch: Batch) -> ScreenFigures:
         """Return the worst figures of settings over all places."""
@@ -291,7 +293,7 @@ class Screen:
             rate_share=share.max(axis=(0, 1)),
             deviation=batch.deviation.max(axis=0),
             compliance=batch.compliance.max(axis=0),
-            margin=margin(batch.torque).T - self._gears.held,
+            margin=margin(batch.torque).T - self._gears.held_torque,
             swing=swing,
             backlash_error=backlash_error(self._gears.backlash, lever),
             hysteresis_error=self._gears.hysteresis_error(swing, lever),

@@ -63,30 +63,30 @@ def filled(
         report: Called with the numbers of settings done and of all.
     """
     settings = ranges.sampled(count, seed)
-    figures = screen.figures(settings, lambda done: report(done, count))
+    figures = screen.figures(settings, lambda completed: report(completed, count))
     cost = goal.cost(figures)
     reasons = goal.demands.refusals(figures)
     refused = {what: int(np.sum(wrong)) for what, wrong in reasons.items()}
-    left = np.argsort(cost, kind="stable")
-    left = left[np.isfinite(cost[left])]
-    chosen, kept, tried = settings[:0], [figures.chosen(left[:0])], 0
-    while len(left) and len(chosen) < _REFINED and tried < _CONFIRMED:
-        rows = _apart(ranges, settings, left, _REFINED - len(chosen))
+    remaining = np.argsort(cost, kind="stable")
+    remaining = remaining[np.isfinite(cost[remaining])]
+    chosen, parts, tried = settings[:0], [figures.chosen(remaining[:0])], 0
+    while len(remaining) and len(chosen) < _REFINED and tried < _CONFIRMED:
+        rows = _apart(ranges, settings, remaining, _REFINED - len(chosen))
         whole = screen.confirmed(settings[rows])
         tried += len(rows)
         admitted = np.isfinite(goal.cost(whole))
         chosen = np.concatenate([chosen, settings[rows[admitted]]])
-        kept.append(whole.chosen(np.flatnonzero(admitted)))
+        parts.append(whole.chosen(np.flatnonzero(admitted)))
         for row, distance in zip(rows, np.where(admitted, _APART, _BESIDE), strict=True):
-            left = left[ranges.apart(settings[row], settings[left]) >= distance]
-    return _sorted(goal, chosen, joined(kept), count, refused)
+            remaining = remaining[ranges.apart(settings[row], settings[remaining]) >= distance]
+    return _sorted(goal, chosen, joined(parts), count, refused)
 
 
 def refined(
     screen: CoarseScreen,
     goal: PlaceObjective,
     ranges: Ranges,
-    found: FoundSettings,
+    previous: FoundSettings,
     seed: int,
     report: Report,
 ) -> FoundSettings:
@@ -96,20 +96,20 @@ def refined(
         screen: Screen of settings at a few places of the path.
         goal: Objective and constraints.
         ranges: The box.
-        found: The settings.
+        previous: The settings.
         seed: Seed of the steps.
         report: Called with the numbers of rounds done and of all.
     """
-    if len(found.settings) == 0 or len(ranges.free) == 0:
-        return found
-    around = int(np.clip(_PART * found.looked_at, _FEWEST, _MOST))
+    if len(previous.settings) == 0 or len(ranges.free) == 0:
+        return previous
+    around = int(np.clip(_PART * previous.looked_at, _FEWEST, _MOST))
     rounds = int(np.ceil(np.log(_LAST / _STEP) / np.log(_FINER)))
-    best, figures, cost = found.settings, found.figures, found.cost
-    rng, looked_at = np.random.default_rng(seed), found.looked_at
+    best, figures, cost = previous.settings, previous.figures, previous.cost
+    rng, looked_at = np.random.default_rng(seed), previous.looked_at
     for number in range(rounds):
         report(number, rounds)
         step = _STEP * _FINER**number
-        tried = np.stack([ranges.around(own, step, around, rng) for own in best])
+        tried = np.stack([ranges.around(setting, step, around, rng) for setting in best])
         looked_at += len(best) * around
         few = goal.cost(screen.figures(tried.reshape(-1, tried.shape[2]))).reshape(len(best), -1)
         rows = np.flatnonzero(few.min(axis=1) < cost)
@@ -123,7 +123,7 @@ def refined(
         now[rows[better]] = len(best) + np.flatnonzero(better)
         best, figures = settings[now], both.chosen(now)
         cost = goal.cost(figures)
-    return _sorted(goal, best, figures, looked_at, found.refused)
+    return _sorted(goal, best, figures, looked_at, previous.refused)
 
 
 def _sorted(

@@ -53,40 +53,40 @@ class Ranges:
 
     def sampled(self, count: int, seed: int) -> np.ndarray:
         """Return scrambled Sobol points of the box, by `NAMES` [m], [rad], (count, 9)."""
-        found = np.tile(self.low, (count, 1))
+        samples = np.tile(self.low, (count, 1))
         free = self.free
         if len(free):
             sobol = qmc.Sobol(len(free), rng=np.random.default_rng(seed))
             points = sobol.random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
-            found[:, free] += points * self.width[free]
-        return found
+            samples[:, free] += points * self.width[free]
+        return samples
 
     def around(
         self, center: np.ndarray, share: float, count: int, rng: np.random.Generator
     ) -> np.ndarray:
         """Return rounded settings, normally distributed about one (9,) [m], [rad], (count, 9)."""
-        found = np.tile(center, (count, 1))
+        samples = np.tile(center, (count, 1))
         free = self.free
         step = rng.normal(size=(count, len(free)))
         # Half of them move along few settings only: ridges are narrow across.
         step[::2] *= rng.random((len(step[::2]), len(free))) < 2.0 / max(len(free), 2)
-        found[:, free] += share * step * self.width[free]
-        return self.rounded(found)
+        samples[:, free] += share * step * self.width[free]
+        return self.rounded(samples)
 
-    def apart(self, one: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def apart(self, setting: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Return the largest difference of settings (n, 9) from one (9,), over the width [1], (n,)."""
         free = self.free
         if len(free) == 0:
             return np.zeros(len(others))
-        distance: np.ndarray = np.abs((others - one) / self.width)[:, free].max(axis=1)
+        distance: np.ndarray = np.abs((others - setting) / self.width)[:, free].max(axis=1)
         return distance
 
     def rounded(self, settings: np.ndarray) -> np.ndarray:
         """Return settings rounded to what can be set [m], [rad], (..., 9); those not free are kept."""
-        found = settings.copy()
+        rounded = settings.copy()
         free = self.free
-        found[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
-        return np.clip(found, self.low, self.high)
+        rounded[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
+        return np.clip(rounded, self.low, self.high)
 
 
 @dataclass(frozen=True)

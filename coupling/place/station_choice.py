@@ -46,16 +46,16 @@ def selected(
     return _greedy(rows, PLACES)
 
 
-def extremes_of(batch: Batch, known: np.ndarray, missed: np.ndarray) -> np.ndarray:
+def extremes_of(batch: Batch, stations: np.ndarray, missed: np.ndarray) -> np.ndarray:
     """Return the numbers of places at which settings have extremes that known places miss, (k,).
 
     Args:
         batch: The settings at all places.
-        known: Numbers of the known places, (p,).
+        stations: Numbers of the known places, (p,).
         missed: Share of its range along the path by which an extreme may be missed, by setting, (n,).
     """
     rows, setting = _rows(batch)
-    known_largest = rows[:, known].max(axis=1, initial=-np.inf)
+    known_largest = rows[:, stations].max(axis=1, initial=-np.inf)
     further = rows.max(axis=1, initial=-np.inf) > known_largest + missed[setting]
     return np.unique(rows[further].argmax(axis=1))
 
@@ -73,9 +73,11 @@ def _rows(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
         *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
         _ANGLES * _parts(-batch.conditioning[:, None]),
     ]
-    rows = np.concatenate([own.transpose(1, 2, 0).reshape(-1, len(own)) for own in quantities])
+    rows = np.concatenate(
+        [quantity.transpose(1, 2, 0).reshape(-1, len(quantity)) for quantity in quantities]
+    )
     settings = np.arange(batch.q.shape[2])
-    owner = np.concatenate([np.tile(settings, own.shape[1]) for own in quantities])
+    owner = np.concatenate([np.tile(settings, quantity.shape[1]) for quantity in quantities])
     finite = np.isfinite(rows).all(axis=1)
     return rows[finite], owner[finite]
 
@@ -94,8 +96,8 @@ def _greedy(rows: np.ndarray, count: int) -> np.ndarray:
     missing = np.ones((len(rows), 1))
     chosen: list[int] = []
     for _ in range(count):
-        left = np.minimum(missing, short)
-        best = int(np.argmin((left**2).sum(axis=0)))
+        shortfall = np.minimum(missing, short)
+        best = int(np.argmin((shortfall**2).sum(axis=0)))
         chosen.append(best)
-        missing = left[:, [best]]
+        missing = shortfall[:, [best]]
     return np.unique(chosen)

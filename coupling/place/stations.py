@@ -57,14 +57,18 @@ class Stations:
     @property
     def poses(self) -> np.ndarray:
         """Positions, and orientations of tool and axes as lengths [m], (k, 15)."""
-        turned = [own.apply(axis) for own in (self.tool, self.axes) for axis in np.eye(3)[:2]]
-        return np.hstack([self.position, *(_ARM * directions for directions in turned)])
+        vectors = [
+            rotations.apply(axis) for rotations in (self.tool, self.axes) for axis in np.eye(3)[:2]
+        ]
+        return np.hstack([self.position, *(_ARM * directions for directions in vectors)])
 
     def chosen(self, rows: np.ndarray) -> Stations:
         """Return the places of these numbers, (p,)."""
-        own = {field.name: getattr(self, field.name) for field in fields(self)}
-        centered = own.pop("centered")
-        return Stations(**{name: values[rows] for name, values in own.items()}, centered=centered)
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        centered = arrays.pop("centered")
+        return Stations(
+            **{name: values[rows] for name, values in arrays.items()}, centered=centered
+        )
 
     def strongest(self) -> Stations:
         """Return the places where acceleration, force or speed is largest in each part of the time."""

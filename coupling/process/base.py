@@ -133,11 +133,11 @@ class ProcessSchema(Schema, ABC):
         WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
         FORMULA: Whether an answer is that of a formula, which takes a moment only.
         AROUND_EVALUATION: Names of keys of what is done with the answers.
-        FORCE_ERROR: Largest part of the force by which it is known to be off, of comparisons with
+        FORCE_FACTORS: Lowest and highest real force over the computed one, of comparisons with
             measurements (docs/trust.md); None: not known.
     """
 
-    FORCE_ERROR: ClassVar[float | None] = None
+    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = None
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     FORMULA: ClassVar[bool] = False
     AROUND_EVALUATION: ClassVar[frozenset[str]] = frozenset()
@@ -192,8 +192,8 @@ class ProcessSchema(Schema, ABC):
         for values in _arrays_of(task):
             add(values.tobytes())
         code = Path(inspect.getfile(type(self)))
-        own = [] if code.is_relative_to(Path(__file__).parent) else [code]
-        for file in (*own, *self.own_files()):
+        code_files = [] if code.is_relative_to(Path(__file__).parent) else [code]
+        for file in (*code_files, *self.own_files()):
             try:
                 add(file.read_bytes())
             except OSError as cause:

@@ -63,9 +63,9 @@ def _problem(response: object, path: ToolPath) -> str:
     if response.stiffness is None:
         return ""
     size = float(np.abs(response.stiffness).max())
-    own = own_blocks(response.stiffness)
-    skew = np.abs(own - own.swapaxes(-1, -2)).max()
-    lowest = float(np.linalg.eigvalsh(own).min())
+    tool_blocks = own_blocks(response.stiffness)
+    skew = np.abs(tool_blocks - tool_blocks.swapaxes(-1, -2)).max()
+    lowest = float(np.linalg.eigvalsh(tool_blocks).min())
     if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
         return (
             "stiffness: expected symmetric matrices without negative eigenvalues for what a tool feels"

@@ -36,13 +36,13 @@ def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> n
     off = np.flatnonzero(np.abs(side) > _ON)
     changes = np.sign(side[off[1:]]) != np.sign(side[off[:-1]])
     on_a_row = off[:-1][changes & (np.diff(off) == 2)] + 1
-    found = off[:-1][changes & (np.diff(off) == 1)]
+    before_crossing = off[:-1][changes & (np.diff(off) == 1)]
     between = InterpolatedPath(path)
 
     def away(time: float) -> float:
         return float(distance(between.position(np.array([time])))[0])
 
-    roots = [brentq(away, *path.time[[k, k + 1]]) for k in found]
+    roots = [brentq(away, *path.time[[k, k + 1]]) for k in before_crossing]
     return np.round(np.sort([*path.time[on_a_row], *roots]), _DIGITS)
 
 

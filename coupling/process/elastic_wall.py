@@ -77,7 +77,7 @@ class ElasticWallTable(ProcessSchema):
         """Return the wall in the robot's base frame."""
         return ElasticWall(
             point=task.part.points(np.array(self.point_m)),
-            normal=task.part.turned(np.array(self.normal)),
+            normal=task.part.rotate(np.array(self.normal)),
             stiffness=self.stiffness_N_m,
             identity=self.identity(task),
         )

@@ -105,9 +105,9 @@ class EvaluationFolder:
             return
         attempts = (mark.parent for mark in self.path.parent.glob(f"*/{UNFINISHED}"))
         for attempt in sorted(attempts, key=_time_of, reverse=True):
-            left = attempt / RESTART
-            if left.is_dir() and self._is_same(attempt):
-                os.rename(left, self.path / RESTART)
+            restart = attempt / RESTART
+            if restart.is_dir() and self._is_same(attempt):
+                os.rename(restart, self.path / RESTART)
                 return
         (self.path / RESTART).mkdir()
 
@@ -130,8 +130,8 @@ class EvaluationFolder:
 
     def _failed(self) -> list[Path]:
         """Return the folders of the failed attempts at this evaluation's number, in their order."""
-        found = self.path.parent.glob(f"{self.path.name}{FAILED}[0-9]*")
-        return sorted((folder for folder in found if _number(folder)), key=_number)
+        candidates = self.path.parent.glob(f"{self.path.name}{FAILED}[0-9]*")
+        return sorted((folder for folder in candidates if _number(folder)), key=_number)
 
     def _is_same(self, folder: Path) -> bool:
         try:

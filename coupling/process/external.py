@@ -121,8 +121,10 @@ class ExternalProgram(WithIdentity):
         if not (folder / WRENCH).is_file():
             raise ProcessError(f"{self.command[0]!r} wrote no {WRENCH}{said}")
         try:
-            known = set(STIFFNESS_COLUMNS) & set(read_header(folder / WRENCH, ProcessError))
-            columns = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if known else ())
+            stiffness_columns = set(STIFFNESS_COLUMNS) & set(
+                read_header(folder / WRENCH, ProcessError)
+            )
+            columns = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if stiffness_columns else ())
             table = read_table(folder / WRENCH, ("time", *columns), ProcessError)
         except ProcessError as cause:
             problem = str(cause).removeprefix(f"{folder}/")

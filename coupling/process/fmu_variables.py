@@ -107,20 +107,27 @@ def read_variables(
     except Exception as cause:  # whatever FMPy finds wrong with the file
         raise CaseError(f"{where}: is not a readable FMU: {cause}") from cause
     variables = {variable.name: variable for variable in description.modelVariables}
+    if len(variables) < len(description.modelVariables):
+        raise CaseError(f"{where}: expected variables of different names, got some names twice")
     units = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
 
     def checked(
         table: str, names: Mapping[str, str], allowed: tuple[str, ...]
     ) -> dict[str, FmuVariable]:
-        _require_different(f"{where}: {table}", names)
-        return {
+        checked_variables = {
             column: _variable(
                 f"{where}: {table}: {column}", column, name, variables, units, allowed
             )
             for column, name in names.items()
         }
+        _require_different(f"{where}: {table}", names, variables)
+        return checked_variables
 
     for name, value in parameters.items():
+        if name in inputs.values():
+            raise CaseError(
+                f"{where}: parameters: expected no variable that the poses set, got {name!r}"
+            )
         _require_parameter(f"{where}: parameters", variables, name, value)
     return ProcessVariables(
         checked("inputs", inputs, ("input",)),
@@ -134,15 +141,16 @@ def _has_variable_step(description: ModelDescription) -> bool:
     return simulation is None or bool(simulation.canHandleVariableCommunicationStepSize)
 
 
-def _require_different(where: str, names: Mapping[str, str]) -> None:
-    by_variable: dict[str, str] = {}
+def _require_different(
+    where: str, names: Mapping[str, str], variables: Mapping[str, ModelVariable]
+) -> None:
+    by_reference: dict[int, str] = {}  # several names may stand for one value
     for column, name in names.items():
-        if name in by_variable:
+        other = by_reference.setdefault(variables[name].valueReference, column)
+        if other != column:
             raise CaseError(
-                f"{where}: expected a variable for each column, got {name!r} for {by_variable[name]} and"
-                f" {column}"
+                f"{where}: expected a variable for each column, got {name!r} for {other} and {column}"
             )
-        by_variable[name] = column
 
 
 def _variable(
@@ -192,10 +200,12 @@ _SI_NAMES = {
 
 def _is_of(base: BaseUnit, dimension: tuple[int, int, int]) -> bool:
     """Return whether a unit has these exponents of kg, m, s and none of others but rad."""
-    rest = (base.A, base.K, base.mol, base.cd)
-    return (base.kg, base.m, base.s) == dimension and not any(rest)
+    other_exponents = (base.A, base.K, base.mol, base.cd)
+    return (base.kg, base.m, base.s) == dimension and not any(other_exponents)
 
 
+# What a start value can be given to.
+_SETTABLE = ("parameter", "structuralParameter", "input")
 _TYPES: tuple[tuple[tuple[str, ...], str, Callable[[object], bool]], ...] = (
     (
         ("Real", "Float32", "Float64"),
@@ -213,6 +223,11 @@ def _require_parameter(
     variable = variables.get(name)
     if variable is None:
         raise CaseError(f"{where}: {one_of(variables, name)}")
+    if str(variable.causality) not in _SETTABLE or str(variable.variability) == "constant":
+        raise CaseError(
+            f"{where}: expected a variable of causality {' or '.join(_SETTABLE)}, got {name!r},"
+            f" {variable.causality} and {variable.variability}"
+        )
     for types, what, is_right in _TYPES:
         if variable.type in types and not is_right(value):
             raise CaseError(f"{where}: {name}: expected {what}, got {value!r}")

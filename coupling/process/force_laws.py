@@ -91,8 +91,8 @@ def sheet_forming(
     steady = float(np.hypot(axial, radial))
     direction = np.column_stack([radial * inward, np.full(len(points), axial)]) / steady
     direction = direction @ np.transpose(base_from_part)
-    beyond = np.sum((desired - position) * direction, axis=1)
-    size = ramp * np.maximum(steady + penetration_stiffness * beyond, 0.0)
+    penetration = np.sum((desired - position) * direction, axis=1)
+    size = ramp * np.maximum(steady + penetration_stiffness * penetration, 0.0)
     slope = ramp * penetration_stiffness * (size > 0.0)
     outer = direction[:, :, None] * direction[:, None, :]
     return ForceReaction(size[:, None] * direction, slope[:, None, None] * outer)
@@ -139,5 +139,5 @@ class ForceLaw:
         """Return the origin of the law at times (n,): the desired position [m], (n, 3), or zero."""
         if self.desired is None:
             return np.zeros((len(time), 3))
-        known, *axes = self.desired.T
-        return np.column_stack([np.interp(time, known, axis) for axis in axes])
+        instants, *axes = self.desired.T
+        return np.column_stack([np.interp(time, instants, axis) for axis in axes])

@@ -38,10 +38,10 @@ def wrench_in_base(
 
     The reference point stays the TCP: only axes change.
     """
-    return _turned(_base_from(frame, path, part), wrench)
+    return _rotate_wrench(_base_from(frame, path, part), wrench)
 
 
-def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
+def _rotate_wrench(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
 
 
@@ -60,12 +60,12 @@ def response_in_base(
     first = np.append(True, np.diff(values[:, 0]) > 0.0)
     turn = _base_from(frame, path, part)
     each = turn if turn.single else turn[np.cumsum(first) - 1]
-    wrench = WrenchHistory(values[:, 0], _turned(each, values[:, 1:7]))
+    wrench = WrenchHistory(values[:, 0], _rotate_wrench(each, values[:, 1:7]))
     if values.shape[1] == 7:
         return ProcessResponse(wrench)
     axes = np.broadcast_to(turn.as_matrix(), (len(path.time), 3, 3))
-    turned = axes @ symmetric(values[first, 7:]) @ axes.swapaxes(1, 2)
-    return ProcessResponse(wrench, stiffness=turned)
+    stiffness = axes @ symmetric(values[first, 7:]) @ axes.swapaxes(1, 2)
+    return ProcessResponse(wrench, stiffness=stiffness)
 
 
 def _base_from(frame: WrenchFrame, path: ToolPath, part: Frame) -> Rotation:

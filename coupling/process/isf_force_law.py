@@ -143,7 +143,8 @@ class IsfForceLawTable(ProcessSchema):
     """
 
     FORMULA: ClassVar[bool] = True
-    FORCE_ERROR: ClassVar[float | None] = 0.19
+    # By 19 % it missed one measured force; on another sheet it may miss to the other side.
+    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = (0.81, 1.19)
 
     model: Literal["isf-force-law"]
     sheet_thickness_m: Positive

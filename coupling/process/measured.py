@@ -106,13 +106,13 @@ def _is_finer(recorded: np.ndarray, time: np.ndarray) -> bool:
 
 
 def _axis(file: Path, header: list[str]) -> str:
-    found = [name for name in ("time", "distance") if name in header]
-    if len(found) != 1:
+    axis_columns = [name for name in ("time", "distance") if name in header]
+    if len(axis_columns) != 1:
         raise CaseError(
             f"process: {file}: expected either a column time or a column distance, got"
             f" {', '.join(header)}"
         )
-    return found[0]
+    return axis_columns[0]
 
 
 def _require_cover(file: Path, axis: str, stations: np.ndarray, along: np.ndarray) -> None:

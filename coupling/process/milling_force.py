@@ -102,14 +102,14 @@ class Milling:
             feed: Directions of the desired feed there, (m, 2).
         """
         actual, desired = (
-            self.part.coordinates(known.position[0]) for known in (path, self.desired)
+            self.part.coordinates(tool_path.position[0]) for tool_path in (path, self.desired)
         )
         now = interpolated(time, path.time, actual)
         before = interpolated(time - self.cutter.tooth_period, path.time, actual)
         way = (now - before)[:, :2]
-        left = np.column_stack([-feed[:, 1], feed[:, 0]])
-        chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * left, axis=1)])
-        offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * left, axis=1)
+        leftward = np.column_stack([-feed[:, 1], feed[:, 0]])
+        chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * leftward, axis=1)])
+        offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * leftward, axis=1)
         radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
         start, end = ARCS[self.engagement](radial, self.cutter.radius)
         return Engagement(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
@@ -119,7 +119,7 @@ class Milling:
         cos, sin = feed.T[..., None]
         f, n, z = np.moveaxis(wrench.reshape(-1, 2, 3), 2, 0)
         in_part = np.stack([cos * f - sin * n, sin * f + cos * n, z], axis=2)
-        return self.part.turned(in_part).reshape(-1, 6)
+        return self.part.rotate(in_part).reshape(-1, 6)
 
 
 def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ def own_frequency(path: ToolPath) -> float:
     Returns:
         The largest of all tools; 0 of tools that stand.
     """
-    found = 0.0
+    frequency = 0.0
     for tool in path.tools:
         between = InterpolatedPath(tool)
         speed, acceleration = (
@@ -37,8 +37,8 @@ def own_frequency(path: ToolPath) -> float:
             for order in (1, 2)
         )
         if speed > 0.0:
-            found = max(found, acceleration / (2.0 * np.pi * speed))
-    return found
+            frequency = max(frequency, acceleration / (2.0 * np.pi * speed))
+    return frequency
 
 
 class ForceFilter(ABC):
@@ -63,15 +63,17 @@ class ForceFilter(ABC):
             wrench: The wrenches.
             noise: Standard deviation of white noise in them [N, N m], (tools, 6).
         """
-        found = wrench.wrench.copy()
+        filtered = wrench.wrench.copy()
         jumps = np.flatnonzero(np.diff(wrench.time) == 0.0) + 1
         ends = [0, *jumps, len(wrench.time)]
         for a, b in pairwise(ends):
             if b - a < _FEWEST:
                 continue
-            for tool, own in enumerate(noise):
-                found[tool, a:b] = self.smoothed(wrench.time[a:b], wrench.wrench[tool, a:b], own)
-        return replace(wrench, wrench=found)
+            for tool, tool_noise in enumerate(noise):
+                filtered[tool, a:b] = self.smoothed(
+                    wrench.time[a:b], wrench.wrench[tool, a:b], tool_noise
+                )
+        return replace(wrench, wrench=filtered)
 
 
 @dataclass(frozen=True)
@@ -114,8 +116,8 @@ class AdaptiveLowPass(ForceFilter):
         if count < 1 or not np.any(noise > 0.0):
             return values
         cutoffs = self.cutoff * _RATIO ** np.arange(count)
-        tried = np.stack([*(low_pass(time, values, own) for own in cutoffs), values])
-        through = [*(noise_share(own, fastest) for own in cutoffs), 1.0]
+        tried = np.stack([*(low_pass(time, values, cutoff) for cutoff in cutoffs), values])
+        through = [*(noise_share(cutoff, fastest) for cutoff in cutoffs), 1.0]
         band = _BAND * np.sqrt(through)[:, None, None] * noise
         low = np.maximum.accumulate((tried - band)[::-1])[::-1]
         high = np.minimum.accumulate((tried + band)[::-1])[::-1]

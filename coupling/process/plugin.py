@@ -36,14 +36,14 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     if not file.is_file():
         raise CaseError(f"expected the Python file of the process, got {file}, which is not there")
     module = _imported(file)
-    found = getattr(module, table, None)
-    is_table = isinstance(found, type) and issubclass(found, ProcessSchema)
-    if found is None or not is_table or inspect.isabstract(found):
+    schema = getattr(module, table, None)
+    is_table = isinstance(schema, type) and issubclass(schema, ProcessSchema)
+    if schema is None or not is_table or inspect.isabstract(schema):
         raise CaseError(
             f"{file}: expected a class {table} derived from coupling.process.ProcessTable, with a"
-            f" method process(task), got {'none' if found is None else found}"
+            f" method process(task), got {'none' if schema is None else schema}"
         )
-    return f"{file}:{table}", found
+    return f"{file}:{table}", schema
 
 
 def _imported(file: Path) -> ModuleType:

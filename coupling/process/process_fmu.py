@@ -97,8 +97,8 @@ class ProcessFmu(WithIdentity):
             except FmuError as cause:
                 raise ProcessError(f"{self.file}: {cause}") from cause
 
-    def _report(self, done: int, total: int) -> None:
-        self.watch(Progress("evaluating the process", done, total))
+    def _report(self, completed: int, total: int) -> None:
+        self.watch(Progress("evaluating the process", completed, total))
 
 
 class ProcessFmuTable(ProcessTable):

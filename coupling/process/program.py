@@ -45,6 +45,8 @@ _LOOK = 0.1
 # For a program to end on SIGTERM, before it is killed [s].
 _GRACE = 2.0
 _LAST_LINES = 12
+# These are within as much of the output, which may be more than memory holds [bytes].
+_LAST_BYTES = 100_000
 
 
 def run_program(
@@ -76,13 +78,13 @@ def run_program(
         )
     if shutil.which(command[0], path=None) is None and not (folder / command[0]).is_file():
         raise ProcessError(f"{command[0]!r} cannot be started: there is no such program")
-    with (folder / RUNNING).open("w+b") as held, (folder / OUTPUT).open("wb") as output:
+    with (folder / RUNNING).open("w+b") as lock, (folder / OUTPUT).open("wb") as output:
         with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         shell = subprocess.Popen(
             ["/bin/sh", "-c", _SHELL, RUNNING, *command],
             cwd=folder,
-            stdin=held,
+            stdin=lock,
             stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,  # a group of its own, so that its children end with it
@@ -102,8 +104,8 @@ def is_running(folder: Path) -> bool:
     if not _HAS_LOCKS:  # where none can be started
         return False
     try:
-        with (folder / RUNNING).open("rb") as held:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with (folder / RUNNING).open("rb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
     except OSError:  # never started, or a file system without locks
@@ -167,7 +169,9 @@ def require_success(name: str, folder: Path, overdue: float | None = None) -> No
 
 def last_lines(folder: Path) -> str:
     """Return the end of what the program in a folder has printed."""
-    lines = (folder / OUTPUT).read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    with (folder / OUTPUT).open("rb") as said:
+        said.seek(max(said.seek(0, os.SEEK_END) - _LAST_BYTES, 0))
+        lines = said.read().decode(errors="replace").rstrip().splitlines()
     return "\n".join(lines[-_LAST_LINES:])
 
 
@@ -180,8 +184,8 @@ def _watched(folder: Path, time_limit: float, watch: Watch, ends: Callable[[floa
     """Tell what a program prints until it ends; return whether it did within the time limit."""
     end = time.monotonic() + time_limit
     with (folder / OUTPUT).open("rb") as said:
-        while (left := end - time.monotonic()) > 0.0:
-            if ends(min(_LOOK, left)):
+        while (remaining := end - time.monotonic()) > 0.0:
+            if ends(min(_LOOK, remaining)):
                 return True
             _report(said, watch)
     return False

@@ -70,13 +70,17 @@ class SheetFem(WithIdentity):
         for k, after in enumerate(moves):
             self.watch(Progress(_WHAT, k, len(moves)))
             if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
-                found = self.model.equilibrium(state, before, after, boxes[k])
-                state, forces[k], moments[k] = found.state, found.forces, found.moments
+                equilibrium = self.model.equilibrium(state, before, after, boxes[k])
+                state, forces[k], moments[k] = (
+                    equilibrium.state,
+                    equilibrium.forces,
+                    equilibrium.moments,
+                )
                 touching = bool(np.any(forces[k]))
                 if touching:
                     loaded = state
                     _take(answer, stiffness)
-                    answer = k, in_background(self.model.reaction, found)
+                    answer = k, in_background(self.model.reaction, equilibrium)
             before = after
         _take(answer, stiffness)
         if touching:
@@ -86,9 +90,9 @@ class SheetFem(WithIdentity):
         wrenches = []
         for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True)):
             away = tool.position[0] - self.desired.position[k]
-            own = slice(3 * k, 3 * k + 3)
-            force = self._along(forces[:, k], felt[:, own, own], away)
-            felt[~np.any(force, axis=1), own] = 0.0
+            axes = slice(3 * k, 3 * k + 3)
+            force = self._along(forces[:, k], felt[:, axes, axes], away)
+            felt[~np.any(force, axis=1), axes] = 0.0
             wrenches.append(self._wrench(tool, center, force, moments[:, k]))
         formed = formed_sheet(self.model.mesh, loaded, state)
         return ProcessResponse(WrenchHistory.of_tools(wrenches), formed, stiffness=felt)
@@ -119,9 +123,9 @@ class SheetFem(WithIdentity):
         that of the stiffness that it feels, (n, 3, 3).  One that would pull is none.
         """
         between = self.force_factor * self.schedule.interpolated(forces)
-        between = self.part.turned(between)
-        beyond = away - self.schedule.interpolated(away[self.schedule.positions])
-        force = between - np.einsum("nij,nj->ni", felt, beyond)
+        between = self.part.rotate(between)
+        offset = away - self.schedule.interpolated(away[self.schedule.positions])
+        force = between - np.einsum("nij,nj->ni", felt, offset)
         holds = np.sum(force * between, axis=1) > 0.0
         return np.where(holds[:, None], force, 0.0)
 
@@ -129,15 +133,17 @@ class SheetFem(WithIdentity):
         self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray
     ) -> WrenchHistory:
         """Return the wrench at a TCP of the force along the path and moments at the positions."""
-        own = self.part.turned(self.force_factor * self.schedule.interpolated(moments))
+        contact_moment = self.part.rotate(self.force_factor * self.schedule.interpolated(moments))
         center = self.part.points(centers)
-        moment = own + np.cross(center - path.position[0], force)
+        moment = contact_moment + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
     def _centers(self, path: ToolPath) -> np.ndarray:
         """Return the spheres' centres in the part frame, (tools, n, 3)."""
-        turned = [own.apply(tip) for own, tip in zip(path.rotations, self.tips, strict=True)]
-        return self.part.coordinates(path.position - np.stack(turned))
+        tip_vectors = [
+            rotation.apply(tip) for rotation, tip in zip(path.rotations, self.tips, strict=True)
+        ]
+        return self.part.coordinates(path.position - np.stack(tip_vectors))
 
     def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""

@@ -38,7 +38,8 @@ class SheetFemTable(ProcessSchema):
     prestrain the hardening is Hollomon's.  An anisotropic sheet is rolled along the x of the part.
     """
 
-    FORCE_ERROR: ClassVar[float | None] = 0.37
+    # By 37 % it missed one measured force; on another sheet it may miss to the other side.
+    FORCE_FACTORS: ClassVar[tuple[float, float] | None] = (0.63, 1.37)
 
     model: Literal["sheet-fem"]
     sheet_size_m: Annotated[list[Positive], Field(min_length=2, max_length=2)]
@@ -82,15 +83,15 @@ class SheetFemTable(ProcessSchema):
 
     @model_validator(mode="after")
     def _criterion_has_its_keys(self) -> SheetFemTable:
-        own = {"anisotropy": self.anisotropy, "yield_exponent": self.yield_exponent}
-        given = [name for name, value in own.items() if value is not None]
-        if self.yield_criterion == "von-mises" and given:
+        criterion_keys = {"anisotropy": self.anisotropy, "yield_exponent": self.yield_exponent}
+        stated = [name for name, value in criterion_keys.items() if value is not None]
+        if self.yield_criterion == "von-mises" and stated:
             raise ValueError(
-                f'{given[0]}: expected yield_criterion = "yld91" beside it, got "von-mises", which is'
+                f'{stated[0]}: expected yield_criterion = "yld91" beside it, got "von-mises", which is'
                 " isotropic"
             )
-        if self.yield_criterion == "yld91" and len(given) < len(own):
-            missing = next(name for name in own if name not in given)
+        if self.yield_criterion == "yld91" and len(stated) < len(criterion_keys):
+            missing = next(name for name in criterion_keys if name not in stated)
             raise ValueError(
                 f'{missing}: expected beside yield_criterion = "yld91", got none: give anisotropy ='
                 " [c1, ..., c6] and yield_exponent (8 is usual for aluminium, 6 for steel)"

@@ -172,7 +172,7 @@ class SmoothedProcess(ProcessWrapper):
         significant = level if self.noise.significant else np.zeros_like(level)
         return replace(response, wrench=self._filter.of(wrench, significant))
 
-    def _compare(self, path: ToolPath, first: ProcessResponse, again: SecondAnswer) -> None:
+    def _compare(self, path: ToolPath, first: ProcessResponse, ask_again: SecondAnswer) -> None:
         """Find from a second answer whether what is uneven is noise, once.
 
         The level of noise stays that of the first answer, so that a run on stored answers is the same.
@@ -180,7 +180,7 @@ class SmoothedProcess(ProcessWrapper):
         if self._is_compared:
             return
         self._is_compared = True
-        second = again(path)
+        second = ask_again(path)
         if second is None:
             return
         self.repeatability = Repeatability.of(first, second)

@@ -73,15 +73,15 @@ def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
 
 
 def _read_csv(files: Sequence[ProgramFile]) -> RobotProgram:
-    file = _one(files, ".csv")
+    file = _require_single_file(files, ".csv")
     return csv_rows.read(file.text, file.name)
 
 
-def _one(files: Sequence[ProgramFile], ending: str) -> ProgramFile:
-    found = [file for file in files if file.name.lower().endswith(ending)]
-    if len(found) != 1:
-        raise ProgramError(f"program: expected one file {ending}, got {len(found)}")
-    return found[0]
+def _require_single_file(files: Sequence[ProgramFile], ending: str) -> ProgramFile:
+    matching = [file for file in files if file.name.lower().endswith(ending)]
+    if len(matching) != 1:
+        raise ProgramError(f"program: expected one file {ending}, got {len(matching)}")
+    return matching[0]
 
 
 LANGUAGES = {
@@ -149,15 +149,15 @@ def read_program(path: Path) -> RobotProgram:
     if path.is_file() and (other := other_format(_file(path).text.encode(), ["program", "csv"])):
         raise ProgramError(f"{path}: expected a robot program, {other}")
     ending = path.suffix.lower()
-    known = {language.ending: language for language in LANGUAGES.values()}
-    known |= {name: language for language in known.values() for name in language.endings}
-    if ending not in known:
-        raise ProgramError(f"{path}: ending: {one_of(known, ending)}")
+    by_ending = {language.ending: language for language in LANGUAGES.values()}
+    by_ending |= {name: language for language in by_ending.values() for name in language.endings}
+    if ending not in by_ending:
+        raise ProgramError(f"{path}: ending: {one_of(by_ending, ending)}")
     first = _file(path)
-    return known[ending].read([first, *_beside(path, first.text)])
+    return by_ending[ending].read([first, *_data_files(path, first.text)])
 
 
-def _beside(path: Path, text: str) -> list[ProgramFile]:
+def _data_files(path: Path, text: str) -> list[ProgramFile]:
     """Return the files that belong to one: its .dat, other modules, or programs that it calls."""
     folder = [file for file in sorted(path.parent.iterdir()) if file.is_file() and file != path]
     ending = path.suffix.lower()

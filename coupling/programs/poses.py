@@ -21,7 +21,7 @@ def product(a_from_b: Pose, b_from_c: Pose) -> Pose:
         >>> [round(x, 9) + 0.0 for x in product(quarter, ahead)[:3]]
         [0.0, 1.0, 0.0]
     """
-    x, y, z = _turned(a_from_b[3:], b_from_c[:3])
+    x, y, z = _rotate(a_from_b[3:], b_from_c[:3])
     quaternion = _upright(_times(a_from_b[3:], b_from_c[3:]))
     return (a_from_b[0] + x, a_from_b[1] + y, a_from_b[2] + z, *quaternion)
 
@@ -30,7 +30,7 @@ def inverse(a_from_b: Pose) -> Pose:
     """Return b_from_a."""
     x, y, z, w = a_from_b[3:]
     turn = (-x, -y, -z, w)
-    px, py, pz = _turned(turn, a_from_b[:3])
+    px, py, pz = _rotate(turn, a_from_b[:3])
     return (-px, -py, -pz, *_upright(turn))
 
 
@@ -70,7 +70,7 @@ def _times(a: Sequence[float], b: Sequence[float]) -> Quaternion:
     )
 
 
-def _turned(quaternion: Sequence[float], vector: Sequence[float]) -> tuple[float, float, float]:
+def _rotate(quaternion: Sequence[float], vector: Sequence[float]) -> tuple[float, float, float]:
     """Return a vector turned by a quaternion x, y, z, w."""
     qx, qy, qz, qw = quaternion
     vx, vy, vz = vector

@@ -49,8 +49,8 @@ class Configuration:
     @property
     def quadrants(self) -> tuple[int, int, int]:
         """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
-        one, four, six = (int(self._written(i) // 90.0) for i in (0, 3, 5))
-        return one, four, six
+        axis_1, axis_4, axis_6 = (int(self._written(i) // 90.0) for i in (0, 3, 5))
+        return axis_1, axis_4, axis_6
 
     @property
     def status(self) -> int:
@@ -65,8 +65,8 @@ class Configuration:
     @property
     def turns(self) -> tuple[int, int, int]:
         """Whole turn in which joints 1, 4 and 6 are, 0 from -180 to 180 deg."""
-        one, four, six = (int((self._written(i) + 180.0) // 360.0) for i in (0, 3, 5))
-        return one, four, six
+        axis_1, axis_4, axis_6 = (int((self._written(i) + 180.0) // 360.0) for i in (0, 3, 5))
+        return axis_1, axis_4, axis_6
 
     def _written(self, joint: int) -> float:
         """Return a joint's angle as a program writes it [deg]."""

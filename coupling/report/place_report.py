@@ -114,11 +114,11 @@ def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
 def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figure, ...]:
     """Draw maps of one plane: for each setting displacement and exposure, each on one scale for all."""
     moved = "process" if figures.forced else "100 N"
-    tops = [_top([own.moved for own in maps]), _top([own.exposure for own in maps])]
+    tops = [_top([own.deviation for own in maps]), _top([own.exposure for own in maps])]
     views = []
     for own in maps:
         for values, what, top in zip(
-            (own.moved, own.exposure), (moved, figures.unknown), tops, strict=True
+            (own.deviation, own.exposure), (moved, figures.unknown), tops, strict=True
         ):
             heat = {
                 "type": "heatmap",
@@ -174,10 +174,10 @@ def _marks(figures: PlacementResult, own: PartMap) -> list[Keys]:
 
 def _hint(own: PartMap, i: int, j: int) -> str:
     place = f"{own.across} {own.first[j]:.3f} m, {own.up} {own.second[i]:.3f} m"
-    if not np.isfinite(own.moved[i, j]):
+    if not np.isfinite(own.deviation[i, j]):
         return f"{place}: not possible"
     return (
-        f"{place}: displacement {UM * own.moved[i, j]:.0f} um, gears {UM * own.exposure[i, j]:.1f}"
+        f"{place}: displacement {UM * own.deviation[i, j]:.0f} um, gears {UM * own.exposure[i, j]:.1f}"
         f" um, {own.changing[i, j]:.0f} gears reverse"
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pydantic import computed_field
@@ -39,8 +39,8 @@ _ADVICE = (
     "Measure the force, the gears' stiffness (elastic-robot identify) and backlash more exactly, or"
     " place the part where no gear reverses (elastic-robot place)."
 )
-# Percentiles between which a deviation is expected: of n robots the values of rank p (n + 1), as far as
-# there are any, between which as large a share of further robots lies on average (Weibull).
+# Percentiles between which a deviation is expected: of n robots the values of rank p n + 1/2 (Hazen), as
+# far as there are any: the robots are spread evenly, so that each stands for an n-th of all of them.
 _INTERVAL = (5.0, 95.0)
 
 
@@ -59,14 +59,30 @@ class DrawnFrom:
     is_whole: bool = False
 
 
-class DrawnDeviation(ResultPart):
-    """Deviations of a command on robots and under forces that are drawn from stated ranges.
+@dataclass(frozen=True)
+class DrawnReplays:
+    """Replays of a command on robots that are drawn.
+
+    Attributes:
+        basis: What they are drawn from.
+        stated: Replays on robots and under forces drawn from stated ranges.
+        left_out: Replays on the model with the usual value of one thing that its file leaves out.
+        completed: Replays on drawn robots that have the usual values of all of these.
+    """
+
+    basis: DrawnFrom = field(default_factory=DrawnFrom)
+    stated: tuple[Replay, ...] = ()
+    left_out: tuple[Replay, ...] = ()
+    completed: tuple[Replay, ...] = ()
+
+
+class DeviationInterval(ResultPart):
+    """Interval of the deviations of a command on robots that are drawn.
 
     Attributes:
         samples: Number of robots.
         low, high: 5th and 95th percentile of the largest deviation [m].
         less_constant_low, less_constant_high: The same less a constant [m].
-        drawn, missing, is_whole: As of `DrawnFrom`.
     """
 
     samples: int
@@ -74,46 +90,96 @@ class DrawnDeviation(ResultPart):
     high: float
     less_constant_low: float
     less_constant_high: float
-    drawn: tuple[str, ...]
-    missing: tuple[str, ...]
-    is_whole: bool
 
     @classmethod
-    def among(cls, replays: Sequence[Replay], basis: DrawnFrom) -> DrawnDeviation | None:
-        """Return the interval; None where nothing was drawn."""
+    def around(cls, replays: Sequence[Replay]) -> DeviationInterval | None:
+        """Return the interval; None where there are no replays."""
         if not replays:
             return None
         whole = [replay.deviation.maximum for replay in replays]
         rest = [replay.deviation.maximum_less_constant for replay in replays]
-        low, high = np.percentile(whole, _INTERVAL, method="weibull")
-        less_low, less_high = np.percentile(rest, _INTERVAL, method="weibull")
+        low, high = np.percentile(whole, _INTERVAL, method="hazen")
+        less_low, less_high = np.percentile(rest, _INTERVAL, method="hazen")
         return cls(
             samples=len(replays),
             low=float(low),
             high=float(high),
             less_constant_low=float(less_low),
             less_constant_high=float(less_high),
-            drawn=basis.drawn,
-            missing=basis.missing,
-            is_whole=basis.is_whole,
         )
 
     @property
     def share(self) -> float:
-        """Share of further robots that lie between low and high on average."""
-        ranks = [0.01 * percent * (self.samples + 1) for percent in _INTERVAL]
-        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / (self.samples + 1)
+        """Share of all robots that lies between low and high."""
+        ranks = [0.01 * percent * self.samples + 0.5 for percent in _INTERVAL]
+        return (min(ranks[1], self.samples) - max(ranks[0], 1.0)) / self.samples
+
+    @property
+    def words(self) -> str:
+        """Both intervals."""
+        return (
+            f"{_um(self.low)} to {_um(self.high)}, {_um(self.less_constant_low)} to"
+            f" {_um(self.less_constant_high)} less a constant"
+        )
+
+    @property
+    def sampled(self) -> str:
+        """Share of the robots in it, and their number."""
+        return f"{100.0 * self.share:.0f} % of the robots, by {self.samples} of them"
+
+
+class DrawnDeviation(DeviationInterval):
+    """Deviations of a command on robots and under forces that are drawn from stated ranges.
+
+    Attributes:
+        drawn, missing, is_whole: As of `DrawnFrom`.
+        left_out_m: Largest deviation on the model with the usual value of one thing that its file
+            leaves out [m], by that value.
+        with_left_out: Interval of robots that have the usual values of all of these; None where the file
+            leaves nothing out.
+    """
+
+    drawn: tuple[str, ...]
+    missing: tuple[str, ...]
+    is_whole: bool
+    left_out_m: dict[str, float] = {}
+    with_left_out: DeviationInterval | None = None
+
+    @classmethod
+    def among(cls, replays: DrawnReplays) -> DrawnDeviation | None:
+        """Return the intervals; None where nothing was drawn."""
+        stated = DeviationInterval.around(replays.stated)
+        if stated is None:
+            return None
+        basis = replays.basis
+        return cls(
+            **dict(stated),
+            drawn=basis.drawn,
+            missing=basis.missing,
+            is_whole=basis.is_whole,
+            left_out_m={own.name: own.deviation.maximum for own in replays.left_out},
+            with_left_out=DeviationInterval.around(replays.completed),
+        )
 
     @property
     def sentence(self) -> str:
-        """What is expected, of what, and what is not in it."""
-        what = "Expected deviation on a real robot" if self.is_whole else "Expected deviation"
+        """What is expected: the first figure has what a file leaves out; then what is not in it."""
         text = (
-            f"{what}: {_um(self.low)} to {_um(self.high)}, {_um(self.less_constant_low)} to"
-            f" {_um(self.less_constant_high)} less a constant ({100.0 * self.share:.0f} % of"
-            f" the robots drawn from {' and '.join(self.drawn)}, by {self.samples} of them)"
+            "Expected deviation on a real robot"
+            if self.is_whole
+            else "Deviation on robots drawn in part, not what a real robot leaves"
         )
-        return f"{text}. Not in it: {'; '.join(self.missing)}." if self.missing else f"{text}."
+        stated = f"{self.words} ({self.sampled}, drawn from {' and '.join(self.drawn)})"
+        if self.with_left_out is None:
+            text += f": {stated}."
+        else:
+            values = ", ".join(f"{name} {_um(own)}" for name, own in self.left_out_m.items())
+            text += (
+                f": {self.with_left_out.words} with usual values of what the file leaves out"
+                f" ({self.with_left_out.sampled}); by its stated ranges alone {stated}. Each usual value"
+                f" alone, on the model: {values}."
+            )
+        return f"{text} Not in it: {'; '.join(self.missing)}." if self.missing else text
 
 
 class WorstReplay(ResultPart):

@@ -43,7 +43,7 @@ class MapResult(ResultPart):
     setting: Annotated[str, From("name")]
     across: str
     up: str
-    shape: Annotated[tuple[int, int], From("moved.shape")]
+    shape: Annotated[tuple[int, int], From("deviation.shape")]
 
 
 class PlacementResult(ResultFile):

@@ -235,7 +235,7 @@ class EvaluationResult(ResultPart):
     path_change_max_m: Annotated[float, From("path_change")]
     path_change_rms_m: float
     force_change_relative: float | None
-    springs_relative: Annotated[float, From("carried")]
+    springs_relative: Annotated[float, From("spring_change")]
     peak_force_N: float
     worst_time_s: float
 

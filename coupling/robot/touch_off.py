@@ -97,7 +97,7 @@ class RestingRobot:
         past = Past.start(Hysteresis(chain.elements, parameters.hysteresis))
         dynamics, near, found = Dynamics(chain, parameters.gravity), self.home, []
         for k, point in enumerate(commanded, start=1):
-            still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
+            still = ToolPath.with_rotation(np.array([0.0, 1.0]), np.array([point, point]), rotation)
             path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]

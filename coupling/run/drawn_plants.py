@@ -7,15 +7,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.stats.qmc import Sobol
 
-from coupling.results.outlook import DrawnFrom, Replay
+from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import ModelMismatch
-from coupling.run.robustness import SimulatedModel, StiffnessRanges, differing
+from coupling.robot.mismatch import AS_THE_MODEL, ModelMismatch
+from coupling.run.robustness import Simulate, SimulatedModel, StiffnessRanges, differing
+from coupling.run.usual_gears import completed, left_out
 from coupling.solve.correction import Correction
 
-# Robots that are drawn, by kind of FMU: the one in Python takes as long for one as the native one for
-# a hundred.
-DRAWS = {"native": 32, "python": 8}
+# Robots that are drawn, and those of them that have usual values of what their files leave out as well,
+# by kind of FMU: the one in Python takes as long for one as the native one for a hundred.
+DRAWS = {"native": (64, 16), "python": (8, 4)}
 # Of the design, so that the same case has the same figures.
 _SEED = 1
 
@@ -23,14 +24,16 @@ _SEED = 1
 def basis_of(
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
-    force_error: float | None,
+    force_factors: tuple[float, float] | None,
+    has_force: bool = True,
 ) -> DrawnFrom:
     """Return what robots and forces can be drawn from, and what has no stated range.
 
     Args:
         models: Simulation of each robot.
         ranges: Stiffness of their gears that are not known better.
-        force_error: Largest part by which the process's force is off, by its source; None: unknown.
+        force_factors: Lowest and highest real force over the process's, by its source; None: unknown.
+        has_force: Whether the process has a force at all.
     """
     drawn, missing = [], []
     joints = [
@@ -44,26 +47,28 @@ def basis_of(
         drawn.append(f"the stated stiffness of {stated} gears")
     if stated < len(joints):
         missing.append(f"the stiffness of {len(joints) - stated} gears")
-    if force_error is None:
+    if has_force and force_factors is None:
         missing.append("the force")
-    else:
-        drawn.append(f"a force of +-{100.0 * force_error:.3g} %")
+    elif has_force and force_factors is not None:
+        low, high = (100.0 * factor for factor in force_factors)
+        drawn.append(f"{low:.3g} to {high:.3g} % of the force")
     elastic = [joint for _, joint in joints]
-    for name, is_there in (
-        ("backlash", any(joint.backlash for joint in elastic)),
-        ("hysteresis", any(joint.hysteresis for joint in elastic)),
-        ("friction and servos", any(joint.drive for joint in elastic)),
-    ):
-        if not is_there:
-            missing.append(f"{name}, which the file leaves out" if joints else name)
-    is_whole = bool(joints) and stated == len(joints) and force_error is not None
+    if any(joint.backlash for joint in elastic):
+        missing.append("errors of the file's backlash")
+    if any(joint.hysteresis for joint in elastic):
+        missing.append("errors of its hysteresis")
+    if any(joint.drive for joint in elastic):
+        missing.append("errors of its friction and servos")
+    if not any(joint.kinematic_error for joint in elastic):
+        missing.append("kinematic errors of the gears")
+    is_whole = bool(joints) and stated == len(joints) and not (has_force and force_factors is None)
     return DrawnFrom(tuple(drawn), tuple(missing), is_whole)
 
 
 def drawn_differences(
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
-    force_error: float | None,
+    force_factors: tuple[float, float] | None,
     count: int,
     seed: int,
 ) -> Iterator[tuple[list[ModelMismatch], float]]:
@@ -91,37 +96,63 @@ def drawn_differences(
                 if stiffness is not None:
                     factors[number - 1] = low * (high / low) ** along / stiffness
             differences.append(ModelMismatch(stiffness=tuple(factors)))
-        yield differences, 1.0 + (force_error or 0.0) * (2.0 * float(share[-1]) - 1.0)
+        low, high = force_factors or (1.0, 1.0)
+        yield differences, low + (high - low) * float(share[-1])
 
 
 def drawn_replays(
     cell: Cell,
     models: Sequence[SimulatedModel],
     ranges: Sequence[StiffnessRanges],
-    force_error: float | None,
+    force_factors: tuple[float, float] | None,
     found: Correction,
-    count: int,
-) -> tuple[Replay, ...]:
+    simulate: Simulate,
+    counts: tuple[int, int],
+) -> DrawnReplays:
     """Replay a command, under the validation's wrench, on robots that are drawn.
 
     Args:
         cell: The robots of the case.
         found: The command.
-        count: Number of robots.
+        simulate: Function that gives the simulation of a robot that has what its file leaves out.
+        counts: Numbers of robots, without and with what their files leave out.
 
     Returns:
-        A replay for each; none where nothing has a stated range.
+        The replays; none where nothing has a stated range.
 
     Raises:
         SimulationError: If a robot cannot be simulated.
     """
     loaded = found.response.wrench
-    pushes = force_error is not None and bool(np.any(loaded.wrench))
+    has_force = bool(np.any(loaded.wrench))
+    basis = basis_of(models, ranges, force_factors, has_force)
+    pushes = has_force and force_factors is not None
     if not (pushes or any(ranges)) or all(model.robot.is_rigid for model in models):
-        return ()
-    replays = []
-    for differences, force in drawn_differences(models, ranges, force_error, count, _SEED):
-        robots = differing(cell, models, differences, "a robot drawn from its ranges")
-        path = robots.simulate(found.joints, loaded.scaled(force), "dynamic")
-        replays.append(Replay.of("drawn", path, found.desired))
-    return tuple(replays)
+        return DrawnReplays(basis)
+
+    def replay(
+        name: str,
+        robots: Sequence[SimulatedModel],
+        differences: Sequence[ModelMismatch],
+        force: float,
+    ) -> Replay:
+        """Return what the command leaves on robots that differ, under a factor of the force."""
+        path = differing(cell, robots, differences, name).simulate(
+            found.joints, loaded.scaled(force), "dynamic"
+        )
+        return Replay.of(name, path, found.desired)
+
+    count, completed_count = counts
+    draws = list(drawn_differences(models, ranges, force_factors, count, _SEED))
+    stated = [replay("a robot drawn from its ranges", models, *own) for own in draws]
+    values = left_out(models)
+    each = [
+        replay(own.name, completed(models, [own], simulate), [AS_THE_MODEL for _ in models], 1.0)
+        for own in values
+    ]
+    whole = completed(models, values, simulate) if values else []
+    both = [
+        replay("a drawn robot with usual values", whole, *own)
+        for own in (draws[:completed_count] if values else [])
+    ]
+    return DrawnReplays(basis, tuple(stated), tuple(each), tuple(both))

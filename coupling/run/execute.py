@@ -19,11 +19,11 @@ from coupling.path.path_ends import ends_in_motion
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
 from coupling.results.forecast import RunForecast
-from coupling.results.outlook import DrawnFrom, Replay
+from coupling.results.outlook import DrawnReplays, Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
-from coupling.run.drawn_plants import DRAWS, basis_of, drawn_replays
+from coupling.run.drawn_plants import DRAWS, drawn_replays
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
@@ -90,7 +90,6 @@ class Run:
             was.
         drawn: Deviations under the corrected command on robots and under forces drawn from the ranges
             that their sources state.
-        basis: Those ranges, in words.
     """
 
     kind: Kind
@@ -114,8 +113,7 @@ class Run:
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
     forecast: RunForecast | None = None
-    drawn: tuple[Replay, ...] = ()
-    basis: DrawnFrom = field(default_factory=DrawnFrom)
+    drawn: DrawnReplays = field(default_factory=DrawnReplays)
 
     @property
     def desired(self) -> ToolPath:
@@ -209,16 +207,17 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.response.wrench, other)
         replays: tuple[Replay, ...] = ()
-        drawn, basis = tuple[Replay, ...](), DrawnFrom()
+        drawn = DrawnReplays()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
             # Robots with other motors have FMUs of their own, which end with their replays.
             ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
                 replays = replayed(cell, models, found, others.of)
-                error = case.process_table.FORCE_ERROR
-                basis = basis_of(models, ranges, error)
-                drawn = drawn_replays(cell, models, ranges, error, found, DRAWS[case.fmu])
+                factors = case.process_table.FORCE_FACTORS
+                drawn = drawn_replays(
+                    cell, models, ranges, factors, found, others.of, DRAWS[case.fmu]
+                )
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
@@ -245,7 +244,6 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             unloaded_after=unloaded_after,
             robustness=replays if sampling is None else (*replays, sampling.replay),
             drawn=drawn,
-            basis=basis,
             plant=plant,
             drives=_drives(case, found, motors),
             motors=motors,

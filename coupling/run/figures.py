@@ -154,7 +154,7 @@ def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """
     if run.forecast is not None:
         return None
-    expected = DrawnDeviation.among(run.drawn, run.basis)
+    expected = DrawnDeviation.among(run.drawn)
     return WorstReplay.among(before, run.robustness, expected)
 
 

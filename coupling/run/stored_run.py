@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -24,9 +25,12 @@ from coupling.path.joint_path import JointPath
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import AnswerResult, RunState
+from elastic_robot.fmi.interface import Mode
 from elastic_robot.tool_load import symmetric
 
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
+# Robots of a cell, as their folders are called; other folders there are the user's.
+CELL = ("forming", "support")
 PLANT, ANCHOR, MOTORS = "plant", "anchor", "motors"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 # Times of two tables that are the same [s].
@@ -114,7 +118,7 @@ def read_run(folder: Path) -> StoredRun:
         if figures.pinch_gap_m is None:
             raise ResultError(f"{folder / RESULT}: expected that of two robots beside {GAP}.csv")
         gap = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)[:, 1:]
-        robots = {file.parent.name: file.parent for file in sorted(folder.glob(f"*/{RESULT}"))}
+        robots = {name: folder / name for name in CELL}
     pieces = {
         stage: Workpiece.read(file)
         for stage, name in zip(figures.stages, ("before", "after"), strict=False)
@@ -220,7 +224,8 @@ def _read_robot(folder: Path) -> StoredRobot:
             other={
                 stage: tool_path(file.stem)
                 for stage, name in zip(figures.stages, ("uncompensated", "achieved"), strict=False)
-                for file in sorted(folder.glob(f"{name}_*.csv"))
+                for mode in get_args(Mode)
+                if (file := folder / f"{name}_{mode}.csv").is_file()
             },
         )
     except ValueError as cause:

@@ -85,12 +85,13 @@ class ContactTangents(NamedTuple):
     """Tangents of a sphere's contact with a sheet.
 
     Attributes:
-        own: Derivative of the force on the sphere by the sheet under it, moved as a whole [N/m], (3, 3).
+        by_center: Derivative of the force on the sphere by the sheet under it, which moves as a whole
+            [N/m], (3, 3).
         by_sheet: Derivative of that force by the control points of a box, transposed [N/m], (3 n, 3).
         on_sheet: Derivative of the residual there by the sphere's centre, negative [N/m], (3 n, 3).
     """
 
-    own: np.ndarray
+    by_center: np.ndarray
     by_sheet: np.ndarray
     on_sheet: np.ndarray
 
@@ -150,12 +151,12 @@ class Assembler:
         force, stiffness = (values[: len(places)] for values in self._inside)
         on_tools = np.empty((len(spheres), len(places), 6))
 
-        given = self._shell, self._surface
+        elements = self._shell, self._surface
         history = after.plastic, after.stretch
 
         def act(share: slice) -> None:
             some, results = places[share], (force[share], stiffness[share])
-            fill_elements(*given, some, after.points, before.plastic, *results, *history)
+            fill_elements(*elements, some, after.points, before.plastic, *results, *history)
             for k, sphere in enumerate(spheres):
                 moves = (before.points, after.points, before.slip[k], after.slip[k])
                 add_contact(self._surface, sphere, some, *moves, *results, on_tools[k, share])
@@ -205,20 +206,20 @@ class Assembler:
         whole = outside.reshape(nx, factor, ny, factor).all(axis=(1, 3))
         cells = MacroElements.none(nx * ny)
         if after.far_field is not None:
-            known = after.far_field.cells_at(after.at_interface)
+            last_cells = after.far_field.cells_at(after.at_interface)
             # About another box other elements of a cell lie outside of it.
             same = after.far_field.interface.box == interface.box or (
                 whole.ravel() & after.far_field.whole
             )
-            keep = same & (known.bent() <= limit)
-            cells = known.only(keep)
+            keep = same & (last_cells.bent() <= limit)
+            cells = last_cells.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
         places = np.argwhere(outside.reshape(nx, factor, ny, factor).any(axis=(1, 3)))
-        given = self._shell, self._surface, self._splines.blend, outside
-        moved = after.points, before.plastic, cells.force, cells.stiffness
+        geometry = self._shell, self._surface, self._splines.blend, outside
+        cell_state = after.points, before.plastic, cells.force, cells.stiffness
 
         def act(share: slice) -> None:
-            fill_cells(*given, places[share], *moved, after.plastic, after.stretch)
+            fill_cells(*geometry, places[share], *cell_state, after.plastic, after.stretch)
 
         in_threads(act, len(places))
         return CondensedFarField.of(interface, after.points.copy(), cells, whole.ravel())

@@ -166,9 +166,9 @@ def _place_general(
 
 def _hold(index: np.ndarray, band: np.ndarray, diagonal: int) -> None:
     """Put ones on the diagonal of what no element moves."""
-    held = np.ones(len(band), dtype=bool)
-    held[index[index >= 0]] = False
-    band[held, diagonal] = 1.0
+    is_fixed = np.ones(len(band), dtype=bool)
+    is_fixed[index[index >= 0]] = False
+    band[is_fixed, diagonal] = 1.0
 
 
 # Right-hand sides that a core solves a triangle for at least: of fewer the products would be slow.
@@ -181,7 +181,7 @@ _BLOCK = 24
 def _forward(lower: np.ndarray, right: np.ndarray) -> None:
     """Solve L x = right in place; rows of zeros at the beginning cost nothing."""
     n, width, count = lower.shape[0], lower.shape[1] - 1, right.shape[1]
-    part, known = right.copy(), np.empty((_BLOCK, count))
+    part, products = right.copy(), np.empty((_BLOCK, count))
     before = np.empty((width, _BLOCK))  # columns of L, as far as the block's rows have them
     begin = 0
     while begin < n and not np.any(part[begin]):
@@ -195,10 +195,10 @@ def _forward(lower: np.ndarray, right: np.ndarray) -> None:
                 before[j - start, i - first] = lower[j, i - j]
             before[j - start, end - first :] = 0.0
         if start < first:
-            np.dot(before[: first - start].T, part[start:first], known)
+            np.dot(before[: first - start].T, part[start:first], products)
             for i in range(first, last):
                 for c in range(count):
-                    part[i, c] -= known[i - first, c]
+                    part[i, c] -= products[i - first, c]
         for j in range(first, last):
             for c in range(count):
                 part[j, c] /= lower[j, 0]

@@ -43,8 +43,10 @@ class CoarseSplines:
         """
         factor = gcd(COARSENING, *elements)
         single = refinement(3, factor)
-        own = np.stack([single[2 * factor + s : 2 * factor + s + 3, 2:5] for s in range(factor)])
-        blend = np.einsum("sac,tbd->stabcd", own, own).reshape(factor, factor, 9, 9)
+        weights = np.stack(
+            [single[2 * factor + s : 2 * factor + s + 3, 2:5] for s in range(factor)]
+        )
+        blend = np.einsum("sac,tbd->stabcd", weights, weights).reshape(factor, factor, 9, 9)
         along_x, along_y = (refinement(count // factor, factor) for count in elements)
         return cls(factor, along_x, along_y, np.ascontiguousarray(blend))
 
@@ -75,8 +77,8 @@ class CoarseSplines:
     def fine(self, coarse: np.ndarray) -> np.ndarray:
         """Return the moves of fine control points [m], (nx + 2, ny + 2, 3), for those of coarse ones."""
         along = self.along_x @ coarse.reshape(len(coarse), -1)
-        moved: np.ndarray = self.along_y @ along.reshape(len(along), -1, 3)
-        return moved
+        moves: np.ndarray = self.along_y @ along.reshape(len(along), -1, 3)
+        return moves
 
 
 def refinement(count: int, factor: int) -> np.ndarray:

@@ -21,7 +21,7 @@ class Sphere(NamedTuple):
         smoothing: Penetration over which the stiffness rises linearly from zero [m].
         friction: Coefficient mu of Coulomb's law.
         slip_length: Elastic slip at which the sheet slides [m].
-        moved: Move since the last equilibrium, without turning [m], (3,).
+        displacement: Move since the last equilibrium, without turning [m], (3,).
     """
 
     center: np.ndarray
@@ -30,7 +30,7 @@ class Sphere(NamedTuple):
     smoothing: float
     friction: float
     slip_length: float
-    moved: np.ndarray
+    displacement: np.ndarray
 
 
 class Surface(NamedTuple):
@@ -39,7 +39,7 @@ class Surface(NamedTuple):
     Attributes:
         basis: Splines at the contact points of an element.
         thickness: First thickness of the sheet [m].
-        supported: Mask of the contact points that lie on the backing plate's plane, (nx, ny, points).
+        is_on_plate: Mask of the contact points that lie on the backing plate's plane, (nx, ny, points).
         plane: Radius from which the backing plate is plane [m].
         edge: Radius of its rounded edge inside of that [m]; zero: the others touch nothing.
         support: Pressure per penetration of the backing plate [Pa/m].
@@ -48,7 +48,7 @@ class Surface(NamedTuple):
 
     basis: Basis
     thickness: float
-    supported: np.ndarray
+    is_on_plate: np.ndarray
     plane: float
     edge: float
     support: float
@@ -203,7 +203,7 @@ def add_contact(
                 tangent[k, k] -= size / distance
             if sphere.friction > 0.0:
                 for k in range(3):
-                    drift[k] = slip[i, j, g, k] - sphere.moved[k]
+                    drift[k] = slip[i, j, g, k] - sphere.displacement[k]
                     for A in range(9):
                         x, y = i + A // 3, j + A % 3
                         drift[k] += N[A] * (points[x, y, k] - before[x, y, k])

@@ -49,8 +49,8 @@ def add_edge(
     # Of one coarse spline along one direction: what the 27 nodal moves do to it.
     by_nodes = on_stack((27,))
     for e in range(len(edge.numbers)):
-        own = edge.numbers[e]
-        K = stiffness[own]
+        number = edge.numbers[e]
+        K = stiffness[number]
         for C in range(9):
             for k in range(3):
                 row = edge.unknowns[e, 3 * C + k]
@@ -61,12 +61,12 @@ def add_edge(
                 for A in range(9):
                     weight = edge.weights[e, A, C]
                     if weight != 0.0:
-                        at_interface[row] += weight * force[own, 3 * A + k]
+                        at_interface[row] += weight * force[number, 3 * A + k]
                         for r in range(27):
                             by_nodes[r] += weight * K[3 * A + k, r]
                 for r in range(27):
-                    if inner[own, r] >= 0:
-                        across[inner[own, r], row] += by_nodes[r]
+                    if inner[number, r] >= 0:
+                        across[inner[number, r], row] += by_nodes[r]
                 for B in range(9):
                     for D in range(9):
                         weight = edge.weights[e, B, D]

@@ -118,18 +118,18 @@ def eigenbasis(
 
 
 @inlined
-def turn(matrix: np.ndarray, vectors: np.ndarray, turned: np.ndarray) -> None:
+def turn(matrix: np.ndarray, vectors: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with the matrix times each vector of three, (3,) or (6,)."""
     for p in range(0, len(vectors), 3):
         for i in range(3):
             total = 0.0
             for j in range(3):
                 total += matrix[i, j] * vectors[p + j]
-            turned[p + i] = total
+            product[p + i] = total
 
 
 @inlined
-def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, turned: np.ndarray) -> None:
+def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, product: np.ndarray) -> None:
     """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
     for p in range(0, 6, 3):
         for q in range(0, p + 1, 3):
@@ -141,4 +141,4 @@ def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, turned: np.ndarray) -> N
                     half2 += matrix[i, k] * blocks[p + k, q + 2]
                 for j in range(3):
                     total = matrix[j, 0] * half0 + matrix[j, 1] * half1 + matrix[j, 2] * half2
-                    turned[p + i, q + j] = turned[q + j, p + i] = total
+                    product[p + i, q + j] = product[q + j, p + i] = total

@@ -46,14 +46,15 @@ class NewtonSettings:
     Attributes:
         tolerance: Largest unbalanced force at a control point that may move [N].
         largest_step: Displacement down to which those of an iteration are scaled [m].
-        kept: Bending of a coarse element up to which it is not evaluated anew near an equilibrium [m].
+        unchanged: Bending of a coarse element up to which it is not evaluated anew near an equilibrium
+            [m].
         linear: Bending of a coarse element up to which it may be linear in an equilibrium [m].
         max_iterations: Number of iterations after which the load step is cut.
     """
 
     tolerance: float
     largest_step: float
-    kept: float
+    unchanged: float
     linear: float
     max_iterations: int = 40
 
@@ -124,11 +125,11 @@ def find_equilibrium(
             unbalanced = np.inf  # against the tools as they are it is not known yet
         if unbalanced <= 1.0 and near and (interface is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
-            _carried(after)
+            _carry_outside(after)
             return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
         if interface is not None and unbalanced <= (1.0 if near else _NEAR):
-            _carried(after)
-            after = _made_linear(assemble, interface, state, after, settings.kept)
+            _carry_outside(after)
+            after = _made_linear(assemble, interface, state, after, settings.unchanged)
             # That moves no control point that the box's elements see.
             near, last = True, np.inf
             continue
@@ -161,7 +162,7 @@ def _is_linear(state: SheetState, limit: float) -> bool:
     return bool(np.max(state.far_field.bent_at(state.at_interface)) <= limit)
 
 
-def _carried(state: SheetState) -> None:
+def _carry_outside(state: SheetState) -> None:
     """Move all control points outside of the box, of which iterations move the edge."""
     if state.far_field is not None:
         state.far_field.carry(state.at_interface, state.points)
@@ -176,8 +177,8 @@ def _move_as_expected(state: SheetState, box: Box, guess: np.ndarray) -> None:
 
 def _move(state: SheetState, box: Box, inside: np.ndarray, at_interface: np.ndarray) -> None:
     """Move the control points of a box, and with its interface's unknowns the others."""
-    moved = state.points[box.first_x : box.last_x, box.first_y : box.last_y]
-    moved += inside.reshape(moved.shape)
+    points = state.points[box.first_x : box.last_x, box.first_y : box.last_y]
+    points += inside.reshape(points.shape)
     if state.far_field is not None:
         state.at_interface[:] += at_interface
         state.far_field.carry_edge(state.at_interface, state.points)

@@ -90,10 +90,12 @@ class CondensedFarField:
 
     def _moves(self, at_interface: np.ndarray) -> np.ndarray:
         """Return the moves of the splines of each cell for those of the interface [m], (cells, 9, 3)."""
-        moves: np.ndarray = self.moved(at_interface).reshape(-1, 3)[self.interface.splines.patches]
+        moves: np.ndarray = self.unknowns(at_interface).reshape(-1, 3)[
+            self.interface.splines.patches
+        ]
         return moves
 
-    def moved(self, at_interface: np.ndarray) -> np.ndarray:
+    def unknowns(self, at_interface: np.ndarray) -> np.ndarray:
         """Return the coarse unknowns for the interface's [m], (coarse nx + 2, coarse ny + 2, 3)."""
         shape = self.interface.outer.shape
         following = self.half @ np.append(-at_interface, -1.0)
@@ -104,7 +106,7 @@ class CondensedFarField:
     def carry(self, at_interface: np.ndarray, points: np.ndarray) -> None:
         """Set the control points outside of the box for the interface's unknowns [m], (m,)."""
         outside = self.interface.outside
-        points[outside] = (self.points + self.interface.splines.fine(self.moved(at_interface)))[
+        points[outside] = (self.points + self.interface.splines.fine(self.unknowns(at_interface)))[
             outside
         ]
 

@@ -97,7 +97,7 @@ class SheetModel:
             Surface(
                 contact_basis,
                 thickness,
-                self._supported(contact_basis.value),
+                self._plate_mask(contact_basis.value),
                 self._plane,
                 self.settings.edge_radius,
                 self._penalty,
@@ -131,14 +131,14 @@ class SheetModel:
             np.zeros(3),
         )
 
-    def window(self, center: np.ndarray, beyond: float = 0.0) -> Box:
+    def window(self, center: np.ndarray, margin: float = 0.0) -> Box:
         """Return the box of control points about a place [m], (2,) or more, `beyond` the window [m]."""
         bounds = []
         middles = self.mesh.control_point(center[:2])
         for count, size, middle in zip(
             self.mesh.elements, self.mesh.element_size, middles, strict=True
         ):
-            reach = (self.settings.window + beyond) / size
+            reach = (self.settings.window + margin) / size
             bounds += [
                 max(int(np.floor(middle - reach)), 0),
                 min(int(np.ceil(middle + reach)) + 1, count + 2),
@@ -191,21 +191,21 @@ class SheetModel:
         if len(state.slip) != len(before):
             state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
         guess = self._guess(state, after, box)
-        done, part, cuts = 0.0, 1.0, 0
+        fraction, part, cuts = 0.0, 1.0, 0
         while True:
-            target = min(done + part, 1.0)
+            target = min(fraction + part, 1.0)
             tools = tuple(
                 b._replace(
                     center=(1.0 - target) * a.center + target * b.center,
-                    moved=(target - done) * (b.center - a.center),
+                    displacement=(target - fraction) * (b.center - a.center),
                 )
                 for a, b in zip(before, after, strict=True)
             )
-            found = find_equilibrium(self.assemble, state, tools, box, self._newton, guess)
-            if found is None and guess is not None:
+            equilibrium = find_equilibrium(self.assemble, state, tools, box, self._newton, guess)
+            if equilibrium is None and guess is not None:
                 guess = None
                 continue
-            if found is None:
+            if equilibrium is None:
                 part *= 0.5
                 cuts += 1
                 if cuts > _MAX_CUTS:
@@ -215,21 +215,21 @@ class SheetModel:
                         " sheet's frame: use smaller elements or a smaller position_m"
                     )
                 continue
-            moved = found.state.points - state.points
-            guess, state, done = None, found.state, target
-            if done >= 1.0:
-                return replace(found, state=replace(state, travel=Increment.of(tools, moved)))
+            moves = equilibrium.state.points - state.points
+            guess, state, fraction = None, equilibrium.state, target
+            if fraction >= 1.0:
+                return replace(equilibrium, state=replace(state, travel=Increment.of(tools, moves)))
 
-    def reaction(self, found: Equilibrium) -> np.ndarray:
+    def reaction(self, equilibrium: Equilibrium) -> np.ndarray:
         """Return the stiffness of the spheres in an equilibrium [N/m], (3 spheres, 3 spheres)."""
-        return tool_stiffness(self.assemble, found)
+        return tool_stiffness(self.assemble, equilibrium)
 
     def _guess(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
         """Return the expected moves of the control points [m], (nx + 2, ny + 2, 3)."""
         if state.travel is None:
             return None
-        seen = box.grown(2, state.points.shape)  # with what the box's elements see
-        return state.travel.carried(self.mesh, tools, seen)
+        visible_box = box.grown(2, state.points.shape)  # with what the box's elements see
+        return state.travel.predict_moves(self.mesh, tools, visible_box)
 
     @property
     def _plane(self) -> float:
@@ -237,7 +237,7 @@ class SheetModel:
         opening = self.settings.opening_radius
         return np.inf if opening is None else opening + self.settings.edge_radius
 
-    def _supported(self, value: np.ndarray) -> np.ndarray:
+    def _plate_mask(self, value: np.ndarray) -> np.ndarray:
         """Return the mask of contact points on the backing plate, (nx, ny, points)."""
         nx, ny = self.mesh.elements
         if np.isinf(self._plane):
@@ -246,11 +246,11 @@ class SheetModel:
             [self._start[i : i + nx, j : j + ny, :2] for i in range(3) for j in range(3)], axis=2
         )
         place = np.einsum("ga,xyak->xygk", value, x)
-        supported: np.ndarray = np.linalg.norm(place, axis=-1) > self._plane
-        return supported
+        is_supported: np.ndarray = np.linalg.norm(place, axis=-1) > self._plane
+        return is_supported
 
 
-def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
+def tool_stiffness(assemble: Assembler, equilibrium: Equilibrium) -> np.ndarray:
     """Return K = -dF/dc of all spheres [N/m], (3 spheres, 3 spheres), one after the other.
 
     F are the forces on the spheres with their centres at c, the history before the move given.  A
@@ -263,28 +263,32 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
     equilibrium.  Friction makes K unsymmetric, and a sheet that gives way under the tool negative: of
     what a sphere feels of its own move is returned the symmetric part without what is negative of it.
     """
-    count = len(found.spheres)
+    count = len(equilibrium.spheres)
     stiffness = np.zeros((count, 3, count, 3))
     tangents = {
-        k: own
-        for k, sphere in enumerate(found.spheres)
-        if np.any(found.forces[k])
-        and (own := assemble.contact_tangents(found.box, sphere, found.before, found.state, k))
+        k: tangent
+        for k, sphere in enumerate(equilibrium.spheres)
+        if np.any(equilibrium.forces[k])
+        and (
+            tangent := assemble.contact_tangents(
+                equilibrium.box, sphere, equilibrium.before, equilibrium.state, k
+            )
+        )
     }
     if not tangents:
         return stiffness.reshape(3 * count, 3 * count)
-    pushed = np.hstack([own.on_sheet for own in tangents.values()])
-    at_interface = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
-    follows = found.tangent.solve(np.vstack([pushed, at_interface]))[: len(pushed)]
+    pushed = np.hstack([tangent.on_sheet for tangent in tangents.values()])
+    at_interface = np.zeros((equilibrium.tangent.size - len(pushed), pushed.shape[1]))
+    follows = equilibrium.tangent.solve(np.vstack([pushed, at_interface]))[: len(pushed)]
     for column, j in enumerate(tangents):
-        for i, own in tangents.items():
-            stiffness[i, :, j] = -own.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
-        stiffness[j, :, j] = _not_negative(tangents[j].own + stiffness[j, :, j])
+        for i, tangent in tangents.items():
+            stiffness[i, :, j] = -tangent.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
+        stiffness[j, :, j] = _not_negative(tangents[j].by_center + stiffness[j, :, j])
     return stiffness.reshape(3 * count, 3 * count)
 
 
 def _not_negative(matrix: np.ndarray) -> np.ndarray:
     """Return the symmetric matrix nearest to a given one that is not negative, (3, 3)."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    kept: np.ndarray = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    return kept
+    nearest: np.ndarray = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return nearest

@@ -43,9 +43,9 @@ class Interface:
             free: Mask of fine control points that may move, (nx + 2, ny + 2, 3).
         """
         inside = box.inside(free.shape)
-        seen = box.grown(2, free.shape).inside(free.shape)
+        visible_box = box.grown(2, free.shape).inside(free.shape)
         moves = ~splines.touching(~free) & splines.touching(~inside)[..., None]
-        outer = moves & splines.touching(seen & ~inside)[..., None]
+        outer = moves & splines.touching(visible_box & ~inside)[..., None]
         return cls(
             splines, box, ~inside, _numbered(outer), np.where(outer, -1, _everything(outer, moves))
         )

@@ -30,11 +30,11 @@ class MacroElements(NamedTuple):
         """Return cells without elements."""
         return cls(np.zeros((count, 27)), np.zeros((count, 27, 27)), np.zeros((count, 9, 3)))
 
-    def only(self, kept: np.ndarray) -> MacroElements:
+    def only(self, mask: np.ndarray) -> MacroElements:
         """Return them with all but those of a mask (cells,) empty."""
-        some = self.none(len(kept))
+        some = self.none(len(mask))
         for new, old in zip(some, self, strict=True):
-            new[kept] = old[kept]
+            new[mask] = old[mask]
         return some
 
     def after(self, moves: np.ndarray) -> MacroElements:
@@ -77,13 +77,13 @@ def fill_cells(
         new_stretch: Written: stretch of the thickness [1], (nx, ny, points).
     """
     factor, columns = len(blend), outside.shape[1] // len(blend)
-    own = factor * places[:, None] + np.argwhere(np.ones((factor, factor)))
-    own = own[outside[own[..., 0], own[..., 1]]]
-    acting = np.empty((len(own), 27)), np.empty((len(own), 27, 27))
-    fill_elements(shell, surface, own, points, plastic, *acting, new_plastic, new_stretch)
+    elements = factor * places[:, None] + np.argwhere(np.ones((factor, factor)))
+    elements = elements[outside[elements[..., 0], elements[..., 1]]]
+    acting = np.empty((len(elements), 27)), np.empty((len(elements), 27, 27))
+    fill_elements(shell, surface, elements, points, plastic, *acting, new_plastic, new_stretch)
     cells = places[:, 0] * columns + places[:, 1]
     force[cells], stiffness[cells] = 0.0, 0.0
-    _add_elements(blend, columns, own, *acting, force, stiffness)
+    _add_elements(blend, columns, elements, *acting, force, stiffness)
 
 
 @compiled

@@ -20,8 +20,8 @@ _arrayobj: Any = numba.np.arrayobj
 
 
 def _of_shape(function: Callable[..., Any]) -> Callable[[tuple[int, ...]], np.ndarray]:
-    made: Any = numba.extending.intrinsic(prefer_literal=True)(function)
-    return made
+    intrinsic: Any = numba.extending.intrinsic(prefer_literal=True)(function)
+    return intrinsic
 
 
 @_of_shape

@@ -47,7 +47,7 @@ def add_plate(
     place, thrust, tangent = on_stack((3,)), on_stack((3,)), on_stack((3, 3))
     touches = False
     for g in range(basis.area.shape[0]):
-        on_plane = surface.supported[i, j, g]
+        on_plane = surface.is_on_plate[i, j, g]
         if not on_plane and surface.edge == 0.0:
             continue
         N = basis.value[g]

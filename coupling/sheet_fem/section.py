@@ -251,11 +251,15 @@ def section(
 
     # In material axes, in which the layers keep their plastic strains.
     strain, stress, modulus = on_stack((6,)), on_stack((6,)), on_stack((6, 6))
-    own = on_stack((6,))
-    own[0], own[1], own[2] = 0.5 * np.log(x1), 0.5 * np.log(x2), 0.0
+    spectral_strain = on_stack((6,))
+    spectral_strain[0], spectral_strain[1], spectral_strain[2] = (
+        0.5 * np.log(x1),
+        0.5 * np.log(x2),
+        0.0,
+    )
     for i in range(3):
-        own[3 + i] = dk[6, i]
-    turn(out, own, strain)
+        spectral_strain[3 + i] = dk[6, i]
+    turn(out, spectral_strain, strain)
     layer_resultants(cross, strain, plastic, stress, modulus, new_plastic)
 
     # In the eigenbasis.

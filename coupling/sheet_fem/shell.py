@@ -70,7 +70,7 @@ def integrate(
     basis = shell.basis
     N1, N2 = basis.d1[g], basis.d2[g]
     N11, N22, N12 = basis.d11[g], basis.d22[g], basis.d12[g]
-    first, up, n, b, own = point.first, point.up, point.normal, point.b, point.functions
+    first, up, n, b, functions = point.first, point.up, point.normal, point.b, point.functions
     second = on_stack((3, 3))  # x,11, x,22 and x,12
     a = on_stack((3,))
     first[:, :] = 0.0
@@ -108,11 +108,11 @@ def integrate(
         up[0, k] = (a[1] * first[0, k] - a[2] * first[1, k]) / det
         up[1, k] = (a[0] * first[1, k] - a[2] * first[0, k]) / det
     for A in range(9):
-        own[0, A] = N1[A]
-        own[1, A] = N2[A]
-        own[2, A] = N11[A]
-        own[3, A] = N22[A]
-        own[4, A] = 2.0 * N12[A]
+        functions[0, A] = N1[A]
+        functions[1, A] = N2[A]
+        functions[2, A] = N11[A]
+        functions[3, A] = N22[A]
+        functions[4, A] = 2.0 * N12[A]
     for k in range(3):
         second[2, k] *= 2.0  # from here on as an engineering shear
     for i in range(3):
@@ -121,7 +121,7 @@ def integrate(
             along1 += second[i, k] * up[0, k]
             along2 += second[i, k] * up[1, k]
         for A in range(9):
-            own[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
+            functions[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
 
 
 @inlined
@@ -172,14 +172,16 @@ def add_response(
         overlap2 = curved * (up[c, 0] * up[1, 0] + up[c, 1] * up[1, 1] + up[c, 2] * up[1, 2])
         pair = 0
         for k in range(3):
-            own = by_slope[c, k]
+            slopes = by_slope[c, k]
             for C in range(9):
                 bent[C] = (
-                    own[3] * functions[2, C] + own[4] * functions[3, C] + own[5] * functions[4, C]
+                    slopes[3] * functions[2, C]
+                    + slopes[4] * functions[3, C]
+                    + slopes[5] * functions[4, C]
                 )
             for m in range(k, 3):
-                on1 = own[0] * first[0, m] + own[2] * first[1, m] - overlap1 * n[k] * n[m]
-                on2 = own[1] * first[1, m] + own[2] * first[0, m] - overlap2 * n[k] * n[m]
+                on1 = slopes[0] * first[0, m] + slopes[2] * first[1, m] - overlap1 * n[k] * n[m]
+                on2 = slopes[1] * first[1, m] + slopes[2] * first[0, m] - overlap2 * n[k] * n[m]
                 if k == m:
                     on1 += membrane[c][0]
                     on2 += membrane[c][1]

@@ -41,24 +41,24 @@ def in_threads(compute: Callable[[slice], None], size: int, step: int = 1) -> No
     """
     steps, count = -(-size // step), COUNT * _SHARES if COUNT > 1 else 1
     bounds = [min(steps * k // count * step, size) for k in range(count + 1)]
-    left = deque(slice(first, last) for first, last in pairwise(bounds) if first < last)
+    shares = deque(slice(first, last) for first, last in pairwise(bounds) if first < last)
 
     def work() -> None:
         while True:
             try:
-                share = left.popleft()
+                share = shares.popleft()
             except IndexError:
                 return
             compute(share)
 
-    others = [_pool().submit(work) for _ in range(min(COUNT, len(left)) - 1)]
+    others = [_pool().submit(work) for _ in range(min(COUNT, len(shares)) - 1)]
     try:
         work()
     finally:
         # One that has not begun would find nothing left.
-        begun = [other for other in others if not other.cancel()]
-        wait(begun)
-    for other in begun:
+        running = [other for other in others if not other.cancel()]
+        wait(running)
+    for other in running:
         other.result()
 
 

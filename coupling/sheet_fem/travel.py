@@ -28,20 +28,24 @@ class Increment(NamedTuple):
     Attributes:
         begin: Centres of the tools before [m], (tools, 3).
         end: Centres after [m], (tools, 3).
-        moved: Moves of the sheet's control points [m], (nx + 2, ny + 2, 3).
+        displacements: Moves of the sheet's control points [m], (nx + 2, ny + 2, 3).
     """
 
     begin: np.ndarray
     end: np.ndarray
-    moved: np.ndarray
+    displacements: np.ndarray
 
     @classmethod
-    def of(cls, tools: tuple[Sphere, ...], moved: np.ndarray) -> Increment:
+    def of(cls, tools: tuple[Sphere, ...], displacements: np.ndarray) -> Increment:
         """Return the increment of a sheet whose control points moved [m], (nx + 2, ny + 2, 3)."""
         end = _centers(tools)
-        return cls(end - np.array([tool.moved for tool in tools]).reshape(-1, 3), end, moved)
+        return cls(
+            end - np.array([tool.displacement for tool in tools]).reshape(-1, 3), end, displacements
+        )
 
-    def carried(self, mesh: SheetMesh, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
+    def predict_moves(
+        self, mesh: SheetMesh, tools: tuple[Sphere, ...], box: Box
+    ) -> np.ndarray | None:
         """Return the next moves of the control points; None if the tools do not go on as they came.
 
         What the tools did to the sheet they do again, farther on and turned with their path.
@@ -64,12 +68,14 @@ class Increment(NamedTuple):
         # Where, seen from the tool, what comes here was before.
         before = mesh.control_point(self.end[lead, :2] + place @ turn[:2, :2])
         # Linear between control points: that evens out what belongs to the grid and not to the tool.
-        moved = [
-            map_coordinates(self.moved[..., k], np.moveaxis(before, -1, 0), order=1, mode="nearest")
+        displacements = [
+            map_coordinates(
+                self.displacements[..., k], np.moveaxis(before, -1, 0), order=1, mode="nearest"
+            )
             for k in range(3)
         ]
-        moves = np.zeros_like(self.moved)
-        moves[at[..., 0], at[..., 1]] = stretch * np.stack(moved, axis=-1) @ turn.T
+        moves = np.zeros_like(self.displacements)
+        moves[at[..., 0], at[..., 1]] = stretch * np.stack(displacements, axis=-1) @ turn.T
         return moves
 
     def _onward(self, centers: np.ndarray) -> tuple[int, float, np.ndarray] | None:

@@ -66,14 +66,14 @@ def von_mises(
             fall = 1.0 + c * multiplier
             after = before + 2.0 / 3.0 * multiplier * q
             limit, slope = yield_stress(material, after)
-            beyond = q - limit
+            excess = q - limit
             beyond_slope = q_slope - slope * 2.0 / 3.0 * (q + multiplier * q_slope)
-            if beyond > 0.0:
+            if excess > 0.0:
                 low = multiplier
             else:
                 high = multiplier
-            multiplier -= beyond * fall / (c * beyond + fall * beyond_slope)
-            if abs(beyond) <= _CONVERGED * limit:
+            multiplier -= excess * fall / (c * excess + fall * beyond_slope)
+            if abs(excess) <= _CONVERGED * limit:
                 break
             if not low < multiplier < high:
                 multiplier = 0.5 * (low + high) if np.isfinite(high) else 2.0 * low + 1.0 / c

@@ -97,8 +97,8 @@ def _iterate(metal: Yld91, trial: _Trial, z: Triple, multiplier: float) -> _Iter
     limit, slope = yield_stress(metal, trial.before + multiplier / E)
     elastic = product(trial.compliance, combined(z, -1.0, trial.z))
     flow = combined(elastic, multiplier, normal)
-    beyond = s.stress - limit
-    size = dot(flow, flow) + beyond * beyond
+    excess = s.stress - limit
+    size = dot(flow, flow) + excess * excess
     return _Iterate(z, multiplier, s, normal, limit, slope / E, flow, size)
 
 
@@ -130,13 +130,13 @@ def _along_ray(metal: Yld91, trial: _Trial, s: Effective) -> _Iterate:
     fall = E * dot(normal, product(inverse(trial.compliance), normal))
     multiplier = 0.0
     limit, slope = yield_stress(metal, trial.before)
-    beyond = trial.stress - limit
+    excess = trial.stress - limit
     for _ in range(_ALONG_RAY):
         # The yield stress is concave: from below this never overshoots.
-        multiplier += beyond / (fall + slope)
+        multiplier += excess / (fall + slope)
         limit, slope = yield_stress(metal, trial.before + multiplier)
-        beyond = trial.stress - fall * multiplier - limit
-        if beyond <= _NEAR * limit:
+        excess = trial.stress - fall * multiplier - limit
+        if excess <= _NEAR * limit:
             break
     scale = limit / trial.stress
     z = Triple(scale * trial.z.p, scale * trial.z.d, scale * trial.z.t)
@@ -157,8 +157,8 @@ def _returned(metal: Yld91, trial: _Trial, start: _Iterate) -> _Iterate:
             break
         solver = _solver(trial, at)
         u, v = product(solver, at.flow), product(solver, at.normal)
-        beyond = at.s.stress - at.limit
-        more = (beyond - dot(at.normal, u)) / (dot(at.normal, v) + at.slope)
+        excess = at.s.stress - at.limit
+        more = (excess - dot(at.normal, u)) / (dot(at.normal, v) + at.slope)
         step = combined(u, more, v)
         # The multiplier stays positive.
         share = 1.0 if at.multiplier + more > 0.0 else -0.9 * at.multiplier / more

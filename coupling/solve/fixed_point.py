@@ -75,8 +75,8 @@ class Evaluation:
             in the first.
         peak_force: Largest force [N].
         worst_time: Instant at which the path changes most [s].
-        carried: Largest force that springs, and what is beyond them, add to the process's at the robot's
-            answer, relative to the peak; 0 without.
+        spring_change: Largest force that springs, and what they cannot give, add to the process's at the
+            robot's answer, relative to the peak; 0 without.
     """
 
     number: int
@@ -85,37 +85,37 @@ class Evaluation:
     force_change: float
     peak_force: float
     worst_time: float
-    carried: float = 0.0
+    spring_change: float = 0.0
 
     @classmethod
     def of(
         cls,
         number: int,
         path: ToolPath,
-        found: ToolPath,
+        answer: ToolPath,
         wrench: WrenchHistory,
         last: WrenchHistory | None,
-        carried: float = 0.0,
+        spring_change: float = 0.0,
     ) -> Evaluation:
         """Return the figures of a process's answer `wrench` to a path, and the robots' to that.
 
         Args:
             number: Number of the evaluation, from 1.
             path: The paths that the process was given.
-            found: The robots' answer.
+            answer: The robots' answer.
             wrench: The process's answer.
             last: Its answer before.
-            carried: Force of springs at the robots' answer, over the peak force.
+            spring_change: Force of springs at the robots' answer, over the peak force.
         """
-        distance = found.distance_to(path)
+        distance = answer.distance_to(path)
         return cls(
             number=number,
             path_change=float(distance.max()),
             path_change_rms=float(np.sqrt(np.mean(distance**2))),
             force_change=np.inf if last is None else wrench.change_from(last),
             peak_force=wrench.peak_force,
-            worst_time=float(found.time[distance.argmax()]),
-            carried=carried,
+            worst_time=float(answer.time[distance.argmax()]),
+            spring_change=spring_change,
         )
 
 
@@ -209,27 +209,27 @@ def couple(
     loop.scheme.reset()
     x = origin = start or unloaded_path(loop, command, command.time)
     rows = np.arange(len(x.time)) if rows is None else rows
-    found: tuple[ToolPath, ProcessResponse] | None = None
+    last_state: tuple[ToolPath, ProcessResponse] | None = None
     last: WrenchHistory | None = None
     evaluations: list[Evaluation] = []
 
     def ended(outcome: Outcome, reason: str) -> Coupling:
-        assert found is not None
-        return Coupling(outcome, reason, *found, tuple(evaluations))
+        assert last_state is not None
+        return Coupling(outcome, reason, *last_state, tuple(evaluations))
 
     for number in range(1, loop.max_evaluations + 1):
         try:
             response = loop.process.evaluate(x.at_rows(rows))
             iterate = Iterate(x, rows, response)
-            moved = loop.scheme.moved(loop.robot, command, iterate, loop.mode)
+            motion = loop.scheme.move_robot(loop.robot, command, iterate, loop.mode)
         except (ProcessError, SimulationError) as error:
-            if found is None:
+            if last_state is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, acting = moved.path, moved.loads.on(moved.path), iterate.loads
-        found = g, replace(response, wrench=loads)
-        carried = loads.change_from(acting)
-        evaluations.append(Evaluation.of(number, x, g, acting, last, carried))
+        g, loads, acting = motion.path, motion.loads.on(motion.path), iterate.loads
+        last_state = g, replace(response, wrench=loads)
+        spring_change = loads.change_from(acting)
+        evaluations.append(Evaluation.of(number, x, g, acting, last, spring_change))
         last = acting
         loop.watch(Evaluated(evaluations[-1], g))
         from_origin = x.deviation_from(origin)
@@ -265,19 +265,19 @@ def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcom
 def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, springs: bool) -> bool:
     """Return whether the tolerance is met; `ahead` is the step that the scheme would take, rms [m]."""
     last = evaluations[-1]
-    left = _left_over_change(evaluations) if springs else 1.0
+    remaining = _left_over_change(evaluations) if springs else 1.0
     # Forces agree where the process gives the same again, or where it need not be evaluated again
     # because its own springs are at rest.
     change = (
-        min(last.force_change, last.carried)
+        min(last.force_change, last.spring_change)
         if springs and len(evaluations) > 1
         else last.force_change
     )
     return (
         last.path_change <= tolerance.path
-        and max(left * last.path_change_rms, ahead) <= tolerance.rms
+        and max(remaining * last.path_change_rms, ahead) <= tolerance.rms
         and change <= tolerance.force
-        and last.carried <= _CARRIED * tolerance.force
+        and last.spring_change <= _CARRIED * tolerance.force
     )
 
 

@@ -186,7 +186,7 @@ class InverseCorrection(Schema):
             count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
             return Outcome.CONVERGED, f"converged with {count} of the moving robot"
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
-        left = f"{1e6 * min(sizes):.4g} um remain, most at t = {worst:.3f} s"
+        remainder = f"{1e6 * min(sizes):.4g} um remain, most at t = {worst:.3f} s"
         if mode == "quasistatic":
             advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
         elif is_near_moving_end(desired, worst):
@@ -196,7 +196,7 @@ class InverseCorrection(Schema):
         else:
             advice = "see which limit or cycle is the cause (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):
-            return Outcome.STAGNATED, f"another inverse does not help: {left}; {advice}"
+            return Outcome.STAGNATED, f"another inverse does not help: {remainder}; {advice}"
         if len(sizes) >= self.max_rounds:
-            return Outcome.EXHAUSTED, f"{left} after {len(sizes)} inverses of the moving robot"
+            return Outcome.EXHAUSTED, f"{remainder} after {len(sizes)} inverses of the moving robot"
         return None

@@ -48,10 +48,10 @@ class LocalStabilisation:
     evaluations: int = 0
 
     @classmethod
-    def begun(cls, hold: np.ndarray) -> LocalStabilisation:
+    def initial(cls, hold: np.ndarray) -> LocalStabilisation:
         """Return the state before the first evaluation, with tools held by (tools, n) [N/m]."""
-        ones = np.ones_like(hold)
-        return cls(hold, ones, np.full_like(hold, np.inf), np.zeros((*hold.shape, 3)))
+        unit_factors = np.ones_like(hold)
+        return cls(hold, unit_factors, np.full_like(hold, np.inf), np.zeros((*hold.shape, 3)))
 
     def after(self, move: np.ndarray, usual: float) -> LocalStabilisation:
         """Return the state after one more evaluation.
@@ -63,24 +63,24 @@ class LocalStabilisation:
         now = replace(self, move=move, evaluations=self.evaluations + 1)
         if now.evaluations < _EARLY:
             return now
-        moved, before = np.linalg.norm(move, axis=-1), np.linalg.norm(self.move, axis=-1)
+        size, before = np.linalg.norm(move, axis=-1), np.linalg.norm(self.move, axis=-1)
         onward = np.sum(move * self.move, axis=-1)
-        turned = onward < _TURNS * moved * before
-        restless = ((moved > before) | (turned & (moved > _SETTLES * before))) & (moved > _STILL)
-        carried = self.factor > 1.0
+        reverses = onward < _TURNS * size * before
+        restless = ((size > before) | (reverses & (size > _SETTLES * before))) & (size > _STILL)
+        accelerated = self.factor > 1.0
         # What was carried too far comes back the same way, and the secant knows how far.
-        line = (np.abs(onward) > _STRAIGHT * moved * before) & (onward < before**2)
-        creeps = (self.hold > 0.0) & line & (carried | (~restless & (onward > 0.0)))
-        astray = restless & carried & ~line
-        hold = np.where(restless & ~carried, self._tighter(usual), self.hold)
+        line = (np.abs(onward) > _STRAIGHT * size * before) & (onward < before**2)
+        creeps = (self.hold > 0.0) & line & (accelerated | (~restless & (onward > 0.0)))
+        astray = restless & accelerated & ~line
+        hold = np.where(restless & ~accelerated, self._tighter(usual), self.hold)
         most = np.where(astray, np.maximum(_SLOWER * self.factor, 1.0), _DARES * self.most)
         fastest = np.minimum(most, _FASTER * np.maximum(self.factor, 1.0))
         factor = np.where(creeps, np.minimum(self._secant(move), fastest), 1.0)
         return replace(now, hold=hold, factor=factor, most=most)
 
-    def again(self) -> LocalStabilisation:
+    def restarted(self) -> LocalStabilisation:
         """Return the state before the first evaluation of another coupling, with the same held."""
-        return LocalStabilisation.begun(self.hold)
+        return LocalStabilisation.initial(self.hold)
 
     def _secant(self, move: np.ndarray) -> np.ndarray:
         """Return Aitken's factor, which ends a series of moves that changes as the last two did."""

@@ -108,8 +108,8 @@ class Mirror(Schema):
             if deviation.maximum <= min(p.deviation.maximum for p in iterations):
                 best = last
             verdict = self._verdict(iterations, last.coupling)
-        found = replace(first, iterations=tuple(iterations))
-        return self._validated(loop, rows, found, best, verdict)
+        correction_so_far = replace(first, iterations=tuple(iterations))
+        return self._validated(loop, rows, correction_so_far, best, verdict)
 
     def _mirrored(
         self, loop: Loop[Robot], last: _Attempt, desired: ToolPath, rows: np.ndarray
@@ -134,8 +134,8 @@ class Mirror(Schema):
         )
         count = int(np.count_nonzero(np.any(limited != correction, axis=(0, 2))))
         corrected = desired.displaced(limited)
-        moved = np.diff(corrected.position - desired.position, axis=1)
-        steps = np.linalg.norm(moved, axis=2).max(axis=0)
+        changes = np.diff(corrected.position - desired.position, axis=1)
+        steps = np.linalg.norm(changes, axis=2).max(axis=0)
         worst = int(np.argmax(steps))
         figures = SampledCorrection(float(steps[worst]), float(desired.time[worst]), count)
         return corrected, figures
@@ -177,22 +177,22 @@ class Mirror(Schema):
         self,
         loop: Loop[Robot],
         rows: np.ndarray,
-        found: Correction,
+        result: Correction,
         best: _Attempt,
         verdict: tuple[Outcome, str],
     ) -> Correction:
         """Run the best command once more with the process on the path that it really takes."""
         coupling, (outcome, reason) = best.coupling, verdict
-        desired = found.desired
+        desired = result.desired
         achieved, response = coupling.path, coupling.response
         consistency = coupling.evaluations[-1].path_change
-        evaluations = sum(len(entry.coupling) for entry in found.iterations)
+        evaluations = sum(len(entry.coupling) for entry in result.iterations)
         try:
             response = loop.process.evaluate(coupling.path.at_rows(rows))
             iterate = Iterate(coupling.path, rows, response)
-            moved = loop.scheme.moved(loop.robot, best.joints, iterate, loop.mode)
-            achieved = moved.path
-            response = replace(response, wrench=moved.loads.on(achieved))
+            motion = loop.scheme.move_robot(loop.robot, best.joints, iterate, loop.mode)
+            achieved = motion.path
+            response = replace(response, wrench=motion.loads.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1
         except ProcessError as error:
@@ -201,7 +201,7 @@ class Mirror(Schema):
         else:
             outcome = self._validity(outcome, coupling, achieved, desired)
         return replace(
-            found,
+            result,
             outcome=outcome,
             reason=reason,
             joints=best.joints,

@@ -56,7 +56,7 @@ class Robin(ConstantRelaxation):
         self._stabilisation: LocalStabilisation | None = None
         self._rows = np.arange(0)
 
-    def moved(
+    def move_robot(
         self, robot: SimulatedRobot, command: JointPath, iterate: Iterate, mode: Mode
     ) -> LoadedMotion:
         """Return the robots' motion against a process that goes on as it has answered.
@@ -66,31 +66,31 @@ class Robin(ConstantRelaxation):
         """
         process = LinearProcess(iterate, self._react(iterate, mode))
         time, x = iterate.path.time, iterate.path
-        own = interpolated(
+        blocks = interpolated(
             time, iterate.response.wrench.instants, own_blocks(process.stiffness), axis=1
         )
-        spring = ContactSpring(x.position, own)
+        spring = ContactSpring(x.position, blocks)
         answered = replace(iterate.loads, spring=spring)
-        inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
+        inner, rest_force, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
-            loads = answered.plus(beyond)
+            loads = answered.plus(rest_force)
             try:
-                found = LoadedMotion(loads, robot.simulate(command, loads, mode))
+                motion = LoadedMotion(loads, robot.simulate(command, loads, mode))
             except SimulationError:
                 if best is None:
                     raise
                 break  # the next evaluation goes on from the best there is
-            left = float(np.abs(process.beyond(spring, found.path) - beyond).max())
-            if best is None or left < least:
-                best, least = found, left
-            change = float(np.abs(process.change(found.path)).max())
-            if left <= _AGREED * change or found.path.distance_to(x).max() <= _STILL:
+            residual = float(np.abs(process.rest_force(spring, motion.path) - rest_force).max())
+            if best is None or residual < least:
+                best, least = motion, residual
+            change = float(np.abs(process.change(motion.path)).max())
+            if residual <= _AGREED * change or motion.path.distance_to(x).max() <= _STILL:
                 break
             step = inner.update(
-                x.deviation_from(iterate.path), found.path.deviation_from(iterate.path)
+                x.deviation_from(iterate.path), motion.path.deviation_from(iterate.path)
             )
             x = iterate.path.displaced(step)
-            beyond = process.beyond(spring, x)
+            rest_force = process.rest_force(spring, x)
         assert best is not None
         return best
 
@@ -111,19 +111,19 @@ class Robin(ConstantRelaxation):
         stated = iterate.response.stiffness
         if self._stiffness is not None:
             if stated is not None:
-                stated = self._kept(force, stated)
+                stated = self._hold_lost_contact(force, stated)
             self._stiffness = self._stiffness.then(position, force, stated)
         elif stated is not None:
             self._stiffness = ProcessStiffness(position, force, stated)
         else:
             self._stiffness = self._guess(position, force)
-        self._own, self._rows = self._stiffness.own, iterate.rows
+        self._own, self._rows = self._stiffness.matrices, iterate.rows
         if mode == "dynamic":  # a moving robot cannot jump from sample to sample
             return self._own
         if self._stabilisation is None or self._stabilisation.hold.shape != force.shape[:2]:
-            self._stabilisation = LocalStabilisation.begun(np.zeros(force.shape[:2]))
-        held = np.repeat(self._stabilisation.hold, 3, axis=0).T[..., None]
-        return self._own + held * np.eye(held.shape[1])
+            self._stabilisation = LocalStabilisation.initial(np.zeros(force.shape[:2]))
+        holding = np.repeat(self._stabilisation.hold, 3, axis=0).T[..., None]
+        return self._own + holding * np.eye(holding.shape[1])
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
         """Return the stiffness that the coupling before this one found, or a first guess."""
@@ -132,21 +132,21 @@ class Robin(ConstantRelaxation):
             return ProcessStiffness(position, force, self._own)
         return ProcessStiffness.first(position, force)
 
-    def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
+    def _hold_lost_contact(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """Return a stated stiffness; a tool that has lost contact keeps part of what held it."""
         assert self._stiffness is not None
-        kept = stated.copy()
+        stiffness = stated.copy()
         for k, size in enumerate(np.any(force, axis=-1)):
-            own = np.s_[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
-            lost = ~size & ~np.any(stated[own], axis=(-1, -2))
-            kept[own][lost] = _KEPT * self._stiffness.own[own][lost]
-        return kept
+            block = np.s_[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
+            lost = ~size & ~np.any(stated[block], axis=(-1, -2))
+            stiffness[block][lost] = _KEPT * self._stiffness.matrices[block][lost]
+        return stiffness
 
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was and what did not settle."""
         self._stiffness = None
         if self._stabilisation is not None:
-            self._stabilisation = self._stabilisation.again()
+            self._stabilisation = self._stabilisation.restarted()
 
 
 @dataclass(frozen=True)
@@ -163,12 +163,12 @@ class LinearProcess:
 
     def change(self, path: ToolPath) -> np.ndarray:
         """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
-        moved = (self.iterate.path.position - path.position)[:, self.iterate.rows]
-        change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
+        displacement = (self.iterate.path.position - path.position)[:, self.iterate.rows]
+        change = np.einsum("nij,nj->ni", self.stiffness, joined(displacement))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
         return interpolated(path.time, self.iterate.response.wrench.instants, tools, axis=1)
 
-    def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
+    def rest_force(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
         """Return the part of this change that springs to x_k do not give [N], (tools, k, 3)."""
         return self.change(path) - spring.force(path.position)
 
@@ -180,12 +180,12 @@ class ProcessStiffness:
     Attributes:
         position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
         force: Forces that it answered with [N], (tools, n, 3).
-        own: Stiffness that it states, or that explains its answers [N/m], (n, 3 tools, 3 tools).
+        matrices: Stiffness that it states, or that explains its answers [N/m], (n, 3 tools, 3 tools).
     """
 
     position: np.ndarray
     force: np.ndarray
-    own: np.ndarray
+    matrices: np.ndarray
 
     @classmethod
     def first(cls, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
@@ -201,7 +201,7 @@ class ProcessStiffness:
     @property
     def usual(self) -> float:
         """Stiffness that is usual along the path [N/m]: the median where there is one, 0 without."""
-        sizes = np.trace(own_blocks(self.own), axis1=-2, axis2=-1)
+        sizes = np.trace(own_blocks(self.matrices), axis1=-2, axis2=-1)
         return float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
 
     def then(
@@ -216,11 +216,13 @@ class ProcessStiffness:
         step = position - self.position
         moves, changed = joined(step), joined(force - self.force)
         work = -np.sum(changed * moves, axis=-1)
-        moved, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
-        falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
-        found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
-        own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
-        return ProcessStiffness(position, force, own)
+        distance, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
+        falls = (distance > _LEAST_MOVE) & (work > _LEAST_COSINE * distance * strong)
+        secant = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
+        stiffness = (
+            np.where(falls[..., None, None], secant, self.matrices) if stated is None else stated
+        )
+        return ProcessStiffness(position, force, stiffness)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:

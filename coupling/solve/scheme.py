@@ -56,7 +56,7 @@ class LoadedMotion:
 class Scheme(ABC):
     """A scheme: the robots' answer to a process, and the next path from the last ones."""
 
-    def moved(
+    def move_robot(
         self, robot: SimulatedRobot, command: JointPath, iterate: Iterate, mode: Mode
     ) -> LoadedMotion:
         """Return the robots' motion after the process has answered.

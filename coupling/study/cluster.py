@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -39,6 +40,8 @@ except ImportError as cause:
 _NOTHING = logging.CRITICAL + 1
 # How long a cluster is waited for [s].
 _PATIENCE = 10.0
+# Variable with which Python does not import from the working folder.
+_SAFE_PATH = "PYTHONSAFEPATH"
 
 
 class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
@@ -151,6 +154,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
     try:
         with (
             dask.config.set(quiet),
+            _safe_path() as before,
             LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
@@ -162,9 +166,38 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
             ) as cluster,
             Client(cluster) as client,
         ):
+            client.register_plugin(_SafePath(before))
             yield client
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+@contextmanager
+def _safe_path() -> Iterator[str | None]:
+    """Keep each Python that is started from importing a user's random.py in the working folder."""
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield before
+    finally:
+        _set_safe_path(before)
+
+
+def _set_safe_path(value: str | None) -> None:
+    os.environ.pop(_SAFE_PATH, None)
+    if value is not None:
+        os.environ[_SAFE_PATH] = value
+
+
+class _SafePath(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
+    """Gives a worker that has started its variable back: a user's program may need what is beside it."""
+
+    def __init__(self, value: str | None) -> None:
+        self._value = value
+
+    def setup(self, worker: object) -> None:
+        """Do so."""
+        _set_safe_path(self._value)
 
 
 def _reached(address: str) -> Client:

@@ -41,20 +41,20 @@ class AptPath(OrientedPath):
     def _read_points(self) -> OrientedPoints:
         """Return the points, at rest where it waits and where a rapid and a feed meet."""
         program = self._program
-        kept = [0]
+        distinct_rows = [0]
         rows = np.hstack([program.position, program.axis]).tolist()
         for number, row in enumerate(rows):
-            if math.dist(row, rows[kept[-1]]) > SAME:
-                kept.append(number)
-        if len(kept) < 2:
+            if math.dist(row, rows[distinct_rows[-1]]) > SAME:
+                distinct_rows.append(number)
+        if len(distinct_rows) < 2:
             raise CaseError(f"{self.file}: expected GOTO from one point to another, got none")
-        rapid = np.isnan(program.feed[kept])
-        waits = np.add.reduceat(program.waits, kept)
+        rapid = np.isnan(program.feed[distinct_rows])
+        waits = np.add.reduceat(program.waits, distinct_rows)
         rests = waits > 0.0
         rests[1:-1] |= rapid[2:] != rapid[1:-1]
         try:
-            rotation = ROLLS[self.roll](program.axis[kept])
+            rotation = ROLLS[self.roll](program.axis[distinct_rows])
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        feed = np.where(rapid, self.rapid_m_s, program.feed[kept])
-        return OrientedPoints(program.position[kept], rotation, feed, rests, waits)
+        feed = np.where(rapid, self.rapid_m_s, program.feed[distinct_rows])
+        return OrientedPoints(program.position[distinct_rows], rotation, feed, rests, waits)

@@ -170,7 +170,7 @@ class _Reader:
         for (number, frame), end in zip(self.frames, ends, strict=False):
             there = self.frames[0][1].inverse() @ frame
             points[number:end] = there.points(points[number:end])
-            axes[number:end] = there.turned(axes[number:end])
+            axes[number:end] = there.rotate(axes[number:end])
         if any(frame.pose != _HERE for _, frame in self.frames):
             assumptions.append("the part frame is MSYS, the first one where there are others")
         points *= scale

@@ -52,7 +52,7 @@ def statements_of(content: bytes) -> Iterator[Statement]:
     """
     # Comments are in any encoding; statements are ASCII, and anything else in them is refused.
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
-    begun, first, is_remark = "", 0, False
+    unfinished, first, is_remark = "", 0, False
     for number, line in enumerate(text.splitlines(), start=1):
         # A comment of Creo, `$$->`, may go on in the next line as well.
         remark = is_remark or line.lstrip().startswith("$$->")
@@ -60,17 +60,17 @@ def statements_of(content: bytes) -> Iterator[Statement]:
             is_remark = line.rstrip().endswith("$") and not line.rstrip().endswith("$$")
             continue
         code = line.partition("$$")[0]
-        if not begun and _is_text(code):
+        if not unfinished and _is_text(code):
             code, mark = code.rstrip(), ""
         else:
             code, mark, _ = code.partition("$")
-        first = first if begun else number
-        begun += code.upper()
-        if not mark and begun.strip():
-            yield _statement(first, begun)
+        first = first if unfinished else number
+        unfinished += code.upper()
+        if not mark and unfinished.strip():
+            yield _statement(first, unfinished)
         if not mark:
-            begun = ""
-    if begun.strip():
+            unfinished = ""
+    if unfinished.strip():
         raise ValueError(
             f"line {first}: expected the statement to go on behind $, got the end of the file"
         )
@@ -84,6 +84,6 @@ def _statement(line: int, code: str) -> Statement:
     if _is_text(code):
         text = code.strip()
         return Statement(line, text[:6], (text[6:].strip(" \t/"),))
-    word, slash, rest = code.partition("/")
-    arguments = tuple(part.strip() for part in rest.split(",")) if slash else ()
+    word, slash, words = code.partition("/")
+    arguments = tuple(part.strip() for part in words.split(",")) if slash else ()
     return Statement(line, " ".join(word.split()), arguments)

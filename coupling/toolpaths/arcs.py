@@ -32,13 +32,13 @@ class Plane:
         self, first: np.ndarray, second: np.ndarray, normal: np.ndarray | float
     ) -> np.ndarray:
         """Return vectors, any unit, (..., 3), of components (...) in its axes."""
-        found = np.empty((*np.shape(first), 3))
-        found[..., self.first], found[..., self.second], found[..., self.normal] = (
+        vectors = np.empty((*np.shape(first), 3))
+        vectors[..., self.first], vectors[..., self.second], vectors[..., self.normal] = (
             first,
             second,
             normal,
         )
-        return found
+        return vectors
 
 
 PLANES = {17.0: Plane(0, 1, 2), 18.0: Plane(2, 0, 1), 19.0: Plane(1, 2, 0)}
@@ -110,10 +110,10 @@ class Arc:
                 f"expected ends at most {2e3 * abs(radius):.6g} mm apart, got {1e3 * length:.6g} mm"
             )
         height = np.sqrt(max(radius**2 - 0.25 * length**2, 0.0))
-        left = np.array([-chord[1], chord[0]]) / length
+        leftward = np.array([-chord[1], chord[0]]) / length
         side = -1.0 if clockwise != (radius < 0.0) else 1.0
         return cls.about(
-            plane, start, end, start[axes] + 0.5 * chord + side * height * left, clockwise
+            plane, start, end, start[axes] + 0.5 * chord + side * height * leftward, clockwise
         )
 
     @property

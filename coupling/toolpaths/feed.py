@@ -61,17 +61,17 @@ def headings_along(path: ToolPath) -> np.ndarray:
     if speed.max() <= _STANDING:
         raise CaseError(NO_FEED)
     rows = np.flatnonzero(speed > _SLOW * speed.max())
-    known = np.unwrap(np.arctan2(velocity[rows, 1], velocity[rows, 2]))
-    heading = np.interp(time, time[rows], known)
+    angles = np.unwrap(np.arctan2(velocity[rows, 1], velocity[rows, 2]))
+    heading = np.interp(time, time[rows], angles)
     way = cumulative_trapezoid(speed, time, initial=0.0)
-    bend = np.gradient(known, way[rows]) if len(rows) > 1 else np.zeros(1)
+    bend = np.gradient(angles, way[rows]) if len(rows) > 1 else np.zeros(1)
     for part, end in ((slice(rows[0]), 0), (slice(rows[-1], None), -1)):
-        heading[part] = known[end] + bend[end] * (way[part] - way[rows[end]])
+        heading[part] = angles[end] + bend[end] * (way[part] - way[rows[end]])
     # Of turning along the path, at both sides of a rest that of its own side.
-    rate = np.where(np.diff(rows) == 1, np.diff(known) / np.diff(time[rows]), 0.0)
+    rate = np.where(np.diff(rows) == 1, np.diff(angles) / np.diff(time[rows]), 0.0)
     before, after = np.append(0.0, rate), np.append(rate, 0.0)
     for k in np.flatnonzero(np.diff(rows) > 1):
-        rest = slice(rows[k], rows[k + 1] + 1)
-        ends = [[known[k], before[k], 0.0], [known[k + 1], after[k + 1], 0.0]]
-        heading[rest] = BPoly.from_derivatives(time[[rows[k], rows[k + 1]]], ends)(time[rest])
+        between = slice(rows[k], rows[k + 1] + 1)
+        ends = [[angles[k], before[k], 0.0], [angles[k + 1], after[k + 1], 0.0]]
+        heading[between] = BPoly.from_derivatives(time[[rows[k], rows[k + 1]]], ends)(time[between])
     return heading

@@ -105,7 +105,7 @@ class GcodePath(ToolPathTable):
         instants = PathTimes.of(travel.rests, self.sample_s, corners)
         points, axes = course.points(travel.at(instants.time))
         if (plane := self._program.plane) is not None:
-            points, axes = plane.points(points), plane.turned(axes)
+            points, axes = plane.points(points), plane.rotate(axes)
         try:
             tool = ROLLS[self.roll](axes)
         except ValueError as cause:

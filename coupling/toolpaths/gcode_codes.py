@@ -186,10 +186,10 @@ def require_one_of_each(g: Sequence[float]) -> None:
     if len(g) < 2:
         return
     for group in _GROUPS:
-        given = list(dict.fromkeys(value for value in g if value in group))
-        if len(given) > 1:
+        codes = list(dict.fromkeys(value for value in g if value in group))
+        if len(codes) > 1:
             raise ValueError(
-                f"expected one of G{given[0]:g} and G{given[1]:g} in a line, got both: write the one"
+                f"expected one of G{codes[0]:g} and G{codes[1]:g} in a line, got both: write the one"
                 " that is meant"
             )
 

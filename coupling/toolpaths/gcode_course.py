@@ -92,11 +92,11 @@ class Course:
         feeds = np.array([np.nan if move.feed is None else move.feed for move in self._moves])
         feeds = np.where(self._rapid, rapid, feeds)
         for rows, parts in self._turning():
-            turned, moved = self._rates(rows, parts)
-            slowest = law.fastest_turn * self.lengths[rows] / np.maximum(turned, 1e-12)
+            turning, moving = self._rates(rows, parts)
+            slowest = law.fastest_turn * self.lengths[rows] / np.maximum(turning, 1e-12)
             feeds[rows] = np.minimum(feeds[rows], slowest)
             # A table may carry the part faster than the axes go.
-            tip = law.rapid * self.lengths[rows] / np.maximum(moved, 1e-12)
+            tip = law.rapid * self.lengths[rows] / np.maximum(moving, 1e-12)
             feeds[rows] = np.where(self._rapid[rows], np.minimum(feeds[rows], tip), feeds[rows])
         return feeds
 
@@ -138,11 +138,11 @@ class Course:
         """
         if not self.turns:
             return 0.0
-        which, ones = np.arange(len(self._moves)), np.ones(len(self._moves))
+        which, last_parts = np.arange(len(self._moves)), np.ones(len(self._moves))
         begins, ends = (
             (self._axes(which, part + _STEP) - self._axes(which, part - _STEP))
             / (2.0 * _STEP * self.lengths[:, None])
-            for part in (0.0 * ones, ones)
+            for part in (0.0 * last_parts, last_parts)
         )
         change = np.linalg.norm(begins[1:] - ends[:-1], axis=1)
         jumps = np.minimum(feeds[1:], feeds[:-1]) * change
@@ -235,8 +235,8 @@ class Course:
         axis = self._axes(which, part)
         rate = self._axes(which, part + _STEP) - self._axes(which, part - _STEP)
         # The tool turns about its own axis as well, so that it is turned the shortest way from upright.
-        turned = np.linalg.norm(rate, axis=1) / np.sqrt(np.maximum(0.5 + 0.5 * axis[:, 2], 1e-12))
-        moved = np.zeros(len(which))
+        turning = np.linalg.norm(rate, axis=1) / np.sqrt(np.maximum(0.5 + 0.5 * axis[:, 2], 1e-12))
+        moving = np.zeros(len(which))
         if self._is_machine:
             starts = np.array([self._moves[k].start for k in rows.tolist()])
             ways = np.array([self._moves[k].end for k in rows.tolist()]) - starts
@@ -249,10 +249,10 @@ class Course:
                 self._tips(which, part + step, place)
                 for step, place in zip((-_STEP, _STEP), places, strict=True)
             )
-            moved = np.linalg.norm(behind - before, axis=1)
+            moving = np.linalg.norm(behind - before, axis=1)
         shape = (len(rows), len(parts))
         width = 2.0 * _STEP
-        return turned.reshape(shape).max(axis=1) / width, moved.reshape(shape).max(axis=1) / width
+        return turning.reshape(shape).max(axis=1) / width, moving.reshape(shape).max(axis=1) / width
 
     @cached_property
     def _angle_sums(self) -> np.ndarray:
@@ -263,7 +263,7 @@ class Course:
         return sums
 
     @cached_property
-    def _held(self) -> tuple[list[Held], list[Held]]:
+    def _states(self) -> tuple[list[Held], list[Held]]:
         turns = [move.turn for move in self._moves]
         return (
             [UNTILTED if turn is None else turn.before for turn in turns],
@@ -285,7 +285,9 @@ class Course:
         """Angles of the rotary axes at both ends of the moves [rad], (n, a) each; zeros for vectors."""
         count = len(self._kinematics.letters) if self._kinematics else 0
         zeros = (0.0,) * count
-        before, after = (np.array([held.angles or zeros for held in side]) for side in self._held)
+        before, after = (
+            np.array([state.angles or zeros for state in side]) for side in self._states
+        )
         shape = (len(self._moves), count)
         return before.reshape(shape), after.reshape(shape)
 
@@ -293,12 +295,12 @@ class Course:
     def _directions(self) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors from tip to holder at both ends of the moves, (n, 3) each."""
         sides = []
-        for held, angles in zip(self._held, self._angles, strict=True):
-            given = np.array([one.axis or UNTILTED.axis for one in held])
-            is_angle = np.array([bool(one.angles) for one in held])
+        for states, angles in zip(self._states, self._angles, strict=True):
+            stated_axes = np.array([state.axis or UNTILTED.axis for state in states])
+            is_angle = np.array([bool(state.angles) for state in states])
             if self._kinematics and is_angle.any():
-                given[is_angle] = self._kinematics.axis(angles[is_angle])
-            sides.append(given)
+                stated_axes[is_angle] = self._kinematics.axis(angles[is_angle])
+            sides.append(stated_axes)
         return sides[0], sides[1]
 
     @cached_property
@@ -332,16 +334,16 @@ class Course:
             last = np.where(is_turn, np.sin(u * angle) / safe, u)
             axes[great] = first * before + last * after
         if self._kinematics and not great.all():
-            axes[~great] = self._kinematics.axis(self._turned(which[~great], part[~great]))
+            axes[~great] = self._kinematics.axis(self._angles_at(which[~great], part[~great]))
         return axes
 
     def _tips(self, which: np.ndarray, part: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return the tips [m], (k, 3), of moves (k,) at parts of them (k,) and X, Y, Z, (k, 3)."""
         if self._kinematics and self._is_machine:
-            return self._kinematics.tip(places, self._turned(which, part))
+            return self._kinematics.tip(places, self._angles_at(which, part))
         return places
 
-    def _turned(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
+    def _angles_at(self, which: np.ndarray, part: np.ndarray) -> np.ndarray:
         before, after = self._angles
         angles: np.ndarray = before[which] + part[:, None] * (after[which] - before[which])
         return angles

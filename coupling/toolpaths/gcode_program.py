@@ -163,7 +163,7 @@ class _Machine:
             moves = self.has_moved or (self._is_known and not _PLACES.isdisjoint(values))
             self.tool.take(values, self._motion, self._absolute, moves and not self._away)
         if values or self.tool.held != before:
-            yield from self._moved(values, before)
+            yield from self._moves_of(values, before)
 
     @staticmethod
     def _idle_words(block: Block, values: dict[str, float]) -> list[str]:
@@ -240,15 +240,15 @@ class _Machine:
         """Return a wait: by P, by X as FANUC, or by F as Siemens has it [s]."""
         # A printer's S is in seconds; of others it may be turns of the spindle.
         letters = "PSXF" if "E" in self._notes.left_out else "PXF"
-        given = [letter for letter in letters if letter in values]
+        words = [letter for letter in letters if letter in values]
         if "S" in values and "S" not in letters:
             raise ValueError(
                 "expected a wait G4 P in seconds, got S, revolutions or seconds: write it with P"
             )
-        if len(given) > 1 and given[0] == "P":
-            given = given[:1]
-        letter = given[0] if given else ""
-        if not given:
+        if len(words) > 1 and words[0] == "P":
+            words = words[:1]
+        letter = words[0] if words else ""
+        if not words:
             raise ValueError("expected a wait G4 P in seconds, got none: give P")
         duration = _bounded(letter, values.pop(letter), 0.0, _LONGEST, "s")
         if letter != "P":
@@ -292,7 +292,7 @@ class _Machine:
             )
         return value * self._unit
 
-    def _moved(self, values: dict[str, float], held: Held) -> Iterator[GcodeMove]:
+    def _moves_of(self, values: dict[str, float], state: Held) -> Iterator[GcodeMove]:
         is_arc = self._motion in (2.0, 3.0)
         if not (_CENTRES if is_arc else _PLACES).issuperset(values):
             self._require_known(values, is_arc)
@@ -328,7 +328,7 @@ class _Machine:
             elif self._away:
                 self._notes.leave_out("rotary axes behind the moves")
             return
-        stays, turns = not is_arc and before == target, self.tool.held != held
+        stays, turns = not is_arc and before == target, self.tool.held != state
         if stays and not turns:
             return
         is_vague = (turns or self.tool.is_tilted) and self.tool.coordinates is None
@@ -344,7 +344,7 @@ class _Machine:
             )
         self.tool.require_meaning()
         arc = self._arc(values, start, end) if is_arc else None
-        turn = self.tool.turn(held, stays)
+        turn = self.tool.turn(state, stays)
         if stays and (turn is None or turn.angle == 0.0):
             return
         feed = None
@@ -361,11 +361,11 @@ class _Machine:
             raise ValueError(
                 f"expected an arc of one turn at most, got P{turns:g}: write each turn"
             )
-        known = _AXES + (_OFFSETS + "R" if is_arc else "")
+        known_letters = _AXES + (_OFFSETS + "R" if is_arc else "")
         for letter in values:
-            if letter not in known:
+            if letter not in known_letters:
                 raise ValueError(
-                    f"expected {', '.join(known)} here, got the word {letter}: take it out"
+                    f"expected {', '.join(known_letters)} here, got the word {letter}: take it out"
                 )
 
     def _arc(self, values: dict[str, float], start: np.ndarray, end: np.ndarray) -> Arc:
@@ -376,24 +376,25 @@ class _Machine:
             # A centre is in the plane of its arc: a zero across it says the same.
             self._notes.leave_out(f"{across}0")
             del values[across]
-        given = [letter for letter in _OFFSETS if letter in values]
+        offset_words = [letter for letter in _OFFSETS if letter in values]
         if "R" in values:
-            if given:
+            if offset_words:
                 raise ValueError(
-                    f"expected either R or a centre, got both R and {given[0]}: give one"
+                    f"expected either R or a centre, got both R and {offset_words[0]}: give one"
                 )
             return Arc.of_radius(plane, start, end, self._lengths(values["R"]), clockwise)
         centre_is = f"a centre {in_plane[0]}, {in_plane[1]} in this plane"
-        if across in given:
+        if across in offset_words:
             raise ValueError(
                 f"expected R or {centre_is}, got {across}{values[across]:g}, an offset across it: select"
                 " the arc's plane by G17, G18 or G19"
             )
-        if not given:
+        if not offset_words:
             raise ValueError(f"expected R or {centre_is}, got none: give it")
-        if self._absolute_centre and len(given) < 2:
+        if self._absolute_centre and len(offset_words) < 2:
             raise ValueError(
-                f"expected both {in_plane[0]} and {in_plane[1]} after G90.1, got {given[0]}: give both"
+                f"expected both {in_plane[0]} and {in_plane[1]} after G90.1, got"
+                f" {offset_words[0]}: give both"
             )
         offsets = np.array([self._lengths(values.get(letter, 0.0)) for letter in in_plane])
         centre = offsets if self._absolute_centre else start[list(axes)] + offsets

@@ -156,16 +156,16 @@ def refusal(code: str, end: int) -> str:
         code: Its words without comments and blanks, in capitals.
         end: Number of the characters of its words.
     """
-    rest = code[end:]
+    remaining = code[end:]
     # A number's end may belong to it: O100SUB, R1=5, X1,5.
     head = re.search(r"[A-Z][-+]?[\d.]*$", code[:end])
-    for text in (head[0] + rest if head else rest, rest):
+    for text in (head[0] + remaining if head else remaining, remaining):
         for pattern, name, remedy in _NAMED:
             if pattern.match(text):
                 return (
                     f"expected words of a letter and a number, got {name} {text[:20]!r}: {remedy}"
                 )
     return (
-        f"expected words of a letter and a number, got {rest[:20]!r}: not G-code that is known here,"
-        " take it out"
+        f"expected words of a letter and a number, got {remaining[:20]!r}: not G-code that is known"
+        " here, take it out"
     )

@@ -65,12 +65,12 @@ class ToolDirection:
         vectors = self._word == "G43.5" and not values.keys().isdisjoint(_OFFSETS)
         return vectors or not _DIRECTIONS.isdisjoint(values)
 
-    def modes(self, block: Block, moved: bool, length: Callable[[float], float]) -> str:
+    def modes(self, block: Block, has_moved: bool, length: Callable[[float], float]) -> str:
         """Take the modes of a line, and return what lost the place of the tool in the part, or nothing.
 
         Args:
             block: The line; its values lose those of a plane.
-            moved: Whether the tool has moved in the part.
+            has_moved: Whether the tool has moved in the part.
             length: Function from a length as written to metres.
 
         Raises:
@@ -84,18 +84,18 @@ class ToolDirection:
                 lost = self._end_tip(f"G{value:g}") or lost
             elif value == 68.2:
                 plane = plane_of_g68_2(block.values, length(1.0))
-                lost = self._set_plane("G68.2", plane, moved)
+                lost = self._set_plane("G68.2", plane, has_moved)
                 self._is_aligned = False
             elif value == 53.1:
                 lost = self._align()
             elif value == 69.0 and self.plane is not None:
-                lost = self._set_plane("G69", None, moved)
+                lost = self._set_plane("G69", None, has_moved)
         for value in block.m:
             if value in TIP_M:
                 tip = self._begin_tip if value == 128.0 else self._end_tip
                 lost = tip(f"M{value:g}") or lost
         for statement in block.statements:
-            lost = self._state(statement, moved, length) or lost
+            lost = self._state(statement, has_moved, length) or lost
         return lost
 
     def take(
@@ -155,10 +155,12 @@ class ToolDirection:
                 " in [tool_path.rotary]"
             )
         if self._word and self._table is None and self.held is UNTILTED and self.plane is None:
-            turned = [f"{letter}{value:g}" for letter, value in self.axes.values.items() if value]
-            if turned:
+            angle_words = [
+                f"{letter}{value:g}" for letter, value in self.axes.values.items() if value
+            ]
+            if angle_words:
                 raise ValueError(
-                    f"expected the machine's axes in [tool_path.rotary], got {turned[0]} under"
+                    f"expected the machine's axes in [tool_path.rotary], got {angle_words[0]} under"
                     f" {self._word} without them: name them, or give tool vectors"
                 )
 
@@ -187,10 +189,10 @@ class ToolDirection:
             angle = math.acos(max(-1.0, min(1.0, float(self._axis(before) @ self._axis(after)))))
         return Turn(before, after, self.is_great_circle, angle)
 
-    def _axis(self, held: Held) -> np.ndarray:
-        if held.axis or self._table is None:
-            return np.array(held.axis)
-        axis: np.ndarray = self._table.kinematics.axis(np.array([held.angles]))[0]
+    def _axis(self, state: Held) -> np.ndarray:
+        if state.axis or self._table is None:
+            return np.array(state.axis)
+        axis: np.ndarray = self._table.kinematics.axis(np.array([state.angles]))[0]
         return axis
 
     def _begin_tip(self, word: str) -> str:
@@ -207,12 +209,12 @@ class ToolDirection:
         ended, self._word = self._word, ""
         return f"{word}, the end of {ended}," if ended and self.is_tilted else ""
 
-    def _set_plane(self, word: str, plane: Frame | None, moved: bool) -> str:
-        if plane is not None and moved:
+    def _set_plane(self, word: str, plane: Frame | None, has_moved: bool) -> str:
+        if plane is not None and has_moved:
             raise ValueError(
                 f"expected one plane for all moves, got {word} behind some: give each plane its own file"
             )
-        if plane is not None or not moved:
+        if plane is not None or not has_moved:
             self.plane, self._is_aligned = plane, True
         return f"{word}, {'a tilted plane' if plane else 'the end of the tilted plane'},"
 
@@ -223,7 +225,7 @@ class ToolDirection:
         self.held = UNTILTED
         return "G53.1"
 
-    def _state(self, statement: str, moved: bool, length: Callable[[float], float]) -> str:
+    def _state(self, statement: str, has_moved: bool, length: Callable[[float], float]) -> str:
         if statement.startswith("TRAORI"):
             return self._begin_tip("TRAORI")
         if statement.startswith("TRAFOOF"):
@@ -234,7 +236,7 @@ class ToolDirection:
                 self._notes.leave_out("CYCLE800")
                 return ""
             self.held = UNTILTED
-            return self._set_plane("CYCLE800", plane, moved)
+            return self._set_plane("CYCLE800", plane, has_moved)
         if statement in ("ORIVECT", "ORIAXES"):
             self._way = statement
         else:

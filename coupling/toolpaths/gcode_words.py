@@ -69,14 +69,14 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
     # Comments are in any encoding; words are ASCII, and anything else in them is refused.
     text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1").rstrip(_END_OF_FILE)
     _note_points(text, notes)
-    lines, begun = enumerate(io.StringIO(text, newline=None), start=1), False
+    lines, has_begun = enumerate(io.StringIO(text, newline=None), start=1), False
     is_tnc = False
     for number, line in lines:
-        if line[0] in "%:$" and (mark := _mark(line.strip(), begun, notes)):
+        if line[0] in "%:$" and (mark := _mark(line.strip(), has_begun, notes)):
             if mark == "end":
                 _leave_out_rest(lines, "the closing %", notes)
                 return
-            begun = True
+            has_begun = True
             if unit := re.search(r"\bG(7[01])\b", line):  # as DIN/ISO has it behind the name
                 is_tnc = begins_tnc_program(line)
                 centres = (90.1,) if is_tnc else ()
@@ -92,7 +92,7 @@ def read_blocks(file: Path, notes: ReadingNotes) -> Iterator[Block]:
                 raise CaseError(f"{file}: expected G-code, {other}") from cause
             raise CaseError(f"{file}: line {number}: {cause}") from cause
         if block is not None:
-            begun = True
+            has_begun = True
             yield block
             if any(m in _PROGRAM_ENDS for m in block.m):
                 _leave_out_rest(lines, "the program's end", notes)
@@ -113,15 +113,15 @@ def _content(file: Path) -> bytes:
     return read_bounded(file, _LARGEST, CaseError)
 
 
-def _mark(line: str, begun: bool, notes: ReadingNotes) -> str | None:
+def _mark(line: str, has_begun: bool, notes: ReadingNotes) -> str | None:
     """Return whether a line that begins so is a mark of the program's "begin" or "end", or None."""
     if line.startswith("%"):
-        if begun:
+        if has_begun:
             return "end"
         if line != "%":
             notes.leave_out(f"the name {line[:20]}")
         return "begin"
-    if begun or not re.fullmatch(r":\d+.*|\$[\w.]+%?", line) or line in ("$H", "$X"):
+    if has_begun or not re.fullmatch(r":\d+.*|\$[\w.]+%?", line) or line in ("$H", "$X"):
         return None
     notes.leave_out(f"the name {line[:20]}")
     return "begin"
@@ -195,7 +195,7 @@ def _uncommented(line: str) -> str:
     Raises:
         ValueError: If a comment is not closed.
     """
-    kept, depth, opened, end = [], 0, 0, 0
+    code, depth, opened, end = [], 0, 0, 0
     for piece in re.split(r"([();])", line):
         if piece == "(":
             opened = opened if depth else end
@@ -205,11 +205,11 @@ def _uncommented(line: str) -> str:
         elif piece == ";" and not depth:
             break
         elif not depth:
-            kept.append(piece)
+            code.append(piece)
         end += len(piece)
     comment = line[opened:].rstrip()
     if depth and not (comment.endswith(")") and comment.count(")") == 1):
         raise ValueError(
             "expected a comment to be closed, got '(' without ')': close it in its line"
         )
-    return "".join(kept)
+    return "".join(code)

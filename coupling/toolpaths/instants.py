@@ -56,16 +56,16 @@ class PathTimes:
         return cls(*divided(sample_rows, LONGEST))
 
 
-def _apart(kept: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
+def _apart(instants: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
     """Return times with those of others that are not near one that is kept already, rising."""
-    inside = np.sort(more[(more > kept[0]) & (more < kept[-1])])
-    after = np.searchsorted(kept, inside)
-    free = inside[np.minimum(inside - kept[after - 1], kept[after] - inside) >= near]
-    found: list[float] = []
+    inside = np.sort(more[(more > instants[0]) & (more < instants[-1])])
+    after = np.searchsorted(instants, inside)
+    free = inside[np.minimum(inside - instants[after - 1], instants[after] - inside) >= near]
+    added: list[float] = []
     for time in free.tolist():
-        if not found or time - found[-1] >= near:
-            found.append(time)
-    return np.sort(np.concatenate([kept, found]))
+        if not added or time - added[-1] >= near:
+            added.append(time)
+    return np.sort(np.concatenate([instants, added]))
 
 
 def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:

@@ -46,15 +46,15 @@ class SegmentedPath(ToolPathTable):
                 samples.
         """
         segments, follows = list(self._segments()), self.tilt_frame == "path"
-        if follows and all(own.heading is None for own in segments):
+        if follows and all(segment.heading is None for segment in segments):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
         require_few(float(motion.ends[-1]) / self.sample_s, "tool_path")
         instants = PathTimes.of(motion.ends, self.sample_s, corners)
-        moved = motion.at(instants.time)
-        path = tool_path(part, instants.time, moved[:, :3])
+        states = motion.at(instants.time)
+        path = tool_path(part, instants.time, states[:, :3])
         untilted = UntiltedPath(part, path, instants.sample_rows)
-        return untilted.headed(moved[:, 3]) if follows else untilted
+        return untilted.headed(states[:, 3]) if follows else untilted
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
@@ -113,12 +113,12 @@ class Motion:
         ends = self.ends
         first = np.searchsorted(time, np.append(0.0, ends[:-1]), side="right")
         first[0], last = 0, np.append(first[1:], len(time))
-        found = [
+        values = [
             leg.at(np.clip(time[a:b] - (end - leg.duration), 0.0, leg.duration))
             for leg, end, a, b in zip(self.legs, ends, first, last, strict=True)
             if b > a
         ]
-        return np.concatenate(found)
+        return np.concatenate(values)
 
 
 def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float = 0.0) -> Motion:
@@ -138,8 +138,12 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
         turn: Duration of a rest in each corner, in which the heading turns the shorter way, with a
             continuous second derivative; 0: the tool goes on at once [s].
     """
-    known = [own.heading(np.zeros(1)) for own in segments if own.heading is not None]
-    heading, legs = float(known[0][0]) if known else 0.0, []
+    first_headings = [
+        segment_of_path.heading(np.zeros(1))
+        for segment_of_path in segments
+        if segment_of_path.heading is not None
+    ]
+    heading, legs = float(first_headings[0][0]) if first_headings else 0.0, []
     for segment in segments:
         leg = _headed(segment, feed, blend, heading)
         start = leg.at(np.zeros(1))[0]

@@ -191,8 +191,8 @@ class OrientedPath(ToolPathTable):
                 "where points are passed without a rest, the tool's angular velocity jumps, by up to"
                 f" {jump:.3g} deg/s"
             )
-        named = tuple(f"{self.file.name}: {remark}" for remark in remarks)
-        return replace(super().task(part, corners, untilted), remarks=named)
+        named_remarks = tuple(f"{self.file.name}: {remark}" for remark in remarks)
+        return replace(super().task(part, corners, untilted), remarks=named_remarks)
 
     def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.

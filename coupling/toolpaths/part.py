@@ -22,4 +22,4 @@ def tool_path(
     part_from_tool: Rotation = PART_FROM_TOOL,
 ) -> ToolPath:
     """Return the path of a tool that does not turn through points in the part frame [m], (n, 3)."""
-    return ToolPath.held(time, points, part_from_tool).transformed(base_from_part)
+    return ToolPath.with_rotation(time, points, part_from_tool).transformed(base_from_part)

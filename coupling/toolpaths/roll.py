@@ -35,8 +35,8 @@ def upright(axis: np.ndarray) -> Rotation:
             "expected tool axes that do not point straight down, got one at point"
             f' {int(np.argmax(down)) + 1}: set roll = "parallel", or turn the part frame'
         )
-    turned: Rotation = _shortest(np.tile(UP, (len(axis), 1)), axis) * PART_FROM_TOOL
-    return turned
+    rotation: Rotation = _shortest(np.tile(UP, (len(axis), 1)), axis) * PART_FROM_TOOL
+    return rotation
 
 
 def parallel(axis: np.ndarray) -> Rotation:
@@ -78,5 +78,5 @@ ROLLS = {"upright": upright, "parallel": parallel}
 def _shortest(axis: np.ndarray, other: np.ndarray) -> Rotation:
     """Return the shortest rotations from unit vectors to others, (n, 3)."""
     across, along = np.cross(axis, other), np.einsum("ij,ij->i", axis, other)
-    found: Rotation = Rotation.from_quat(np.column_stack([across, 1.0 + along]))
-    return found
+    rotation: Rotation = Rotation.from_quat(np.column_stack([across, 1.0 + along]))
+    return rotation

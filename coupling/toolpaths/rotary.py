@@ -91,7 +91,7 @@ class RotaryTable(Schema):
 
     @field_validator("axes")
     @classmethod
-    def _known(cls, axes: list[str]) -> list[str]:
+    def _require_axes(cls, axes: list[str]) -> list[str]:
         for axis in axes:
             carrier, _, letter = axis.partition(" ")
             if carrier not in ("table", "head") or letter.removeprefix("-") not in _ABOUT:

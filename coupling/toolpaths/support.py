@@ -40,10 +40,12 @@ class SupportingTool:
             path: Actual path of both tools, forming tool first; at the times of the desired ones, or
                 any between them.
         """
-        own = self.at(path.time)
+        tool_path = self.at(path.time)
         forming, supporting = path.position
-        drift = (supporting - own.desired.position[0]) - (forming - own.forming.position[0])
-        return np.sum(drift * own.direction, axis=1)
+        drift = (supporting - tool_path.desired.position[0]) - (
+            forming - tool_path.forming.position[0]
+        )
+        return np.sum(drift * tool_path.direction, axis=1)
 
     def at_rows(self, rows: np.ndarray) -> SupportingTool:
         """Return the same at the times of these row numbers, (k,)."""
@@ -128,7 +130,7 @@ def support_along(
     depth = np.maximum.accumulate(np.maximum(-points[:, 2], 0.0))
     tips, direction = STRATEGIES[strategy](points, depth, pinch)
     path = tool_path(part, forming.time, tips, PART_FROM_SUPPORT)
-    across = part.turned(direction)
+    across = part.rotate(direction)
     return SupportingTool(forming, path, across, pinch.gap, pinch.support_diameter)
 
 

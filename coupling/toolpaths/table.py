@@ -95,8 +95,8 @@ class ToolPathTable(Schema, ABC):
 
 
 def _require_slow_turns(path: ToolPath) -> None:
-    (held,) = path.rotations
-    rate = (held[1:] * held[:-1].inv()).magnitude() / np.diff(path.time)
+    (rotations,) = path.rotations
+    rate = (rotations[1:] * rotations[:-1].inv()).magnitude() / np.diff(path.time)
     if rate.max() > FASTEST:
         k = int(np.argmax(rate))
         raise CaseError(

@@ -27,7 +27,7 @@ def plane_of_g68_2(values: dict[str, float], unit: float) -> Frame:
 
     Example:
         >>> plane = plane_of_g68_2({"X": 10.0, "I": 90.0, "J": 30.0}, 0.001)
-        >>> plane.position, plane.turned(np.array([0.0, 0.0, 1.0])).round(9) + 0.0
+        >>> plane.position, plane.rotate(np.array([0.0, 0.0, 1.0])).round(9) + 0.0
         (array([0.01, 0.  , 0.  ]), array([0.5      , 0.       , 0.8660254]))
     """
     if other := next((letter for letter in "PRQDH" if letter in values), None):

@@ -82,8 +82,8 @@ class Travel:
             for values, more in ((speed, 0.0), (edges[:-1], edges[last + 1]))
         )
         begin = np.append(0.0, np.cumsum(duration[:-1]))
-        rest = begin[speed == 0.0] + blend
-        rests = np.sort(np.append(rest, (rest + wait)[wait > 0.0]))
+        dwell = begin[speed == 0.0] + blend
+        rests = np.sort(np.append(dwell, (dwell + wait)[wait > 0.0]))
         return cls(begin, speed, way, blend, rests)
 
     def at(self, time: np.ndarray) -> np.ndarray:
@@ -133,8 +133,12 @@ def _limits(
     last = np.searchsorted(edges, end[stops]) - 1
     changes = np.append(speed[1:] != speed[:-1], True)
     changes[last] = True
-    kept = np.flatnonzero(changes)
-    return np.append(0.0, edges[kept + 1]), speed[kept], np.searchsorted(kept, last)
+    first_cells = np.flatnonzero(changes)
+    return (
+        np.append(0.0, edges[first_cells + 1]),
+        speed[first_cells],
+        np.searchsorted(first_cells, last),
+    )
 
 
 def _lowest(first: np.ndarray, last: np.ndarray, value: np.ndarray, count: int) -> np.ndarray:
@@ -153,10 +157,10 @@ def _lowest(first: np.ndarray, last: np.ndarray, value: np.ndarray, count: int) 
     level = np.frexp(last - first)[1] - 1
     lowest = np.full(count, np.inf)
     for power in range(int(level.max()), -1, -1):
-        cells, own = 1 << power, level == power
+        cells, is_level = 1 << power, level == power
         halves = lowest.copy()
         np.minimum(lowest[:-cells], halves[cells:], out=halves[cells:])
         lowest = halves
-        np.minimum.at(lowest, first[own], value[own])
-        np.minimum.at(lowest, last[own] - cells, value[own])
+        np.minimum.at(lowest, first[is_level], value[is_level])
+        np.minimum.at(lowest, last[is_level] - cells, value[is_level])
     return lowest

@@ -52,14 +52,18 @@ class UntiltedPath:
     @property
     def turns(self) -> bool:
         """Whether what a tilt is measured from turns along the path."""
-        return any(not keeps(own) for own in (self.along_path, self.axes) if own is not None)
+        return any(
+            not keeps(directions)
+            for directions in (self.along_path, self.axes)
+            if directions is not None
+        )
 
     def tilted(self, tilt: ToolTilt) -> ToolPath:
         """Return the path with its tool turned about its tip."""
         if tilt == ToolTilt():
             return self.path
-        turned = self.part.rotation * tilt.part_from_tool(self.along_path, self.axes)
-        return ToolPath(self.path.time, poses(self.path.position[0], turned))
+        rotation = self.part.rotation * tilt.part_from_tool(self.along_path, self.axes)
+        return ToolPath(self.path.time, poses(self.path.position[0], rotation))
 
     @property
     def sampled(self) -> UntiltedPath:
@@ -87,8 +91,8 @@ class UntiltedPath:
         """
         if tilt.keeps_axis:
             return task
-        held = tilt.part_from_tool(self.along_path, self.axes)
-        contact = held.inv().apply(self.along_path.apply(APPROACH))
+        rotation = tilt.part_from_tool(self.along_path, self.axes)
+        contact = rotation.inv().apply(self.along_path.apply(APPROACH))
         if np.abs(contact - contact[0]).max() < _SAME:
             return replace(task, contact=contact[0])
         forming = self.centered(radius).tilted(tilt)

@@ -159,22 +159,22 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
-def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
-    """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
+def test_trajectory_is_sought_in_the_fmu_and_then_where_the_master_runs(example, run_fmu, tmp_path):
+    """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in those beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
     fmu = build_fmu(
         example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()}
     )
-    job = {
-        "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
-        "time": [0.0, 0.1],
-        "outputs": ["rigid.x", "rigid.y"],
-    }
-    for angle in (0.3, 0.1):
+    for name, angle in (("motion.csv", 0.3), ("other.csv", 0.1)):
+        (tmp_path / name).write_text(table.format(0.1))
+        job = {
+            "settings": {"trajectory": name, "mode": "quasistatic"},
+            "time": [0.0, 0.1],
+            "outputs": ["rigid.x", "rigid.y"],
+        }
         (answer,) = run_fmu(fmu, job)
         x, y = answer["values"][-1]
         assert np.arctan2(y, x) == pytest.approx(angle, abs=1e-12)
-        (tmp_path / "motion.csv").write_text(table.format(0.1))
 
 
 def test_held_commands_are_used_without_a_trajectory(example_fmu, run_fmu):

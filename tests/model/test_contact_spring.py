@@ -16,7 +16,6 @@ from scipy.optimize import brentq
 from elastic_robot.errors import ParameterError
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.snapshot import Snapshot
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ContactSpring, Load, ToolLoad, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -255,23 +254,19 @@ def test_motion_on_a_spring_is_that_of_an_independent_engine(seed):
 
 @pytest.mark.parametrize("quasistatic", [False, True])
 def test_a_snapshot_goes_on_bit_for_bit(example, quasistatic):
-    """Through arrays too, from the middle of a motion."""
+    """From the middle of a motion."""
     q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
     spring = ContactSpring(np.array([1.5, 0.1, 0.9]), np.array([0.0, 0.0, 0.1]), 1e6 * np.eye(3))
     robot = ElasticRobot(example, "backlash", quasistatic)
     robot.reset(0.0, q, Load(spring=spring))
     robot.step(0.01, q, Load(spring=spring))
     kept, compliance = robot.snapshot, robot.compliance()
-    packed = Snapshot.from_arrays(kept.to_arrays(), robot.parameters)
     robot.step(0.02, q, Load(push(-100.0), spring))
-    ends = [robot.deflection()]
-    for snapshot in (kept, packed):
-        other = ElasticRobot(example, "backlash", quasistatic)
-        other.snapshot = snapshot
-        assert other.compliance().tobytes() == compliance.tobytes()
-        other.step(0.02, q, Load(push(-100.0), spring))
-        ends.append(other.deflection())
-    assert ends[0].tobytes() == ends[1].tobytes() == ends[2].tobytes()
+    other = ElasticRobot(example, "backlash", quasistatic)
+    other.snapshot = kept
+    assert other.compliance().tobytes() == compliance.tobytes()
+    other.step(0.02, q, Load(push(-100.0), spring))
+    assert other.deflection().tobytes() == robot.deflection().tobytes()
 
 
 @pytest.mark.parametrize(

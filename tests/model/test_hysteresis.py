@@ -17,7 +17,6 @@ from elastic_robot.gear_parts import StopElement
 from elastic_robot.hysteresis import Elements, Hysteresis, Past
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.snapshot import Snapshot
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import ContactSpring, Load, ToolLoad
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -273,12 +272,11 @@ def test_an_element_at_its_slip_angle_sticks_where_its_gear_goes_back():
         np.testing.assert_array_equal(law.held(s, on).slope, np.zeros(1))
 
 
-def test_a_state_is_its_arrays():
+def test_a_snapshot_goes_on_as_its_robot():
     model = start("backlash", 300.0)
     load_to(model, -100.0, 50.0)
-    arrays = model.snapshot.to_arrays()
     copy = gear("backlash")
-    copy.snapshot = Snapshot.from_arrays(arrays, model.parameters)
+    copy.snapshot = model.snapshot
     for torque in (-200.0, 400.0):
         assert load_to(model, torque) == load_to(copy, torque)
     assert copy.elongation().tobytes() == model.elongation().tobytes()

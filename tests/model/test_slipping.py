@@ -13,7 +13,6 @@ from random_robots import make_robot, with_hysteresis
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import StopElement
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.snapshot import Snapshot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
@@ -222,8 +221,7 @@ def test_a_state_saved_in_the_middle_of_a_loop_goes_on_bit_for_bit(curve):
     robot = with_hysteresis(make_robot(2, 4), 2)
     model, other = moving(robot, curve), moving(robot, curve)
     go_on(other, 0.05)
-    arrays = model.snapshot.to_arrays()
-    other.snapshot = Snapshot.from_arrays(arrays, model.parameters)
+    other.snapshot = model.snapshot
     for one in (model, other):
         go_on(one, 0.03)
     for name in ("deflection", "deflection_rate", "elongation", "gear_torque", "slip"):

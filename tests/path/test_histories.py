@@ -202,7 +202,7 @@ def test_a_change_counts_what_is_behind_a_jump_too():
 def test_the_largest_turn_of_a_deviation_is_the_angle_between_orientations():
     """Of two tools the larger one; about any axis."""
     time, held = np.array([0.0, 1.0, 2.0]), Rotation.from_euler("xyz", [0.3, -1.0, 2.0])
-    desired = ToolPath.held(time, np.zeros((3, 3)), held)
+    desired = ToolPath.with_rotation(time, np.zeros((3, 3)), held)
     turned = Rotation.from_rotvec(np.array([0.0, 2.5e-4, 1e-4])[:, None] * [0.6, 0.0, 0.8])
     moved = ToolPath(time, np.hstack([np.zeros((3, 3)), (turned * held).as_quat()]))
     assert measure(moved, desired).largest_turn == pytest.approx(2.5e-4, rel=1e-9)

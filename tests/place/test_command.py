@@ -19,7 +19,7 @@ from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.files.written_files import LIST
 from coupling.path.histories import WrenchHistory
-from coupling.place.evaluated_setting import judged
+from coupling.place.evaluated_setting import evaluate_setting
 from coupling.place.folder import read_placement
 from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
@@ -80,7 +80,7 @@ def test_a_placed_case_is_an_ordinary_case_in_the_setting_that_is_told(done):
     assert setting_keys(again.present) == pytest.approx(best.setting)
     assert setting_keys(again.present) != setting_keys(placing(before, before.process).present)
     figures = again.screen(again.stations).figures(again.present[None])
-    assert again.goal.moved(figures)[0] == pytest.approx(best.moved_m, rel=1e-6)
+    assert again.goal.deviation(figures)[0] == pytest.approx(best.moved_m, rel=1e-6)
     margins = [gear.margin_Nm for gear in best.gears]
     np.testing.assert_allclose(figures.margin[0], margins, atol=0.03 * figures.swing.max())
     moved = run_coupling(replace(placed, method=before.method))
@@ -190,7 +190,7 @@ def test_the_process_is_evaluated_anew_where_the_tool_is_turned(tmp_path):
     moved[NAMES.index("x")] += 0.1
     tilted[NAMES.index("lead")] = 0.4
     for setting, evaluations in ((task.present, 1), (moved, 1), (tilted, 2)):
-        own = judged(task, setting, lambda case: sensor)
+        own = evaluate_setting(task, setting, lambda case: sensor)
         assert sensor.asked == evaluations
         (tmp_path / "placed.toml").write_text(own.content)
         again = placing(load_case(tmp_path / "placed.toml"), Sensor(), "stiffness")

@@ -122,7 +122,7 @@ def test_objectives_are_displacement_exposure_and_their_sum():
     assert costs["stiffness"] == pytest.approx(100e-6, rel=1e-3)
     assert costs["backlash"] == pytest.approx(40e-6, rel=1e-2)
     unforced = PlaceObjective("stiffness", DEMANDS, forced=False)
-    assert unforced.moved(near)[0] == pytest.approx(100.0 * 1e-6)
+    assert unforced.deviation(near)[0] == pytest.approx(100.0 * 1e-6)
 
 
 def test_a_box_is_filled_to_its_ends_and_no_further():

@@ -120,8 +120,8 @@ def test_elements_hold_a_gear_in_its_backlash_and_narrow_the_margin(monkeypatch)
         for joint in gears
     ]
     assert max(held) > 10.0
-    np.testing.assert_allclose(own.gears.held, held, rtol=1e-12)
-    plain = replace(own, gears=replace(own.gears, held=np.zeros(len(held))))
+    np.testing.assert_allclose(own.gears.held_torque, held, rtol=1e-12)
+    plain = replace(own, gears=replace(own.gears, held_torque=np.zeros(len(held))))
     few = own.stations.chosen(np.arange(0, own.stations.count, 100))
     margins = [one.screen(few).figures(own.present[None]).margin[0] for one in (plain, own)]
     np.testing.assert_allclose(margins[0] - margins[1], held, rtol=1e-9)

@@ -259,6 +259,32 @@ REFUSED = {
         {"inputs": {"x": "height", "z": "height"}},
         "inputs: expected a variable for each column, got 'height' for x and z",
     ),
+    "two names of one variable for two columns": (
+        (
+            "</ModelVariables>",
+            '<Float64 name="h" valueReference="0" causality="input" start="0"/></ModelVariables>',
+        ),
+        {"inputs": {"x": "height", "z": "h"}},
+        "inputs: expected a variable for each column, got 'h' for x and z",
+    ),
+    "two variables of one name": (
+        (
+            "</ModelVariables>",
+            '<Float64 name="force" valueReference="2" causality="output"/></ModelVariables>',
+        ),
+        {},
+        "expected variables of different names",
+    ),
+    "an output as parameter": (
+        None,
+        {"parameters": {"force": 1.0}},
+        "parameters: expected a variable of causality parameter .*, got 'force', output",
+    ),
+    "an input as parameter that the poses set": (
+        None,
+        {"parameters": {"height": 1.0}},
+        "parameters: expected no variable that the poses set, got 'height'",
+    ),
     "a unit of something else": (
         ('name="force"', 'name="force" unit="mm"'),
         {},
@@ -303,6 +329,14 @@ def test_references_of_another_type_are_not_read(fmi2):
     )
     with pytest.raises(CaseError, match=r"outputs: fz: .*'count', Integer"):
         process(changed, outputs={"fz": "count"})
+
+
+def test_an_fmu_that_ends_its_simulation_is_not_asked_any_more(fmi3):
+    """By FMI 3 a step that succeeds may be the last one."""
+    with pytest.raises(
+        ProcessError, match=r"has ended its simulation at 0\.5\d* s, before the end"
+    ):
+        process(fmi3, parameters={"stiffness": STIFFNESS, "ends_at": 0.5}).evaluate(task().desired)
 
 
 def test_a_library_outside_of_the_fmu_is_not_loaded(fmi3):

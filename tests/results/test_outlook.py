@@ -12,7 +12,7 @@ from coupling.conduct import FinishedRun
 from coupling.path.deviation import Deviation
 from coupling.report.document import document
 from coupling.report.verdict import verdict
-from coupling.results.outlook import DrawnDeviation, DrawnFrom, Replay, WorstReplay
+from coupling.results.outlook import DrawnDeviation, DrawnFrom, DrawnReplays, Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -82,26 +82,48 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
 
 
 def test_drawn_robots_are_expected_and_their_sensitivity_stands_beside():
-    """Of 1 to 99 um the middle nine tenths are 5 to 95 um."""
-    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 100)]
-    basis = DrawnFrom(("the stated stiffness of 6 gears", "a force of +-19 %"), ("backlash",), True)
-    expected = DrawnDeviation.among(drawn, basis)
+    """Of 1 to 100 um the middle nine tenths are 5.5 to 95.5 um."""
+    drawn = [Replay("drawn", deviation(1e-6 * um, 0.5e-6 * um), ()) for um in range(1, 101)]
+    basis = DrawnFrom(
+        ("the stated stiffness of 6 gears", "84 to 100 % of the force"), ("backlash",), True
+    )
+    expected = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn)))
     replays = [Replay("stiffness +2 %", deviation(7e-6, 1e-6), ())]
     found = WorstReplay.among(deviation(1.7e-3, 4e-4), replays, expected)
     assert found.gains
     assert found.sentence.startswith(
-        "Expected deviation on a real robot: 5 um to 95 um, 2.5 um to 47.5 um less a constant (90 % of"
-        " the robots drawn from the stated stiffness of 6 gears and a force of +-19 %, by 99 of them)."
-        " Not in it: backlash. Sensitivity to one parameter: up to 7 um (stiffness +2 %)"
+        "Expected deviation on a real robot: 5.5 um to 95.5 um, 2.75 um to 47.75 um less a constant"
+        " (90 % of the robots, by 100 of them, drawn from the stated stiffness of 6 gears and 84 to"
+        " 100 % of the force). Not in it: backlash. Sensitivity to one parameter: up to 7 um"
     )
-    part = DrawnDeviation.among(
-        drawn, DrawnFrom(("a force of +-19 %",), ("the stiffness of 6 gears",))
+    assert DrawnDeviation.among(DrawnReplays(basis)) is None
+    few = DrawnDeviation.among(DrawnReplays(basis, tuple(drawn[:8])))
+    assert (few.low, few.high, round(few.share, 2)) == (1e-6, 8e-6, 0.88)
+
+
+def test_a_figure_without_the_stiffness_of_gears_is_not_called_that_of_a_real_robot():
+    drawn = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(1, 101))
+    basis = DrawnFrom(("84 to 100 % of the force",), ("the stiffness of 6 gears",))
+    sentence = DrawnDeviation.among(DrawnReplays(basis, drawn)).sentence
+    assert sentence.startswith(
+        "Deviation on robots drawn in part, not what a real robot leaves: 5.5 um to 95.5 um"
     )
-    assert part.sentence.startswith("Expected deviation: 5 um")
-    assert part.sentence.endswith("Not in it: the stiffness of 6 gears.")
-    assert DrawnDeviation.among((), basis) is None
-    few = DrawnDeviation.among(drawn[:8], basis)
-    assert (few.low, few.high, round(few.share, 2)) == (1e-6, 8e-6, 0.78)
+    assert sentence.endswith("Not in it: the stiffness of 6 gears.")
+
+
+def test_the_first_figure_has_what_the_file_leaves_out():
+    stated = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(1, 101))
+    usual = tuple(Replay("drawn", deviation(1e-6 * um, 0.0), ()) for um in range(201, 301))
+    servos = (Replay("servos", deviation(1.5e-4, 0.0), ()),)
+    basis = DrawnFrom(("the stated stiffness of 6 gears",), (), True)
+    expected = DrawnDeviation.among(DrawnReplays(basis, stated, servos, usual))
+    assert (round(expected.low, 9), round(expected.high, 9)) == (5.5e-6, 9.55e-5)
+    assert expected.left_out_m == {"servos": 1.5e-4}
+    assert expected.sentence.startswith("Expected deviation on a real robot: 205.5 um to 295.5 um")
+    assert "by its stated ranges alone 5.5 um to 95.5 um" in expected.sentence
+    assert expected.sentence.endswith("Each usual value alone, on the model: servos 150 um.")
+    again = DrawnDeviation.model_validate_json(expected.model_dump_json())
+    assert again == expected
 
 
 def test_the_terminal_begins_and_ends_with_it(tmp_path, monkeypatch):

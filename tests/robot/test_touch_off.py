@@ -80,7 +80,7 @@ def test_gears_come_to_every_point_from_no_load_with_all_they_have(seed, parts):
     found = own.tool_at(points, rotation)
     near = own.home
     for point, real in zip(points, found, strict=True):
-        still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
+        still = ToolPath.with_rotation(np.array([0.0, 1.0]), np.array([point, point]), rotation)
         path = still.transformed(TURNED.inverse())
         near = InverseKinematics(own.robot, near).plan(path).q[0][0]
         robot = ElasticRobot(own.robot, "linear", quasistatic=True)

@@ -141,14 +141,16 @@ def test_programs_of_a_command_that_is_replaced_are_named_with_what_renews_them(
     )
 
 
-@pytest.mark.parametrize("left", ["list", "run.json", "both"])
+@pytest.mark.parametrize("left", ["list", "run.json", "both", "earlier version"])
 def test_a_run_that_was_killed_at_its_start_is_begun_by_the_same_command(tmp_path, left):
     run = tmp_path / "run"
     run.mkdir()
     draft = f".{'0123456789abcdef' * 2}.partial"
-    if left != "run.json":
+    if left == "earlier version":
+        (run / f"run.json{draft}").write_text("{")
+    if left in ("list", "both"):
         (run / f"{LIST}{draft}").write_text("{")
-    if left != "list":
+    if left in ("run.json", "both"):
         (run / LIST).write_text('{"kind": "run", "written": ["run.json"]}')
         (run / f"run.json{draft}").write_text("")
     assert command("couple", LINE_CASE, "-o", run, "--no-store").returncode == 0

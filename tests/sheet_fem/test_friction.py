@@ -104,7 +104,7 @@ def test_whole_tangent_with_friction_is_the_derivative_of_the_residual(drag):
     rng = np.random.default_rng(5)
     flat = sheet.flat()
     tool = sheet.sphere(np.array([1e-3, 2e-3, REACH - 2e-4]), RADIUS)
-    tool = tool._replace(moved=np.array([drag, -0.5 * drag, -drag]))
+    tool = tool._replace(displacement=np.array([drag, -0.5 * drag, -drag]))
     old = sheet.assemble.no_slip(tool)
     old[...] = 1e-6 * rng.normal(size=old.shape)
     before = replace(flat, slip=(old,))

@@ -251,7 +251,7 @@ def test_a_state_that_does_not_converge_is_not_kept():
     tool = sheet.sphere(np.array([0.0, 0.0, 4.5e-3]), 5e-3)
     state = moved(sheet, sheet.flat().points, tool)
     copies = [array.copy() for array in (state.points, state.plastic, state.stretch)]
-    hasty = NewtonSettings(1e-9, largest_step=1e-3, kept=1.0, linear=1.0, max_iterations=2)
+    hasty = NewtonSettings(1e-9, largest_step=1e-3, unchanged=1.0, linear=1.0, max_iterations=2)
     assert find_equilibrium(sheet.assemble, state, (tool,), sheet.everywhere(), hasty) is None
     for before, after in zip(copies, (state.points, state.plastic, state.stretch), strict=True):
         assert np.array_equal(before, after)

@@ -210,7 +210,7 @@ def test_a_part_turned_over_turns_the_forces_of_both_tools():
     time = task.desired.time
     forming = tool_path(turned, time, points[0])
     behind = tool_path(turned, time, points[1], PART_FROM_SUPPORT)
-    direction = turned.turned(UPRIGHT.inverse().turned(task.support.direction))
+    direction = turned.rotate(UPRIGHT.inverse().rotate(task.support.direction))
     support = replace(task.support, forming=forming, desired=behind, direction=direction)
     below = Task(turned, forming, support=support)
     found = table().process(below).evaluate(below.desired).wrench

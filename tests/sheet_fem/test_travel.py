@@ -58,7 +58,7 @@ def error(elements: int, first: float, angle: float, scale: float) -> float:
     moved = dent((flat - end[:2]) @ into) @ turned.as_matrix().T
     after = Rotation.from_euler("z", first + angle)
     goes = end + scale * 2e-3 * after.as_matrix()[:, 0]
-    found = Increment(begin[None], end[None], moved).carried(
+    found = Increment(begin[None], end[None], moved).predict_moves(
         mesh, spheres(goes[None]), everywhere(elements)
     )
     into = after.as_matrix()[:2, :2]
@@ -87,7 +87,7 @@ def test_only_the_box_moves():
     mesh, box = grid(20), Box(5, 12, 4, 15)
     tool, way = np.array([[0.0, 0.0, 4e-3]]), np.array([[1e-3, 0.0, 0.0]])
     travel = Increment(tool - way, tool, np.ones((22, 22, 3)))
-    found = travel.carried(mesh, spheres(tool + way), box)
+    found = travel.predict_moves(mesh, spheres(tool + way), box)
     expected = np.zeros((22, 22, 3))
     expected[5:12, 4:15] = 1.0
     np.testing.assert_allclose(found, expected, atol=1e-12)
@@ -113,8 +113,8 @@ WAY = np.array([[2e-3, 0.0, 0.0], [2e-3, 0.0, 0.0]])
 def test_tools_that_do_not_go_on_as_they_came_tell_nothing(goes):
     mesh, end = grid(10), np.array([[0.0, 0.0, 4e-3], [0.0, 1e-3, -4e-3]])
     travel = Increment(end - WAY, end, np.ones((12, 12, 3)))
-    assert travel.carried(mesh, spheres(end + WAY), everywhere(10)) is not None
-    assert travel.carried(mesh, spheres(end[: len(goes)] + goes), everywhere(10)) is None
+    assert travel.predict_moves(mesh, spheres(end + WAY), everywhere(10)) is not None
+    assert travel.predict_moves(mesh, spheres(end[: len(goes)] + goes), everywhere(10)) is None
 
 
 def test_a_plunge_goes_on_without_turning():
@@ -122,7 +122,9 @@ def test_a_plunge_goes_on_without_turning():
     mesh, end = grid(10), np.array([[0.0, 0.0, 4e-3]])
     came, goes = np.array([[2e-6, 0.0, -1e-4]]), np.array([[-1e-6, 2e-6, -1e-4]])
     moved = np.random.default_rng(2).normal(size=(12, 12, 3))
-    found = Increment(end - came, end, moved).carried(mesh, spheres(end + goes), everywhere(10))
+    found = Increment(end - came, end, moved).predict_moves(
+        mesh, spheres(end + goes), everywhere(10)
+    )
     np.testing.assert_allclose(found[1:-1, 1:-1], moved[1:-1, 1:-1], atol=0.02)
 
 
@@ -176,8 +178,8 @@ def test_a_guess_that_leads_away_is_left(monkeypatch):
     def misled(state):
         if state.travel is None:
             return state
-        wrong = state.travel.moved - [0.0, 0.0, 1e-3]
-        return replace(state, travel=state.travel._replace(moved=wrong))
+        wrong = state.travel.displacements - [0.0, 0.0, 1e-3]
+        return replace(state, travel=state.travel._replace(displacements=wrong))
 
     monkeypatch.setattr(forming, "find_equilibrium", find)
     found, _, shape = travelled(sheet, misled)

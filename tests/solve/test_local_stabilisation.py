@@ -21,7 +21,7 @@ def places(stated: float, hold: float, most: int = 40, hard: float = 0.0) -> np.
         most: Number of evaluations.
         hard: Within this distance [m] the process is ten times as stiff.
     """
-    x, settling = np.array([1e-4, 0.0, 0.0]), LocalStabilisation.begun(np.array([[hold]]))
+    x, settling = np.array([1e-4, 0.0, 0.0]), LocalStabilisation.initial(np.array([[hold]]))
     found = []
     for _ in range(most):
         found.append(x[0])
@@ -68,7 +68,7 @@ def test_a_gear_that_was_carried_too_far_comes_back(hard):
 
 def test_a_gear_that_turns_off_its_way_is_carried_no_farther():
     """Two moves along one axis, then one at a right angle: nothing is known of that direction."""
-    settling = LocalStabilisation.begun(np.array([[TRUE]]))
+    settling = LocalStabilisation.initial(np.array([[TRUE]]))
     for move in ([1e-5, 0, 0], [1e-5, 0, 0], [9e-6, 0, 0], [8e-6, 0, 0]):
         settling = settling.after(np.array([[move]]), usual=TRUE)
     assert settling.factor > 1.0
@@ -80,8 +80,8 @@ def test_a_gear_that_turns_off_its_way_is_carried_no_farther():
 
 def test_another_coupling_begins_with_what_is_held():
     """What hung in one pass hangs in the next; how far it was from its place is another matter."""
-    settling = LocalStabilisation.begun(np.array([[TRUE]]))
+    settling = LocalStabilisation.initial(np.array([[TRUE]]))
     for move in (1e-5, 1e-5, 9e-6, 8e-6):
         settling = settling.after(np.array([[[move, 0.0, 0.0]]]), usual=TRUE)
-    again = settling.again()
+    again = settling.restarted()
     assert (again.hold, again.factor, again.evaluations) == (TRUE, 1.0, 0)

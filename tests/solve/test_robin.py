@@ -146,9 +146,9 @@ def test_the_answer_does_not_depend_on_the_stiffness(seed):
     more = 3e5 * root @ root.swapaxes(-1, -2)
 
     class Other(Robin):
-        def moved(self, robot, command, iterate, mode):
+        def move_robot(self, robot, command, iterate, mode):
             stiffer = replace(iterate.response, stiffness=iterate.response.stiffness + more)
-            return super().moved(robot, command, replace(iterate, response=stiffer), mode)
+            return super().move_robot(robot, command, replace(iterate, response=stiffer), mode)
 
     result = coupled(robot, wall, most=2000, scheme=Other())
     assert result.converged, result.reason
@@ -222,14 +222,14 @@ def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
 
     change = -explained(true)
     before = ProcessStiffness.first(position, force)
-    found = before.then(position + step, force + change).own
-    kept = np.all(found == before.own, axis=(-1, -2))
+    found = before.then(position + step, force + change).matrices
+    kept = np.all(found == before.matrices, axis=(-1, -2))
     assert np.count_nonzero(kept) < 5
     np.testing.assert_allclose(explained(found)[:, ~kept], -change[:, ~kept], rtol=0, atol=1e-12)
     np.testing.assert_allclose(found, found.swapaxes(-1, -2))
     assert np.linalg.eigvalsh(found).min() > -1e-9
-    grown = before.then(position + step, force - change).own
-    np.testing.assert_array_equal(grown, before.own)
+    grown = before.then(position + step, force - change).matrices
+    np.testing.assert_array_equal(grown, before.matrices)
 
 
 def test_loads_given_at_more_times_keep_their_springs():

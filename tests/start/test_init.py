@@ -106,7 +106,7 @@ def test_a_part_is_reached_at_its_corners_too():
     way = np.linspace(0.0, 1.0, 30)
     for place in part_placements(robot, down, 0.5, 8):
         for corner in itertools.product((-0.5, 0.5), repeat=3):
-            path = ToolPath.held(way, place.position + np.outer(way, corner), down)
+            path = ToolPath.with_rotation(way, place.position + np.outer(way, corner), down)
             InverseKinematics(robot, place.home).plan(path)
 
 

@@ -33,9 +33,11 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
 from coupling.store import Store
+from coupling.study.cluster import _client
 from coupling.study.conduct import changed_table, opened
 from coupling.study.folder import locked
 from coupling.study.parameters import StudyParameter, StudyParameters
+from coupling.study.workers import Workers
 
 pytest.importorskip("distributed")
 
@@ -224,6 +226,17 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path, monkey
     assert done.returncode == 2
     assert "expected a Dask scheduler at tcp://127.0.0.1:1, got no answer" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_workers_import_nothing_from_the_working_folder(tmp_path, monkeypatch):
+    """What workers start, such as a user's program, may import what is beside it."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("multiprocessing", "random", "tempfile", "numpy", "json", "coupling"):
+        (tmp_path / f"{name}.py").write_text(f"open({f'{name}.ran'!r}, 'w')\nraise ImportError\n")
+    with _client(Workers(1), 1, tmp_path) as client:
+        assert client.submit(os.getenv, "PYTHONSAFEPATH").result(60.0) is None
+    assert "PYTHONSAFEPATH" not in os.environ
+    assert not list(tmp_path.glob("*.ran"))
 
 
 def test_report_and_figures_tell_the_same(undisturbed):

@@ -44,24 +44,24 @@ def assign(running: RunningProgram, words: str, where: str) -> None:
         ProgramError: If it is none that is known.
     """
     registers = running.registers
-    if (given := _ELEMENT.fullmatch(words)) is not None:
-        index, place = (running.index(part, where) for part in given.groups()[:2])
-        registers.set_element(index, place, running.value(given[3], where), where)
-    elif (given := _WHOLE.fullmatch(words)) is not None:
-        index = running.index(given[1], where)
-        registers.set_position(index, _sum(running, given[2], where))
-    elif (given := REGISTER.fullmatch(words)) is not None:
-        value = Unknown(given[2]) if OUTCOME.match(given[2]) else running.value(given[2], where)
-        registers.set_number(running.index(given[1], where), value)
-    elif (given := _SET.fullmatch(words)) is not None:
-        number, index = (running.index(part, where) for part in given.groups()[1:])
-        registers.set_frame(given[1].upper(), number, index, where)
-    elif (given := _CHOSEN.fullmatch(words)) is not None:
-        registers.choose(given[1].upper(), int(running.known(given[2], where)))
-    elif (given := _OVERRIDE.fullmatch(words)) is not None:
-        _set_override(running, running.known(given[1], where), where)
-    elif (given := _CONDITION.fullmatch(words)) is not None:
-        _set_condition(running, given, where)
+    if (match := _ELEMENT.fullmatch(words)) is not None:
+        index, place = (running.index(part, where) for part in match.groups()[:2])
+        registers.set_element(index, place, running.value(match[3], where), where)
+    elif (match := _WHOLE.fullmatch(words)) is not None:
+        index = running.index(match[1], where)
+        registers.set_position(index, _sum(running, match[2], where))
+    elif (match := REGISTER.fullmatch(words)) is not None:
+        value = Unknown(match[2]) if OUTCOME.match(match[2]) else running.value(match[2], where)
+        registers.set_number(running.index(match[1], where), value)
+    elif (match := _SET.fullmatch(words)) is not None:
+        number, index = (running.index(part, where) for part in match.groups()[1:])
+        registers.set_frame(match[1].upper(), number, index, where)
+    elif (match := _CHOSEN.fullmatch(words)) is not None:
+        registers.choose(match[1].upper(), int(running.require_number(match[2], where)))
+    elif (match := _OVERRIDE.fullmatch(words)) is not None:
+        _set_override(running, running.require_number(match[1], where), where)
+    elif (match := _CONDITION.fullmatch(words)) is not None:
+        _set_condition(running, match, where)
     else:
         raise ProgramError(
             f"{where}: expected an instruction that is known, got {shortened(words)!r}: remove it if it"
@@ -76,8 +76,8 @@ def _set_override(running: RunningProgram, percent: float, where: str) -> None:
     running.registers.notes.assume(f"OVERRIDE={percent:g}% scales the speeds behind it")
 
 
-def _set_condition(running: RunningProgram, given: re.Match[str], where: str) -> None:
-    word, register, frame, number = given.groups()
+def _set_condition(running: RunningProgram, match: re.Match[str], where: str) -> None:
+    word, register, frame, number = match.groups()
     if frame is not None:
         active = running.registers.active.get(frame.upper())
         if running.index(number, where) != active:

@@ -212,10 +212,10 @@ class FanucExecution:
             return not action or self._is_without_effect(running, action, where)
         if (call := _CALL.fullmatch(words)) is not None:
             return is_harmless(call[2], self.files)
-        given = REGISTER.fullmatch(words)
-        if given is None:
+        register = REGISTER.fullmatch(words)
+        if register is None:
             return False
-        number = whole_number(running.value(given[1], where), f"{where}: R[]")
+        number = whole_number(running.value(register[1], where), f"{where}: R[]")
         self.registers.set_number(number, Unknown(f"R[{number}], set behind an unknown condition"))
         return True
 
@@ -257,13 +257,13 @@ class FanucExecution:
         return target
 
     def _begin_loop(self, running: RunningProgram, index: int, words: str, where: str) -> int:
-        given = _FOR.fullmatch(words)
-        if given is None:
+        loop = _FOR.fullmatch(words)
+        if loop is None:
             raise ProgramError(f"{where}: expected FOR R[]=.. TO .., got {shortened(words)!r}")
-        register, start, word, end = given.groups()
+        register, start, word, end = loop.groups()
         number = whole_number(running.value(register, where), f"{where}: R[]")
-        first = running.known(start, where)
-        last = running.known(end, where)
+        first = running.require_number(start, where)
+        last = running.require_number(end, where)
         self.registers.set_number(number, first)
         running.ends[index] = last
         up = word.upper() == "TO"
@@ -272,12 +272,12 @@ class FanucExecution:
 
     def _end_loop(self, running: RunningProgram, index: int, where: str) -> int:
         start = self._partner(running, index, where)
-        given = _FOR.fullmatch(running.text.instructions[start].text)
-        if given is None or start not in running.ends:
+        loop = _FOR.fullmatch(running.text.instructions[start].text)
+        if loop is None or start not in running.ends:
             raise ProgramError(f"{where}: expected ENDFOR behind its FOR, got a jump between them")
-        number = whole_number(running.value(given[1], where), f"{where}: R[]")
-        step = 1.0 if given[3].upper() == "TO" else -1.0
-        value = running.known(f"R[{number}]", where)
+        number = whole_number(running.value(loop[1], where), f"{where}: R[]")
+        step = 1.0 if loop[3].upper() == "TO" else -1.0
+        value = running.require_number(f"R[{number}]", where)
         if step * (running.ends[start] - value) <= 0.0:
             return index + 1
         self.registers.set_number(number, value + step)
@@ -285,8 +285,8 @@ class FanucExecution:
 
     def _select(self, running: RunningProgram, index: int, first: str, where: str) -> int:
         instructions = running.text.instructions
-        register, _, rest = first.partition("=")
-        cases, behind = [f"={rest}"], index + 1
+        register, _, first_case = first.partition("=")
+        cases, behind = [f"={first_case}"], index + 1
         while behind < len(instructions) and (
             _CASE.fullmatch(instructions[behind].text)
             or _ELSE_CASE.fullmatch(instructions[behind].text)
@@ -297,13 +297,13 @@ class FanucExecution:
         if isinstance(value, Unknown):
             raise self._unknown(running, register, where)
         for case in cases:
-            given, other = _CASE.fullmatch(case), _ELSE_CASE.fullmatch(case)
-            if given is None and other is None:
+            match, other = _CASE.fullmatch(case), _ELSE_CASE.fullmatch(case)
+            if match is None and other is None:
                 raise ProgramError(
                     f"{where}: expected =value,action in SELECT, got {shortened(case)!r}"
                 )
-            if given is None or value == running.known(given[1], where):
-                action = given[2] if given is not None else case.partition(",")[2].strip()
+            if match is None or value == running.require_number(match[1], where):
+                action = match[2] if match is not None else case.partition(",")[2].strip()
                 after = self._act(running, index, action, where)
                 return behind if after == index + 1 else after
         return behind
@@ -352,8 +352,8 @@ def _parted(text: str) -> tuple[str, str]:
 
 def _listed(text: str) -> list[str]:
     """Return the parts between commas outside of brackets."""
-    parts, rest = [], text.strip()
-    while rest:
-        part, rest = _parted(rest)
+    parts, remaining = [], text.strip()
+    while remaining:
+        part, remaining = _parted(remaining)
         parts.append(part)
     return parts

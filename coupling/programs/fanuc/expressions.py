@@ -98,23 +98,25 @@ class _Expression:
                 raise self.error(self.tokens[0])
         return value
 
-    def _joined(self, left: Value, word: str, right: Value) -> Value:
+    def _joined(self, left_value: Value, word: str, right: Value) -> Value:
         """Return what an operator makes of two values; one of AND, OR may decide alone."""
         is_logical, decisive = word in ("AND", "OR"), word == "OR"
-        for value in (left, right):
+        for value in (left_value, right):
             if is_logical and not isinstance(value, Unknown) and bool(value) == decisive:
                 return decisive
-        for value in (left, right):
+        for value in (left_value, right):
             if isinstance(value, Unknown):
                 return value
         if is_logical:
             return not decisive
-        if word in ("=", "<>") and isinstance(left, str) == isinstance(right, str):
-            return (left == right) == (word == "=")
-        if not isinstance(left, float) or not isinstance(right, float):
+        if word in ("=", "<>") and isinstance(left_value, str) == isinstance(right, str):
+            return (left_value == right) == (word == "=")
+        if not isinstance(left_value, float) or not isinstance(right, float):
             raise self.error(word)
         return (
-            ORDER[word](left, right) if word in ORDER else computed(word, left, right, self.where)
+            ORDER[word](left_value, right)
+            if word in ORDER
+            else computed(word, left_value, right, self.where)
         )
 
     def _factor(self) -> Value:

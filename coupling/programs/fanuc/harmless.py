@@ -90,12 +90,12 @@ def first_effect(name: str, files: Mapping[str, TpText]) -> str:
     Returns:
         The instruction; empty if there is none.
     """
-    waiting, seen = [name.upper()], set()
+    waiting, visited = [name.upper()], set()
     while waiting:
         title = waiting.pop()
-        if title in seen:
+        if title in visited:
             continue
-        seen.add(title)
+        visited.add(title)
         if title not in files:
             return f"CALL {title}"
         for instruction in files[title].instructions:

@@ -228,14 +228,14 @@ class Registers:
         base, tool = self.frame("UFRAME"), self.frame("UTOOL")
         if self.last.position.is_joint or (base, tool) == (self.last.base, self.last.tool):
             return TpPosition(self.last.position.values, self.last.position.is_joint)
-        known = (self.last.base.pose, self.last.tool.pose, base.pose, tool.pose)
-        if None in known:
+        last_frames = (self.last.base.pose, self.last.tool.pose, base.pose, tool.pose)
+        if None in last_frames:
             raise ProgramError(
                 f"{where}: expected the last position in {base.name} and {tool.name}, got it in"
                 f" {self.last.base.name} and {self.last.tool.name}, which the program does not all"
                 " set: set them from position registers"
             )
-        first_base, first_tool, other_base, other_tool = (pose or HERE for pose in known)
+        first_base, first_tool, other_base, other_tool = (pose or HERE for pose in last_frames)
         flange = product(product(first_base, self.last.position.pose), inverse(first_tool))
         pose = product(product(inverse(other_base), flange), other_tool)
         return TpPosition(cartesian_of(pose))

@@ -137,12 +137,12 @@ def motion_of(text: str, where: str) -> MotionInstruction:
             f" {'spline' if letter == 'S' else 'circle'}, whose way the controller alone knows: divide"
             " it into lines"
         )
-    rest = target.end()
-    speed = _SPEED.match(text, rest)
+    position = target.end()
+    speed = _SPEED.match(text, position)
     if speed is None:
         raise ProgramError(
             f"{where}: expected J or L to a position with a speed such as 50mm/sec, got"
-            f" {shortened(_first(text, rest))!r} in {shortened(text)!r}"
+            f" {shortened(_first(text, position))!r} in {shortened(text)!r}"
         )
     if speed[2] == "%" and letter == "L":
         raise ProgramError(
@@ -170,16 +170,16 @@ def _options(text: str, at: int, where: str) -> tuple[MotionOption, ...]:
         if text[at] in " \t,":
             at += 1
             continue
-        found = next(
+        option = next(
             ((m, kind, word) for pattern, kind, word in _OPTIONS if (m := pattern.match(text, at))),
             None,
         )
-        if found is None:
+        if option is None:
             raise ProgramError(
                 f"{where}: expected known options of a motion, got {shortened(_first(text, at))!r}:"
                 " remove it if it does not change the path"
             )
-        match, kind, word = found
+        match, kind, word = option
         if kind == "refused":
             raise ProgramError(
                 f"{where}: expected a motion to its target, got {match[0]!r}, which {word}"

@@ -193,7 +193,7 @@ class TpDriver:
         """Return time [s] and speed [m/s] of a motion, whichever it has."""
         if motion.unit == "%":
             return None, None
-        number = running.known(motion.speed, where)
+        number = running.require_number(motion.speed, where)
         if number <= 0.0:
             raise ProgramError(f"{where}: expected a speed or a time > 0, got {number:g}")
         if motion.unit in _TIMES:

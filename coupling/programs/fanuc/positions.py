@@ -131,9 +131,9 @@ def _values(fields: dict[str, float], where: str) -> tuple[tuple[float, ...], bo
     return tuple(fields[name] for name in _CARTESIAN), False
 
 
-def _require_known(fields: dict[str, float], known: list[str], where: str) -> None:
+def _require_known(fields: dict[str, float], known_fields: list[str], where: str) -> None:
     for name in fields:
-        if name not in known and not re.fullmatch(r"E\d", name):
+        if name not in known_fields and not re.fullmatch(r"E\d", name):
             raise ProgramError(
                 f"{where}: expected either X, Y, Z, W, P, R or J1, J2, .., got {name}"
             )

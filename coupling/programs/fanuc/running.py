@@ -43,7 +43,7 @@ class RunningProgram:
 
         return evaluate(expression, lookup, where)
 
-    def known(self, expression: str, where: str) -> float:
+    def require_number(self, expression: str, where: str) -> float:
         """Return the value of an expression that must be known.
 
         Raises:

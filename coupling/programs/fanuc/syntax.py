@@ -193,15 +193,15 @@ def _positions(file: str, text: str) -> dict[int, str]:
     positions: dict[int, str] = {}
     at, end = 0, len(text.rstrip())
     while at < end:
-        given = _POSITION.match(text, at)
-        if given is None:
-            rest = text[at : at + 60].strip()
+        position = _POSITION.match(text, at)
+        if position is None:
+            excerpt = text[at : at + 60].strip()
             raise ProgramError(
-                f"{file}: /POS: expected P[number]{{ .. }};, got {shortened(rest)!r}"
+                f"{file}: /POS: expected P[number]{{ .. }};, got {shortened(excerpt)!r}"
             )
-        number = int(given[1])
+        number = int(position[1])
         if number in positions:
             raise ProgramError(f"{file}: /POS: expected each position once, got P[{number}] again")
-        positions[number] = given[2]
-        at = given.end()
+        positions[number] = position[2]
+        at = position.end()
     return positions

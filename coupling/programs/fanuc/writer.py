@@ -169,12 +169,12 @@ def _position(number: int, move: ProgramMove, angles: np.ndarray | None) -> Iter
     yield "};"
 
 
-def _configuration(found: Configuration | None) -> str:
-    if found is None:
+def _configuration(configuration: Configuration | None) -> str:
+    if configuration is None:
         raise ProgramError("FANUC: expected the robot's posture with every pose, got none")
     letters = (
-        "F" if found.wrist > 0 else "N",
-        "D" if found.below else "U",
-        "B" if found.behind else "T",
+        "F" if configuration.wrist > 0 else "N",
+        "D" if configuration.below else "U",
+        "B" if configuration.behind else "T",
     )
-    return f"{' '.join(letters)}, {', '.join(str(turn) for turn in found.turns)}"
+    return f"{' '.join(letters)}, {', '.join(str(turn) for turn in configuration.turns)}"

@@ -105,10 +105,14 @@ class Assignments:
         """
         if not line.word:
             return False
-        target, rest = leading(line.text, line.where)
-        if not isinstance(target, Reference) or not rest.startswith("=") or rest.startswith("=="):
+        target, remaining = leading(line.text, line.where)
+        if (
+            not isinstance(target, Reference)
+            or not remaining.startswith("=")
+            or remaining.startswith("==")
+        ):
             return False
-        self._store(target, rest[1:], line)
+        self._store(target, remaining[1:], line)
         return True
 
     def _store(self, target: Expression, text: str, line: KrlLine) -> None:

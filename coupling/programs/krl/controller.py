@@ -263,7 +263,7 @@ class KrlController:
         )
 
     @contextmanager
-    def kept(self) -> Iterator[None]:
+    def with_state_restored(self) -> Iterator[None]:
         """Restore settings behind what they are changed for alone."""
         saved = self.saved()
         yield
@@ -284,7 +284,7 @@ def _frame_function(word: str) -> Callable[[KrlController, Sequence[Expression]]
         value = _first(controller, arguments)
         if isinstance(value, dict):
             value = value.get(f"{word}_NO", Unknown(f"{word}_NO"))
-        return _known(controller.numbered_frame(word, value))
+        return _require_known(controller.numbered_frame(word, value))
 
     return frame
 
@@ -299,16 +299,16 @@ def _speed(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     return {"CP": _first(controller, arguments)}
 
 
-def _given(controller: KrlController, arguments: Sequence[Expression]) -> Value:
-    return _known(_first(controller, arguments))
+def _single_argument(controller: KrlController, arguments: Sequence[Expression]) -> Value:
+    return _require_known(_first(controller, arguments))
 
 
 def _rotation(controller: KrlController, arguments: Sequence[Expression]) -> Value:
     value = _first(controller, arguments)
-    return value.get("ORI_TYP", "#VAR") if isinstance(value, dict) else _known(value)
+    return value.get("ORI_TYP", "#VAR") if isinstance(value, dict) else _require_known(value)
 
 
-def _known(value: Value) -> Value:
+def _require_known(value: Value) -> Value:
     if isinstance(value, Unknown):
         raise UnknownValueError(value)
     return value
@@ -320,6 +320,6 @@ _PENDANT_FUNCTIONS: dict[str, Callable[[KrlController, Sequence[Expression]], Va
     "STOOL2": _frame_function("TOOL"),
     "SBASE": _frame_function("BASE"),
     "SVEL_CP": _speed,
-    "SIPO_MODE": _given,
+    "SIPO_MODE": _single_argument,
     "SORI_TYP": _rotation,
 }

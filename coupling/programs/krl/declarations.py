@@ -47,22 +47,22 @@ def declaration_of(line: KrlLine) -> Declaration | None:
     modified = line.word in _MODIFIERS
     if not modified and line.word not in _SIMPLE and line.word not in _PENDANT:
         return None
-    given = _TYPED.fullmatch(line.text)
-    if given is None or (not modified and given[3].lstrip().startswith(("=", "(", "."))):
+    match = _TYPED.fullmatch(line.text)
+    if match is None or (not modified and match[3].lstrip().startswith(("=", "(", "."))):
         if modified:
             raise ProgramError(
                 f"{line.where}: expected a type and a name, got {shortened(line.text)!r}"
             )
         return None
-    words = given[1].upper().split()
+    words = match[1].upper().split()
     names, value = [], None
-    for target, first in _declarators(given[3], line.where):
+    for target, first in _declarators(match[3], line.where):
         name = _NAME.fullmatch(target)
         if name is None:
             raise ProgramError(f"{line.where}: expected a name, got {shortened(target.strip())!r}")
         names.append(name[1].upper())
         value = (target.strip(), first) if first else value
-    return Declaration(given[2].upper(), "GLOBAL" in words, tuple(names), value)
+    return Declaration(match[2].upper(), "GLOBAL" in words, tuple(names), value)
 
 
 def _declarators(text: str, where: str) -> Iterator[tuple[str, str]]:

@@ -175,7 +175,7 @@ class Interpreter:
             ) from cause
 
     def _if(self, block: KrlBlock) -> None:
-        condition = re.sub(r"\s*\bTHEN\s*$", "", block.line.rest, flags=re.IGNORECASE)
+        condition = re.sub(r"\s*\bTHEN\s*$", "", block.line.remaining, flags=re.IGNORECASE)
         if self._holds(condition, block.line):
             self._execute(block.parts[0][1])
         elif len(block.parts) > 1:
@@ -188,12 +188,12 @@ class Interpreter:
         return value
 
     def _switch(self, block: KrlBlock) -> None:
-        selected = parsed(block.line.rest, block.line.where)
+        selected = parsed(block.line.remaining, block.line.where)
         for line, statements in block.parts[1:]:
             if line.word == "DEFAULT":
                 self._execute(statements)
                 return
-            for text in line.rest.split(","):
+            for text in line.remaining.split(","):
                 case = parsed(text, line.where)
                 if self._equal(selected, case, line):
                     self._execute(statements)
@@ -224,22 +224,22 @@ class Interpreter:
             self.controller.store(counter, number(self.controller.value(counter), where) + step)
 
     def _while(self, block: KrlBlock) -> None:
-        if _bare(block.line.rest) == "TRUE":
+        if _bare(block.line.remaining) == "TRUE":
             self._loop(block)
             return
-        while self._holds(block.line.rest, block.line):
+        while self._holds(block.line.remaining, block.line):
             self._require_change(block)
             if not self._pass(block.parts[0][1]):
                 return
             self._count(block.line)
 
     def _repeat(self, block: KrlBlock) -> None:
-        if _bare(block.end.rest) == "FALSE":
+        if _bare(block.end.remaining) == "FALSE":
             self._loop(block)
             return
         while self._pass(block.parts[0][1]):
             self._count(block.end)
-            if self._holds(block.end.rest, block.end):
+            if self._holds(block.end.remaining, block.end):
                 return
             self._require_change(block)
 
@@ -278,14 +278,16 @@ class Interpreter:
         raise _ExitError
 
     def _return(self, line: KrlLine) -> None:
-        value = self.controller.valued(parsed(line.rest, line.where)) if line.rest else None
+        value = (
+            self.controller.valued(parsed(line.remaining, line.where)) if line.remaining else None
+        )
         raise _ReturnError(value)
 
     # Single statements
 
     def _take(self, line: KrlLine) -> None:
         executed = self._executed.get(line.word)
-        if executed is not None and not line.rest.startswith("="):
+        if executed is not None and not line.remaining.startswith("="):
             executed(line)
             return
         if line.word in _REFUSED:
@@ -316,8 +318,8 @@ class Interpreter:
         return self._assignments.declare(line)
 
     def _call(self, line: KrlLine) -> None:
-        target, rest = leading(line.text, line.where) if line.word else (None, "")
-        if not isinstance(target, Call) or rest:
+        target, remaining = leading(line.text, line.where) if line.word else (None, "")
+        if not isinstance(target, Call) or remaining:
             got = line.word if line.word else line.text
             raise ProgramError(
                 f"{line.where}: expected a statement of KRL that is known, got {shortened(got)!r}: take"

@@ -67,17 +67,17 @@ class Operation:
     """Two values and what joins them."""
 
     word: str
-    left: Expression
+    left_operand: Expression
     right: Expression
 
     def evaluate(self, scope: Scope) -> Value:
         """Return the value."""
         try:
-            left = self.left.evaluate(scope)
+            left_value = self.left_operand.evaluate(scope)
         except UnknownValueError:
             self.right.evaluate(scope)  # for the routines that it calls
             raise
-        return applied(self.word, left, self.right.evaluate(scope), scope.where)
+        return applied(self.word, left_value, self.right.evaluate(scope), scope.where)
 
 
 @dataclass(frozen=True)

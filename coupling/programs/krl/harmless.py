@@ -93,10 +93,10 @@ def harmless_word(line: KrlLine) -> str | None:
         return f"BAS(#{call[1].upper()})"
     if _INITIALIZED.fullmatch(line.text):
         return line.word
-    given = _ASSIGNED.match(line.text)
-    if given is not None and line.word in HARMLESS_VARIABLES:
+    assignment = _ASSIGNED.match(line.text)
+    if assignment is not None and line.word in HARMLESS_VARIABLES:
         return line.word
-    if given is None and is_harmless_call(line.word):
+    if assignment is None and is_harmless_call(line.word):
         return line.word
     if re.match(r"\$VEL\.ORI[12]\s*=", line.text, re.IGNORECASE):
         return "$VEL.ORI"
@@ -113,11 +113,11 @@ def _calls_nothing(line: KrlLine) -> bool:
 
 def _is_output(text: str) -> bool:
     """Return whether a trigger does no more than to set an output."""
-    done = _TRIGGERED.search(text)
-    if done is None:
+    trigger = _TRIGGERED.search(text)
+    if trigger is None:
         return False
-    action = done[1]
+    action = trigger[1]
     if re.match(r"PULSE\b", action, re.IGNORECASE):
         return True
-    given = _ASSIGNED.match(action)
-    return given is not None and given[1].upper() in _OUTPUTS
+    assignment = _ASSIGNED.match(action)
+    return assignment is not None and assignment[1].upper() in _OUTPUTS

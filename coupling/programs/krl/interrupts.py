@@ -85,8 +85,8 @@ class Interrupts:
                 f"{line.where}: expected a TRIGGER that does not move the robot, got"
                 f" {shortened(line.text)!r}: take it out if it does not"
             )
-        target, rest = leading(action[1], line.where)
-        if isinstance(target, Reference) and rest.startswith("=") and target.name[0] != "$":
+        target, remaining = leading(action[1], line.where)
+        if isinstance(target, Reference) and remaining.startswith("=") and target.name[0] != "$":
             self.controller.store(target, Unknown(target.name, self.controller.step))
         self.controller.notes.leave_out("TRIGGER")
 
@@ -98,11 +98,11 @@ class Interrupts:
         inner = KrlLine(line.where, action, re.split(r"[\[.\s]", word)[0])
         if harmless_word(inner) is not None:
             return True
-        target, rest = leading(action, line.where)
-        if isinstance(target, Call) and not rest:
+        target, remaining = leading(action, line.where)
+        if isinstance(target, Call) and not remaining:
             routine = self.routine(target.name)
             return routine is not None and is_still(routine.statements, self.routine)
-        is_value = isinstance(target, Reference) and rest.startswith("=")
+        is_value = isinstance(target, Reference) and remaining.startswith("=")
         return is_value and isinstance(target, Reference) and not target.name.startswith("$")
 
 

@@ -86,7 +86,7 @@ class MotionStatements:
     # Motions
 
     def _move(self, line: KrlLine) -> None:
-        text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
+        text, *clauses = _CLAUSES.split(line.remaining, maxsplit=1)
         if not text.strip():
             raise ProgramError(f"{line.where}: expected a motion to a point, got {line.word}")
         target, behind = leading(text, line.where)
@@ -99,7 +99,7 @@ class MotionStatements:
             return
         name = _written(text, behind)
         if clauses:
-            with self.controller.kept():
+            with self.controller.with_state_restored():
                 self._set(clauses[0], line)
                 self._add(line, fields, options, name)
         else:
@@ -162,19 +162,20 @@ class MotionStatements:
 
     def _set(self, clauses: str, line: KrlLine) -> None:
         """Set what stands behind WITH."""
-        rest = clauses
-        while rest:
-            target, behind = leading(rest, line.where)
+        remaining = clauses
+        while remaining:
+            target, behind = leading(remaining, line.where)
             if not isinstance(target, Reference) or not behind.startswith("="):
                 raise ProgramError(
-                    f"{line.where}: expected variables and values behind WITH, got {shortened(rest)!r}"
+                    f"{line.where}: expected variables and values behind WITH, got"
+                    f" {shortened(remaining)!r}"
                 )
-            value, rest = leading(behind[1:], line.where)
-            if rest and not rest.startswith(","):
+            value, remaining = leading(behind[1:], line.where)
+            if remaining and not remaining.startswith(","):
                 raise ProgramError(
-                    f"{line.where}: expected a comma between clauses, got {shortened(rest)!r}"
+                    f"{line.where}: expected a comma between clauses, got {shortened(remaining)!r}"
                 )
-            rest = rest[1:].strip()
+            remaining = remaining[1:].strip()
             if target.name in HARMLESS_VARIABLES or HARMLESS_SPEEDS.intersection(
                 step for step in target.steps if isinstance(step, str)
             ):
@@ -185,14 +186,14 @@ class MotionStatements:
     def _open_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(True, line.where)
         self._before_spline = self.controller.saved()
-        text, *clauses = _CLAUSES.split(line.rest, maxsplit=1)
+        text, *clauses = _CLAUSES.split(line.remaining, maxsplit=1)
         self._require_rounding(text, line)
         if clauses:
             self._set(clauses[0], line)
 
     def _close_spline(self, line: KrlLine) -> None:
         self.motions.open_spline(False, line.where)
-        self._require_rounding(line.rest, line)
+        self._require_rounding(line.remaining, line)
         if self._before_spline:
             self.controller.restore(self._before_spline)
             self._before_spline = []
@@ -207,17 +208,17 @@ class MotionStatements:
         self._note_rounding(options)
 
     def _time(self, line: KrlLine) -> None:
-        given = _BLOCK.fullmatch(line.text)
-        if given is None:
+        match = _BLOCK.fullmatch(line.text)
+        if match is None:
             raise ProgramError(
                 f"{line.where}: expected START, PART or END, got {shortened(line.text)!r}"
             )
-        kind = given[1].split("=")[0].strip().upper()
+        kind = match[1].split("=")[0].strip().upper()
         if kind == "START":
             self.motions.begin_times(line.where)
             return
         try:
-            value = number(parsed(given[2], line.where).evaluate(self.controller), line.where)
+            value = number(parsed(match[2], line.where).evaluate(self.controller), line.where)
         except UnknownValueError as cause:
             raise ProgramError(
                 f"{line.where}: expected a time that the program tells, got {cause.value.name}"
@@ -230,13 +231,13 @@ class MotionStatements:
     # The pendant's routine
 
     def _bas(self, line: KrlLine) -> None:
-        call, rest = leading(line.text, line.where)
+        call, remaining = leading(line.text, line.where)
         first = call.arguments[0] if isinstance(call, Call) and call.arguments else None
         command = first.constant if isinstance(first, Constant) else None
         assert isinstance(call, Call) or command is None
         argument = call.arguments[1] if isinstance(call, Call) and len(call.arguments) > 1 else None
         value = None if argument is None else self.controller.valued(argument)
-        if not isinstance(command, str) or rest:
+        if not isinstance(command, str) or remaining:
             raise ProgramError(f"{line.where}: expected BAS(#..), got {shortened(line.text)!r}")
         if command in ("#ACC_CP", "#ACC_GLUE", "#ACC_PTP", "#VEL_PTP", "#OUT_SYNC", "#OUT_ASYNC"):
             self.controller.notes.leave_out(f"BAS({command})")

@@ -59,7 +59,7 @@ class Motions:
     _axes: Aggregate = field(default_factory=dict)
     _external: dict[str, float] = field(default_factory=dict)
     _behind: str = ""
-    _begun: bool = False
+    _has_begun: bool = False
     _block: list[tuple[int, float]] | None = None
 
     def add(self, motion: Motion, target: Aggregate, settings: MotionSettings, where: str) -> None:
@@ -83,11 +83,11 @@ class Motions:
         )
         whole = self._whole(target, (base, tool), where)
         if settings.keeps_rotation and motion != "joint":
-            whole |= {key: self._kept(key, (base, tool), where) for key in "ABC"}
+            whole |= {key: self._require_last_pose(key, (base, tool), where) for key in "ABC"}
         pose = pose_of_abc([number(whole[key], where) for key in FRAME_KEYS])
         pose = self.frames.express(pose, base, tool, motion != "joint", where)
         self.moves.append(ProgramMove(motion, pose, speed=settings.speed, where=where))
-        self._last, self._last_frames, self._begun, self._axes = whole, (base, tool), True, {}
+        self._last, self._last_frames, self._has_begun, self._axes = whole, (base, tool), True, {}
 
     def add_relative(
         self,
@@ -104,14 +104,14 @@ class Motions:
         """
         if motion == "joint" and any(key in step for key in AXIS_KEYS):
             raise UnknownValueError(Unknown("where the axes are"))
-        turned = [
+        rotated = [
             key
             for key in ("A", "B", "C", *AXIS_KEYS, *EXTERNAL_KEYS)
             if key in step and number(step[key], where) != 0.0
         ]
-        if turned:
+        if rotated:
             raise ProgramError(
-                f"{where}: expected a relative motion along X, Y, Z, got {turned[0]}: write its target"
+                f"{where}: expected a relative motion along X, Y, Z, got {rotated[0]}: write its target"
             )
         base, tool = (
             frame_of("$BASE", settings.base, where),
@@ -134,13 +134,13 @@ class Motions:
 
     def begin_again(self) -> None:
         """Take a motion to an unknown place as one that leads to the path again."""
-        self._begun, self._behind = False, ""
+        self._has_begun, self._behind = False, ""
 
     def leave(self, text: str) -> bool:
         """Return whether a motion by axes to an unknown place only leads to or from the path."""
         if self.spline or self._block is not None:
             return False
-        if self._begun:
+        if self._has_begun:
             self._behind = text
         else:
             self._axes = {}
@@ -189,7 +189,9 @@ class Motions:
             )
         return whole
 
-    def _kept(self, key: str, frames: tuple[ControllerFrame, ControllerFrame], where: str) -> Value:
+    def _require_last_pose(
+        self, key: str, frames: tuple[ControllerFrame, ControllerFrame], where: str
+    ) -> Value:
         if key not in self._last or self._last_frames != frames:
             raise ProgramError(
                 f"{where}: expected a pose in this base and tool before a line that keeps its rotation"

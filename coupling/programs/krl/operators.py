@@ -47,43 +47,43 @@ _BITS: dict[str, Callable[[int, int], int]] = {
 _LARGEST_INT = 2**31 - 1
 
 
-def applied(word: str, left: Value, right: Value, where: str) -> Value:
+def applied(word: str, left_value: Value, right: Value, where: str) -> Value:
     """Return what an operator makes of two values.
 
     Raises:
         ProgramError: If it is not for such values, or the result is too large.
         UnknownValueError: If one is not known.
     """
-    for side in (left, right):
+    for side in (left_value, right):
         if isinstance(side, Unknown):
             raise UnknownValueError(side)
     if word == ":":
-        return composed(left, right, where)
+        return composed(left_value, right, where)
     if word in ("==", "<>"):
-        return _equal(left, right, where) == (word == "==")
-    if word in LOGIC and isinstance(left, bool) and isinstance(right, bool):
-        return LOGIC[word](left, right)
-    if word in _BITS and type(left) is int and type(right) is int:
-        return _BITS[word](left, right)
-    if not (is_number(left) and is_number(right)):
+        return _equal(left_value, right, where) == (word == "==")
+    if word in LOGIC and isinstance(left_value, bool) and isinstance(right, bool):
+        return LOGIC[word](left_value, right)
+    if word in _BITS and type(left_value) is int and type(right) is int:
+        return _BITS[word](left_value, right)
+    if not (is_number(left_value) and is_number(right)):
         raise ProgramError(
-            f"{where}: expected values for {word}, got {described(left)} and {described(right)}:"
+            f"{where}: expected values for {word}, got {described(left_value)} and {described(right)}:"
             " write brackets around comparisons"
         )
-    assert not isinstance(left, str | dict | Unknown)
+    assert not isinstance(left_value, str | dict | Unknown)
     assert not isinstance(right, str | dict | Unknown)
     if word in ORDER:
-        return ORDER[word](left, right)
+        return ORDER[word](left_value, right)
     if word not in ("+", "-", "*", "/"):
         raise ProgramError(f"{where}: expected TRUE or FALSE for {word}, got numbers")
-    if not (type(left) is int and type(right) is int):
-        return computed(word, left, right, where)
-    result = computed(word, left, right, where, _LARGEST_INT)
+    if not (type(left_value) is int and type(right) is int):
+        return computed(word, left_value, right, where)
+    result = computed(word, left_value, right, where, _LARGEST_INT)
     if result != int(result):
         # Whether variables of other files are INT or REAL is not told.
         raise ProgramError(
-            f"{where}: expected a whole quotient of INT, got {left}/{right}: write {left}.0 for the"
-            " quotient of REAL"
+            f"{where}: expected a whole quotient of INT, got {left_value}/{right}: write {left_value}.0"
+            " for the quotient of REAL"
         )
     return int(result)
 
@@ -102,19 +102,19 @@ def negated(word: str, value: Value, where: str) -> Value:
     raise ProgramError(f"{where}: expected a value for {word}, got {described(value)}")
 
 
-def _equal(left: Value, right: Value, where: str) -> bool:
-    if AUTOMATIC in (left, right):
-        mode = right if left == AUTOMATIC else left
+def _equal(left_value: Value, right: Value, where: str) -> bool:
+    if AUTOMATIC in (left_value, right):
+        mode = right if left_value == AUTOMATIC else left_value
         if mode not in _MANUAL:
             raise UnknownValueError(Unknown("$MODE_OP"))
         return False
-    if isinstance(left, dict) or isinstance(right, dict):
+    if isinstance(left_value, dict) or isinstance(right, dict):
         raise ProgramError(f"{where}: expected single values beside ==, got a structure")
-    if isinstance(left, bool) != isinstance(right, bool) or isinstance(left, str) != isinstance(
-        right, str
-    ):
+    if isinstance(left_value, bool) != isinstance(right, bool) or isinstance(
+        left_value, str
+    ) != isinstance(right, str):
         raise ProgramError(
-            f"{where}: expected values of one kind beside ==, got {described(left)} and"
+            f"{where}: expected values of one kind beside ==, got {described(left_value)} and"
             f" {described(right)}: write brackets around comparisons"
         )
-    return left == right
+    return left_value == right

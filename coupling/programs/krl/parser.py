@@ -47,8 +47,8 @@ def parsed(text: str, where: str) -> Expression:
         >>> parsed("P[2]:{Y 40}", "line 1").word
         ':'
     """
-    expression, rest = leading(text, where)
-    if rest:
+    expression, remaining = leading(text, where)
+    if remaining:
         raise ProgramError(f"{where}: expected an expression, got {shortened(text.strip())!r}")
     return expression
 
@@ -120,25 +120,25 @@ class _Parser:
 
     def _expect(self, word: str) -> None:
         if self.word != word or self.kind != 6:
-            raise ProgramError(f"expected {word!r}, got {self._rest()}")
+            raise ProgramError(f"expected {word!r}, got {self._remaining()}")
         self._take()
 
-    def _rest(self) -> str:
-        rest = self.text[self.begin :].strip()
-        return repr(shortened(rest)) if rest else "the end of the line"
+    def _remaining(self) -> str:
+        remaining = self.text[self.begin :].strip()
+        return repr(shortened(remaining)) if remaining else "the end of the line"
 
     def expression(self, lowest: int = 0) -> Expression:
         """Return the expression whose operators bind at least so tightly."""
         self.depth += 1
         if self.depth > _DEEPEST:
             raise ProgramError(f"expected at most {_DEEPEST} brackets in each other, got more")
-        left = self._operand()
+        left_operand = self._operand()
         while self.kind in (1, 6) and PRECEDENCE.get(self.word, -1) > lowest:
             self._count()
             word = self._take()
-            left = _joined(word, left, self.expression(PRECEDENCE[word]))
+            left_operand = _joined(word, left_operand, self.expression(PRECEDENCE[word]))
         self.depth -= 1
-        return left
+        return left_operand
 
     def _count(self) -> None:
         self.joined += 1
@@ -148,7 +148,7 @@ class _Parser:
     def _operand(self) -> Expression:
         kind, word = self.kind, self.word
         if kind == 1 and word not in PRECEDENCE:
-            return self._named()
+            return self._parse_name()
         if kind in (2, 3, 4, 5) or word == "{":
             return Constant(self._constant())
         if word == "(":
@@ -160,9 +160,9 @@ class _Parser:
             self._take()
             operand = self.expression(PRECEDENCE["*"])
             return Negation("-", operand) if word == "-" else operand
-        raise ProgramError(f"expected a value, got {self._rest()}")
+        raise ProgramError(f"expected a value, got {self._remaining()}")
 
-    def _named(self) -> Expression:
+    def _parse_name(self) -> Expression:
         name = self._take()
         if name in ("TRUE", "FALSE"):
             return Constant(name == "TRUE")
@@ -175,7 +175,7 @@ class _Parser:
             self._count()
             if self._take() == ".":
                 if self.kind != 1:
-                    raise ProgramError(f"expected a component's name, got {self._rest()}")
+                    raise ProgramError(f"expected a component's name, got {self._remaining()}")
                 steps.append(self._take())
             else:
                 steps.append(self._indices())
@@ -199,7 +199,7 @@ class _Parser:
             if self.word == ",":
                 self._take()
             elif self.word != ")":
-                raise ProgramError(f"expected ')', got {self._rest()}")
+                raise ProgramError(f"expected ')', got {self._remaining()}")
         self._expect(")")
         return tuple(arguments)
 
@@ -209,13 +209,13 @@ class _Parser:
         if kind == 6 and self.word in ("-", "+"):
             sign = -1 if self._take() == "-" else 1
             if self.kind != 2:
-                raise ProgramError(f"expected a number, got {self._rest()}")
+                raise ProgramError(f"expected a number, got {self._remaining()}")
             return sign * _bare_literal(self._take())
         if self.word == "{":
             return self._aggregate()
         word = self._take() if kind in (2, 3, 4, 5) or self.word in ("TRUE", "FALSE") else None
         if word is None:
-            raise ProgramError(f"expected a number, got {self._rest()}")
+            raise ProgramError(f"expected a number, got {self._remaining()}")
         if kind == 2:
             return _bare_literal(word)
         if kind == 3:
@@ -232,7 +232,7 @@ class _Parser:
         fields: Aggregate = {}
         while True:
             if self.kind != 1:
-                raise ProgramError(f"expected a component's name, got {self._rest()}")
+                raise ProgramError(f"expected a component's name, got {self._remaining()}")
             key = self._take()
             if self.word == ":" and not fields:
                 self._take()
@@ -256,16 +256,16 @@ class _Parser:
         return index.constant
 
 
-def _joined(word: str, left: Expression, right: Expression) -> Operation:
+def _joined(word: str, left_operand: Expression, right: Expression) -> Operation:
     """Return an operation; comparisons beside AND, OR without brackets are none.
 
     KRL's comparisons bind less than AND and OR, which few who write them mean.
     """
     if PRECEDENCE[word] == PRECEDENCE["=="]:
-        for side in (left, right):
+        for side in (left_operand, right):
             if isinstance(side, Operation) and PRECEDENCE[side.word] <= PRECEDENCE["AND"]:
                 raise ProgramError(f"expected brackets around {word} beside {side.word}, got none")
-    return Operation(word, left, right)
+    return Operation(word, left_operand, right)
 
 
 def _bare_literal(text: str) -> float:

@@ -63,7 +63,7 @@ class KrlLine:
     word: str
 
     @property
-    def rest(self) -> str:
+    def remaining(self) -> str:
         """What stands behind the word."""
         return self.text[len(self.word) :].strip()
 
@@ -85,13 +85,13 @@ class KrlBlock:
     @property
     def loop(self) -> re.Match[str]:
         """Variable, begin, end and step of a FOR."""
-        given = _FOR.fullmatch(self.line.text)
-        if given is None:
+        loop = _FOR.fullmatch(self.line.text)
+        if loop is None:
             raise ProgramError(
                 f"{self.line.where}: expected FOR variable = begin TO end, got"
                 f" {shortened(self.line.text)!r}"
             )
-        return given
+        return loop
 
 
 Statement = KrlLine | KrlBlock
@@ -188,20 +188,20 @@ def called_names(text: str) -> set[str]:
 def _heading(line: KrlLine) -> tuple[str, tuple[tuple[str, bool], ...], bool] | None:
     if line.word not in ("DEF", "DEFFCT", "GLOBAL"):
         return None
-    given = _HEADING.fullmatch(line.text)
-    if given is None:
+    heading = _HEADING.fullmatch(line.text)
+    if heading is None:
         if line.word == "GLOBAL":
             return None
         raise ProgramError(
-            f"{line.where}: expected a name behind {line.word}, got {shortened(line.rest)!r}"
+            f"{line.where}: expected a name behind {line.word}, got {shortened(line.remaining)!r}"
         )
     parameters = []
-    for part in (given[3] or "").split(","):
+    for part in (heading[3] or "").split(","):
         name, _, way = part.partition(":")
         if name.strip():
             key = re.sub(r"\[[^\]]*\]?", "", name).strip().upper()
             parameters.append((key, way.strip().upper() == "IN"))
-    return given[2], tuple(parameters), line.word == "GLOBAL"
+    return heading[2], tuple(parameters), line.word == "GLOBAL"
 
 
 def _statements(
@@ -214,26 +214,26 @@ def _statements(
         )
     word = begin.word if begin is not None else ""
     ends = (*_ENDS.get(word, ()), *_PARTS.get(word, ()))
-    found: list[Statement] = []
+    statements: list[Statement] = []
     for line in lines:
-        if line.word in _ALONE and line.rest.strip(" :") and not _is_variable(line):
+        if line.word in _ALONE and line.remaining.strip(" :") and not _is_variable(line):
             raise ProgramError(
                 f"{line.where}: expected {line.word} alone in its line, got {shortened(line.text)!r}"
             )
         if line.word in ends:
-            return found, line
+            return statements, line
         if line.word in _INNER and not _is_variable(line):
             opened = f"in {begin.word} of {begin.where}" if begin is not None else "without a begin"
             raise ProgramError(f"{line.where}: expected no {line.word} {opened}, got one")
-        found.append(_block(lines, line, depth) if line.word in _ENDS else line)
+        statements.append(_block(lines, line, depth) if line.word in _ENDS else line)
     if begin is not None:
         raise ProgramError(f"{begin.where}: expected {ends[0]} behind it, got {begin.word} alone")
-    return found, None
+    return statements, None
 
 
 def _is_variable(line: KrlLine) -> bool:
     """Return whether a word that ends a part of a block is a name here."""
-    return line.rest.startswith(("=", ".", "["))
+    return line.remaining.startswith(("=", ".", "["))
 
 
 def _block(lines: Iterator[KrlLine], begin: KrlLine, depth: int) -> KrlBlock:

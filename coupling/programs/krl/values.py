@@ -115,7 +115,7 @@ def frame_of_pose(pose: Pose) -> Aggregate:
     return dict(zip(FRAME_KEYS, values, strict=True))
 
 
-def composed(left: Value, right: Value, where: str) -> Aggregate:
+def composed(left_value: Value, right: Value, where: str) -> Aggregate:
     """Return left:right, the frame `right` seen from `left`; components that are missing are zero.
 
     Status, turn and external axes are those of `right`.
@@ -123,14 +123,14 @@ def composed(left: Value, right: Value, where: str) -> Aggregate:
     Raises:
         ProgramError: If one is not a frame.
     """
-    for side in (left, right):
+    for side in (left_value, right):
         if isinstance(side, Unknown):
             raise UnknownValueError(side)
         if not isinstance(side, dict) or any(key in side for key in AXIS_KEYS):
             raise ProgramError(f"{where}: expected frames beside ':', got {described(side)}")
-    assert isinstance(left, dict)
+    assert isinstance(left_value, dict)
     assert isinstance(right, dict)
-    result = frame_of_pose(product(pose_of_frame(left, where), pose_of_frame(right, where)))
+    result = frame_of_pose(product(pose_of_frame(left_value, where), pose_of_frame(right, where)))
     return result | {key: part for key, part in right.items() if key not in FRAME_KEYS}
 
 

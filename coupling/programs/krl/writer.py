@@ -94,13 +94,13 @@ def _data(program: RobotProgram) -> Iterator[str]:
     timed = program.timed
     poses = timed[0].pose is not None
     yield f"DEFDAT {program.name}"
-    named = [move.configuration for move in timed]
-    kind = ("POS" if all(named) else "FRAME") if poses else "AXIS"
+    configurations = [move.configuration for move in timed]
+    kind = ("POS" if all(configurations) else "FRAME") if poses else "AXIS"
     yield f"DECL {kind} P[{len(timed)}]"
     if poses:
         rows = np.array([move.pose for move in timed])
         for k, (position, angles) in enumerate(zip(1e3 * rows[:, :3], abc_of(rows), strict=True)):
-            yield f"P[{k + 1}]={_frame(position, angles, named[k])}"
+            yield f"P[{k + 1}]={_frame(position, angles, configurations[k])}"
     else:
         for k, move in enumerate(timed):
             yield f"P[{k + 1}]={_axes(move)}"

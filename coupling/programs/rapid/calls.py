@@ -31,11 +31,11 @@ def bound(
     Raises:
         ProgramError: If the arguments are not those of the routine.
     """
-    found: dict[str, RapidVariable] = {}
+    parameters: dict[str, RapidVariable] = {}
     for parameter, value in _pairs(routine, arguments, scope, where):
         key = parameter.name.upper()
         if value is None:
-            found[key] = RapidVariable(Data("switch", True))
+            parameters[key] = RapidVariable(Data("switch", True))
             continue
         if parameter.is_reference and isinstance(value, Component | Element):
             raise ProgramError(
@@ -44,18 +44,18 @@ def bound(
             )
         if parameter.is_reference and isinstance(value, Name):
             variable = evaluation.memory.variable(value.name, scope)
-            found[key] = variable or evaluation.memory.undeclared(value.name)
+            parameters[key] = variable or evaluation.memory.undeclared(value.name)
             continue
         data = evaluation.value(value, scope, where)
         rank = parameter.rank
         shaped = evaluation.memory.kinds.shaped(parameter.kind, data.value, where, rank)
-        found[key] = RapidVariable(Data(parameter.kind, shaped, rank))
+        parameters[key] = RapidVariable(Data(parameter.kind, shaped, rank))
     for parameter in routine.parameters:
-        if not parameter.is_optional and parameter.name.upper() not in found:
+        if not parameter.is_optional and parameter.name.upper() not in parameters:
             raise ProgramError(
                 f"{where}: expected an argument {parameter.name} of {routine.name}, got none"
             )
-    return found
+    return parameters
 
 
 def _pairs(

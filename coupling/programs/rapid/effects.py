@@ -70,13 +70,13 @@ def _add(
     memory: RapidMemory,
     scope: RoutineScope,
     effects: Effects,
-    seen: set[int],
+    visited: set[int],
     is_called: bool,
 ) -> None:
     for statement in block:
-        _add_statement(statement, memory, scope, effects, seen, is_called)
+        _add_statement(statement, memory, scope, effects, visited, is_called)
         for inner in blocks_of(statement):
-            _add(inner, memory, scope, effects, seen, is_called)
+            _add(inner, memory, scope, effects, visited, is_called)
 
 
 def _add_statement(
@@ -84,7 +84,7 @@ def _add_statement(
     memory: RapidMemory,
     scope: RoutineScope,
     effects: Effects,
-    seen: set[int],
+    visited: set[int],
     is_called: bool,
 ) -> None:
     blocker = ""
@@ -97,10 +97,10 @@ def _add_statement(
     elif isinstance(statement, Connect):
         blocker = "CONNECT"
     elif isinstance(statement, RapidInstruction):
-        blocker = _add_instruction(statement, memory, scope, effects, seen)
+        blocker = _add_instruction(statement, memory, scope, effects, visited)
     for call in calls_in(statement):
-        if (found := memory.routine(call.name, scope)) is not None:
-            _enter(found[0], RoutineScope(found[1]), memory, effects, seen)
+        if (routine := memory.routine(call.name, scope)) is not None:
+            _enter(routine[0], RoutineScope(routine[1]), memory, effects, visited)
             for argument in call.arguments:
                 _change(argument.value, memory, scope, effects)
         for argument in call.arguments:
@@ -115,14 +115,14 @@ def _add_instruction(
     memory: RapidMemory,
     scope: RoutineScope,
     effects: Effects,
-    seen: set[int],
+    visited: set[int],
 ) -> str:
     """Add what an instruction can do, and return its name if it may change the path."""
     word = statement.name.upper()
-    if word and (found := memory.routine(word, scope)) is not None:
+    if word and (routine := memory.routine(word, scope)) is not None:
         for argument in statement.arguments:
             _change(argument.value, memory, scope, effects)
-        _enter(found[0], RoutineScope(found[1]), memory, effects, seen)
+        _enter(routine[0], RoutineScope(routine[1]), memory, effects, visited)
     elif word in STOPS:
         effects.stops.append(STOPS[word])
     elif word in COUNTING or word in LEFT_OUT or word in WRITING:
@@ -139,19 +139,19 @@ def _enter(
     scope: RoutineScope,
     memory: RapidMemory,
     effects: Effects,
-    seen: set[int],
+    visited: set[int],
 ) -> None:
     """Add what a routine can do; its parameters and data are its own."""
-    if id(routine) in seen:
+    if id(routine) in visited:
         return
-    seen.add(id(routine))
+    visited.add(id(routine))
     inner = [item for item in statements_in(routine.body) if isinstance(item, DataDeclaration)]
     for name in (*(item.name for item in inner), *(item.name for item in routine.parameters)):
         scope.data[name.upper()] = RapidVariable(_UNSET)
     for item in statements_in(routine.body):
         if isinstance(item, For):
             scope.data[item.name.upper()] = RapidVariable(_UNSET)
-    _add(routine.body, memory, scope, effects, seen, True)
+    _add(routine.body, memory, scope, effects, visited, True)
 
 
 def _change(
@@ -182,7 +182,7 @@ def calls_in(part: object) -> Iterator[FunctionCall]:
 
 def has_end(block: Block, memory: RapidMemory, scope: RoutineScope) -> bool:
     """Return whether statements can end a loop around them."""
-    seen: set[int] = set()
+    visited: set[int] = set()
 
     def ends(block: Block, scope: RoutineScope, is_called: bool) -> bool:
         for statement in statements_in(block):
@@ -192,10 +192,10 @@ def has_end(block: Block, memory: RapidMemory, scope: RoutineScope) -> bool:
                 continue
             if statement.name.upper() in STOPS or statement.computed_name is not None:
                 return True
-            found = memory.routine(statement.name, scope)
-            if found is not None and id(found[0]) not in seen:
-                seen.add(id(found[0]))
-                if ends(found[0].body, RoutineScope(found[1]), True):
+            routine = memory.routine(statement.name, scope)
+            if routine is not None and id(routine[0]) not in visited:
+                visited.add(id(routine[0]))
+                if ends(routine[0].body, RoutineScope(routine[1]), True):
                     return True
         return False
 

@@ -61,7 +61,9 @@ class RapidEvaluation:
             return Data("", tuple(items))
         return self._call(expression, scope, where)
 
-    def known(self, expression: Expression, kind: str, scope: RoutineScope, where: str) -> Value:
+    def require_known(
+        self, expression: Expression, kind: str, scope: RoutineScope, where: str
+    ) -> Value:
         """Return a value of a kind that is known as a whole, though parts of it may not be.
 
         Raises:
@@ -143,16 +145,16 @@ class RapidEvaluation:
             return self.memory.kinds.shaped(whole.kind, value.value, where, whole.rank)
         if isinstance(whole.value, Unknown):
             return whole.value
-        step, *rest = path
+        step, *further_steps = path
         if isinstance(step, Component):
             part = self.memory.kinds.component(whole, step.name, where)
-            new = self._placed(part, rest, value, scope, where)
+            new = self._placed(part, further_steps, value, scope, where)
             return self.memory.kinds.with_component(whole, step.name, new, where).value
         indices = self._indices(step, whole, scope, where)
         if isinstance(indices, Unknown):
             return indices
         part = _part(whole, indices)
-        new = self._placed(part, rest, value, scope, where)
+        new = self._placed(part, further_steps, value, scope, where)
         return _with_part(whole.value, indices, new)
 
     def _element(self, expression: Element, scope: RoutineScope, where: str) -> Data:
@@ -166,7 +168,7 @@ class RapidEvaluation:
         self, expression: Element, whole: Data, scope: RoutineScope, where: str
     ) -> list[int] | Unknown:
         """Return the places of an element, from 0."""
-        found, inner = [], whole.value
+        indices, inner = [], whole.value
         if len(expression.indices) > whole.rank:
             raise ProgramError(
                 f"{where}: expected {whole.rank} indices of an array, got {len(expression.indices)}"
@@ -181,11 +183,11 @@ class RapidEvaluation:
                 raise ProgramError(
                     f"{where}: expected an index from 1 to {len(inner)}, got {place:g}"
                 )
-            found.append(int(place) - 1)
-            inner = inner[found[-1]]
+            indices.append(int(place) - 1)
+            inner = inner[indices[-1]]
             if isinstance(inner, Unknown):
                 return inner
-        return found
+        return indices
 
     def _call(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
         name = call.name.upper()
@@ -260,5 +262,5 @@ def _with_part(value: Value, indices: list[int], new: Value) -> Value:
     if not indices:
         return new
     assert isinstance(value, tuple)
-    at, *rest = indices
-    return (*value[:at], _with_part(value[at], rest, new), *value[at + 1 :])
+    at, *further_indices = indices
+    return (*value[:at], _with_part(value[at], further_indices, new), *value[at + 1 :])

@@ -103,9 +103,9 @@ class RapidExecution:
             ProgramError: At the first statement that cannot be executed or left out.
         """
         self._budget.remaining += sum(
-            _count(known.body)
+            _count(candidate.body)
             for holder in self.memory.modules
-            for known in holder.routines.values()
+            for candidate in holder.routines.values()
         )
         with suppress(ProgramEnd):
             self._routine(routine, RoutineScope(module))
@@ -167,8 +167,8 @@ class RapidExecution:
         where, arguments = statement.where, statement.arguments
         name = statement.name or self._computed_name(statement, scope)
         word = name.upper()
-        if (found := self.memory.routine(word, scope)) is not None and found[0].word == "PROC":
-            self._call(*found, arguments, scope, where)
+        if (routine := self.memory.routine(word, scope)) is not None and routine[0].word == "PROC":
+            self._call(*routine, arguments, scope, where)
         elif (form := MOVES.get(word)) is not None:
             self._moving.move(form, name, arguments, scope, where)
         elif word in SETTINGS:
@@ -180,8 +180,8 @@ class RapidExecution:
         elif word in LEFT_OUT or word in WRITING:
             self._leave_out(statement, scope)
         elif word in REFUSED:
-            known, reason = REFUSED[word]
-            raise ProgramError(f"{where}: expected motions to targets, got {known}, {reason}")
+            instruction, reason = REFUSED[word]
+            raise ProgramError(f"{where}: expected motions to targets, got {instruction}, {reason}")
         else:
             raise ProgramError(
                 f"{where}: expected an instruction or a procedure of the program, got"
@@ -210,13 +210,13 @@ class RapidExecution:
 
     def _function(self, call: FunctionCall, scope: RoutineScope, where: str) -> Data:
         """Return the value of a function of the program."""
-        found = self.memory.routine(call.name, scope)
-        assert found is not None
+        routine = self.memory.routine(call.name, scope)
+        assert routine is not None
         self._budget.spend(where)
-        value = self._call(*found, call.arguments, scope, where)
+        value = self._call(*routine, call.arguments, scope, where)
         if value is None:
             raise ProgramError(f"{where}: expected a value of {call.name}, got none")
-        kind = found[0].kind
+        kind = routine[0].kind
         return Data(
             kind, self.memory.kinds.shaped(kind, value.value, where, value.rank), value.rank
         )
@@ -259,8 +259,10 @@ class RapidExecution:
                 return
             value = self._evaluation.value(condition, scope, statement.where).value
             if isinstance(value, Unknown):
-                rest = tuple(item for _, inner in statement.branches[at:] for item in inner)
-                self._leave("IF", rest, scope, statement.where, value)
+                further_statements = tuple(
+                    item for _, inner in statement.branches[at:] for item in inner
+                )
+                self._leave("IF", further_statements, scope, statement.where, value)
                 return
             if _truth(value, statement.where):
                 self._block(block, scope)
@@ -325,18 +327,20 @@ class RapidExecution:
     def _test(self, statement: Test, scope: RoutineScope) -> None:
         where = statement.where
         value = self._evaluation.value(statement.value, scope, where)
-        for at, (wanted, block) in enumerate(statement.cases):
-            for item in wanted or ():
+        for at, (values, block) in enumerate(statement.cases):
+            for item in values or ():
                 sides = [value, self._evaluation.value(item, scope, where)]
                 equal = operated("=", sides, where).value
                 if isinstance(equal, Unknown):
-                    rest = tuple(part for _, inner in statement.cases[at:] for part in inner)
-                    self._leave("TEST", rest, scope, where, equal)
+                    further_statements = tuple(
+                        part for _, inner in statement.cases[at:] for part in inner
+                    )
+                    self._leave("TEST", further_statements, scope, where, equal)
                     return
                 if equal:
                     self._block(block, scope)
                     return
-            if wanted is None:
+            if values is None:
                 self._block(block, scope)
                 return
 

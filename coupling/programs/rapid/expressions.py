@@ -120,16 +120,16 @@ class Words:
         self._depth += 1
         if self._depth > _DEEPEST:
             raise ProgramError(f"{self.where}: expected at most {_DEEPEST} brackets in each other")
-        left = self._operand()
+        left_operand = self._operand()
         while self.kind in ("name", "sign"):
             operator = self.word
             power = _BINDING.get(operator, 0)
             if power <= binding:
                 break
             self.advance()
-            left = OperatorExpression(operator, (left, self.expression(power)))
+            left_operand = OperatorExpression(operator, (left_operand, self.expression(power)))
         self._depth -= 1
-        return left
+        return left_operand
 
     def listed(self, closing: str) -> tuple[Expression, ...]:
         """Go on by expressions with commas between them and what closes them."""
@@ -141,16 +141,16 @@ class Words:
 
     def arguments(self) -> tuple[Argument, ...]:
         """Go on by the arguments of a routine; a comma may be missing around options."""
-        found: list[Argument] = []
+        arguments: list[Argument] = []
         while self.kind != "end" and (self.kind == "text" or self.word not in (";", ")")):
-            is_divided = self.takes(",") or not found
+            is_divided = self.takes(",") or not arguments
             if self.takes("\\"):
-                found.append(self._option())
-            elif is_divided or found[-1].option:
-                found.append(Argument("", self._argument()))
+                arguments.append(self._option())
+            elif is_divided or arguments[-1].option:
+                arguments.append(Argument("", self._argument()))
             else:
                 break
-        return tuple(found)
+        return tuple(arguments)
 
     def _argument(self) -> Expression:
         # A star is a target whose numbers are nowhere in the text.

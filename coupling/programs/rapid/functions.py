@@ -86,7 +86,7 @@ def _unknown_in(value: Value) -> Unknown | None:
     if isinstance(value, Unknown):
         return value
     if isinstance(value, tuple):
-        return next((found for item in value if (found := _unknown_in(item))), None)
+        return next((unknown for item in value if (unknown := _unknown_in(item))), None)
     return None
 
 
@@ -131,15 +131,15 @@ def _vector(value: Value, where: str) -> list[float]:
 
 
 def _offs(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
-    position, *rest = _parts(arguments[0] if arguments else "", 4)
+    position, *offsets = _parts(arguments[0] if arguments else "", 4)
     offset = _numbers(arguments[1:], 3, where)
     place = _vector(position, where)
-    return "robtarget", (tuple(p + d for p, d in zip(place, offset, strict=True)), *rest)
+    return "robtarget", (tuple(p + d for p, d in zip(place, offset, strict=True)), *offsets)
 
 
 def _rel_tool(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:
     """Shift along the tool's axes, then turn about its x, its new y, its new z."""
-    position, rotation, *rest = _parts(arguments[0] if arguments else "", 4)
+    position, rotation, *further_arguments = _parts(arguments[0] if arguments else "", 4)
     unknown = set(options) - {"RX", "RY", "RZ"}
     if unknown:
         raise ProgramError(f"{where}: expected \\Rx, \\Ry, \\Rz of RelTool, got \\{unknown.pop()}")
@@ -153,7 +153,7 @@ def _rel_tool(arguments: list[Value], options: Options, where: str) -> tuple[str
         pose = product(pose, pose_of_zyx((0.0, 0.0, 0.0), angles))
     placed = value_of(pose)
     assert isinstance(placed, tuple)
-    return "robtarget", (*placed, *rest)
+    return "robtarget", (*placed, *further_arguments)
 
 
 def _orient_zyx(arguments: list[Value], options: Options, where: str) -> tuple[str, Value]:

@@ -70,7 +70,7 @@ class RapidMemory:
     _undeclared: dict[str, RapidVariable] = field(default_factory=dict)
     _parsed: list[RapidModule] | None = None
     _unreadable: list[str] = field(default_factory=list)
-    _found: dict[tuple[str, str], RapidModule | None] = field(default_factory=dict)
+    _cache: dict[tuple[str, str], RapidModule | None] = field(default_factory=dict)
     _used: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -82,20 +82,20 @@ class RapidMemory:
         key = name.upper()
         if (local := scope.data.get(key)) is not None:
             return local
-        if (held := self._held(scope.module, key)) is not None:
-            return held
+        if (variable := self._variable_in(scope.module, key)) is not None:
+            return variable
         for module in self.modules:
             declared = module.data.get(key)
             if module is scope.module or declared is None or declared.is_local:
                 continue
-            if (held := self._held(module, key)) is not None:
-                return held
+            if (variable := self._variable_in(module, key)) is not None:
+                return variable
         if key in PREDEFINED:
             return RapidVariable(PREDEFINED[key], "CONST")
         if key in self._undeclared:
             return self._undeclared[key]
         other = self._other(key, "data", scope)
-        return None if other is None else self._held(other, key)
+        return None if other is None else self._variable_in(other, key)
 
     def undeclared(self, name: str) -> RapidVariable:
         """Return new data of a name that no text declares, which the program gives a value."""
@@ -119,7 +119,7 @@ class RapidMemory:
         """Return what to say where a name is missing: files that could not be read, if any."""
         return f" ({self._unreadable[0]})" if self._unreadable else ""
 
-    def _held(self, module: RapidModule, key: str) -> RapidVariable | None:
+    def _variable_in(self, module: RapidModule, key: str) -> RapidVariable | None:
         """Return data that a module declares; PERS without a value are the controller's."""
         declared = module.data.get(key)
         if declared is None or (declared.storage == "PERS" and declared.initial is None):
@@ -148,37 +148,37 @@ class RapidMemory:
         if declared.initial is None:
             value = self.kinds.empty(kind, tuple(extents), where)
         else:
-            given = self.evaluate(declared.initial, scope, where)
-            value = self.kinds.shaped(kind, given.value, where, rank)
+            initial = self.evaluate(declared.initial, scope, where)
+            value = self.kinds.shaped(kind, initial.value, where, rank)
         return RapidVariable(Data(kind, value, rank), declared.storage)
 
     def _other(self, key: str, what: str, scope: RoutineScope) -> RapidModule | None:
         """Return the module of another file that has data or a routine, which no other file has."""
         place = what, key
-        if place not in self._found:
-            self._found[place] = self._search(key, what, scope)
-        return self._found[place]
+        if place not in self._cache:
+            self._cache[place] = self._search(key, what, scope)
+        return self._cache[place]
 
     def _search(self, key: str, what: str, scope: RoutineScope) -> RapidModule | None:
         holders = []
         for module in self._parsed_others():
-            held = (module.data if what == "data" else module.routines).get(key)
-            if held is None or held.is_local:
+            declaration = (module.data if what == "data" else module.routines).get(key)
+            if declaration is None or declaration.is_local:
                 continue
             if (
-                isinstance(held, DataDeclaration)
-                and held.storage == "PERS"
-                and held.initial is None
+                isinstance(declaration, DataDeclaration)
+                and declaration.storage == "PERS"
+                and declaration.initial is None
             ):
                 continue
-            holders.append((module, held.name))
+            holders.append((module, declaration.name))
         if not holders:
             return None
-        (module, name), *rest = holders
-        if rest:
+        (module, name), *others = holders
+        if others:
             raise ProgramError(
                 f"{scope.module.file}: expected one {name} in the files of its folder, got one in"
-                f" {module.file} and {rest[0][0].file}: keep the modules of one program together"
+                f" {module.file} and {others[0][0].file}: keep the modules of one program together"
             )
         if module.file not in self._used:
             self._used.add(module.file)

@@ -77,7 +77,7 @@ class Moving:
         self._require_options(name, options, where)
         to_joints = name.upper().endswith("ABSJ")
         kind = "jointtarget" if to_joints else "robtarget"
-        target = self.evaluation.known(values[0], kind, scope, where)
+        target = self.evaluation.require_known(values[0], kind, scope, where)
         frames = self._frames(values[-form.tool], options.get("WOBJ"), scope, where)
         pace = self._pace(values[1], options, scope, where)
         self._note_zone(form, values, options, scope, where)
@@ -123,8 +123,8 @@ class Moving:
         if isinstance(expression, Name):
             if self.evaluation.memory.variable(expression.name, scope) is None:
                 return expression.name, None
-            return expression.name, self.evaluation.known(expression, kind, scope, where)
-        return f"{kind} of {where}", self.evaluation.known(expression, kind, scope, where)
+            return expression.name, self.evaluation.require_known(expression, kind, scope, where)
+        return f"{kind} of {where}", self.evaluation.require_known(expression, kind, scope, where)
 
     def _pace(
         self,
@@ -146,12 +146,12 @@ class Moving:
         if isinstance(expression, Name) and memory.variable(expression.name, scope) is None:
             if tcp is not None:
                 return speed_of(tcp)
-            if (named := _NAMED_SPEED.fullmatch(expression.name)) is not None:
+            if (speed_name := _NAMED_SPEED.fullmatch(expression.name)) is not None:
                 self.notes.assume(
-                    f"{expression.name}, which is not in the program, is {named[1]} mm/s"
+                    f"{expression.name}, which is not in the program, is {speed_name[1]} mm/s"
                 )
-                return speed_of(float(named[1]))
-        return self.evaluation.known(expression, "speeddata", scope, where)
+                return speed_of(float(speed_name[1]))
+        return self.evaluation.require_known(expression, "speeddata", scope, where)
 
     def _option(
         self, options: dict[str, Expression | None], key: str, scope: RoutineScope, where: str
@@ -188,7 +188,7 @@ class Moving:
         if word == "PDISPOFF":
             self.motions.displace(HERE)
         elif word == "PDISPSET" and len(placed) == 1:
-            value = self.evaluation.known(placed[0], "pose", scope, where)
+            value = self.evaluation.require_known(placed[0], "pose", scope, where)
             self.motions.displace(pose_of(value, where))
         elif word == "VELSET" and len(placed) == 2:
             share, highest = (

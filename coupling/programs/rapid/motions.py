@@ -77,7 +77,7 @@ class RapidMotions:
     _first: tuple[ControllerFrame, ControllerFrame] | None = None
     _external: dict[int, float] = field(default_factory=dict)
     _last: Pose | None = None
-    _known: dict[Value, Pose] = field(default_factory=dict)
+    _poses: dict[Value, Pose] = field(default_factory=dict)
 
     def to_joints(self, target: Value, frames: MoveFrames, pace: Pace, where: str) -> None:
         """Add a motion to a jointtarget.
@@ -186,9 +186,9 @@ class RapidMotions:
         return ControllerFrame(name, self._pose(value[1], place))
 
     def _pose(self, value: Value, place: str) -> Pose:
-        if value not in self._known:
-            self._known[value] = pose_of(value, place)
-        return self._known[value]
+        if value not in self._poses:
+            self._poses[value] = pose_of(value, place)
+        return self._poses[value]
 
     def _note_external(self, values: Value, where: str) -> None:
         """Refuse external axes that move."""

@@ -61,7 +61,7 @@ def modules_of(text: str, file: str) -> list[RapidModule]:
         ProgramError: With the line, what was expected and what was got.
     """
     # The controller's lines stay empty lines.
-    bare = _HEADER.sub(lambda found: "\n" * found[0].count("\n"), text)
+    bare = _HEADER.sub(lambda header: "\n" * header[0].count("\n"), text)
     words = Words(bare, file)
     modules: list[RapidModule] = []
     while words.kind != "end":
@@ -143,9 +143,9 @@ def _routine(words: Words, is_local: bool) -> RapidRoutine:
 
 
 def _parameters(words: Words) -> tuple[Parameter, ...]:
-    found: list[Parameter] = []
+    parameters: list[Parameter] = []
     while not words.takes(")"):
-        if found and not words.takes(",", "|") and words.word != "\\":
+        if parameters and not words.takes(",", "|") and words.word != "\\":
             words.refuse("a comma or ')' behind a parameter")
         is_optional = words.takes("\\")
         is_reference = words.takes("INOUT", "VAR", "PERS", "REF")
@@ -159,8 +159,8 @@ def _parameters(words: Words) -> tuple[Parameter, ...]:
                 words.require("*")
                 rank += 1
             words.require("}")
-        found.append(Parameter(name, kind, is_optional, is_reference, rank))
-    return tuple(found)
+        parameters.append(Parameter(name, kind, is_optional, is_reference, rank))
+    return tuple(parameters)
 
 
 def _block(words: Words, opened: tuple[str, str], ends: tuple[str, ...], depth: int) -> Block:
@@ -175,7 +175,7 @@ def _block(words: Words, opened: tuple[str, str], ends: tuple[str, ...], depth: 
     where, opener = opened
     if depth > _DEEPEST:
         raise ProgramError(f"{where}: expected at most {_DEEPEST} statements in each other")
-    found: list[Statement] = []
+    statements: list[Statement] = []
     while words.word not in ends or words.kind != "name":
         if words.kind == "end" or words.word in _CLOSING:
             got = words.written or "the end of the file"
@@ -183,11 +183,11 @@ def _block(words: Words, opened: tuple[str, str], ends: tuple[str, ...], depth: 
                 f"{where}: expected {opener} to end with {ends[0]}, got {opener} up to {got} in"
                 f" {words.where.rsplit(': ', 1)[-1]}"
             )
-        _statement(words, found, depth)
-    return tuple(found)
+        _statement(words, statements, depth)
+    return tuple(statements)
 
 
-def _statement(words: Words, found: list[Statement], depth: int) -> None:
+def _statement(words: Words, statements: list[Statement], depth: int) -> None:
     """Go on by a statement, and add it to those before it."""
     if words.takes(";"):
         return
@@ -200,30 +200,30 @@ def _statement(words: Words, found: list[Statement], depth: int) -> None:
         words.advance()
         computed = words.expression()
         words.require("%")
-        found.append(RapidInstruction(where, "", words.arguments(), computed))
+        statements.append(RapidInstruction(where, "", words.arguments(), computed))
         words.require(";", "a semicolon")
         return
     if words.kind != "name":
         words.refuse("a statement")
     word = words.word
     if word in _STORAGES:
-        found.append(_declaration(words, True))
+        statements.append(_declaration(words, True))
     elif word == "IF":
-        found.append(_if(words, where, depth))
+        statements.append(_if(words, where, depth))
     elif word == "FOR":
-        found.append(_for(words, where, depth))
+        statements.append(_for(words, where, depth))
     elif word == "WHILE":
         words.advance()
         condition = words.expression()
         words.require("DO")
         body = _block(words, (where, "WHILE"), ("ENDWHILE",), depth + 1)
-        found.append(While(where, condition, body))
+        statements.append(While(where, condition, body))
         words.advance()
     elif word == "TEST":
-        found.append(_test(words, where, depth))
+        statements.append(_test(words, where, depth))
     else:
         written = words.written
-        found.append(_simple(words, where))
+        statements.append(_simple(words, where))
         words.require(";", f"a semicolon behind {written!r}")
 
 
@@ -290,11 +290,11 @@ def _test(words: Words, where: str, depth: int) -> Test:
     _block(words, opened, ends, depth + 1)
     cases: list[tuple[tuple[Expression, ...] | None, Block]] = []
     while not words.takes("ENDTEST"):
-        wanted = None
+        values = None
         if words.takes("CASE"):
-            wanted = words.listed(":")
+            values = words.listed(":")
         else:
             words.require("DEFAULT")
             words.require(":")
-        cases.append((wanted, _block(words, opened, ends, depth + 1)))
+        cases.append((values, _block(words, opened, ends, depth + 1)))
     return Test(where, value, tuple(cases))

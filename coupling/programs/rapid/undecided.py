@@ -49,13 +49,13 @@ class Undecided:
 
     def connect(self, statement: Connect, scope: RoutineScope) -> None:
         """Take an interrupt, which may come at any time, if its trap leaves the path."""
-        found = self.memory.routine(statement.trap, scope)
-        if found is None:
+        trap = self.memory.routine(statement.trap, scope)
+        if trap is None:
             raise ProgramError(
                 f"{statement.where}: expected a trap of the program, got"
                 f" {shortened(statement.trap)!r}: put its module beside the program"
             )
-        routine, module = found
+        routine, module = trap
         effects = effects_of_routine(routine, self.memory, RoutineScope(module))
         if effects.blocker:
             raise ProgramError(

@@ -182,8 +182,8 @@ def single(value: float, where: str) -> float:
         return value
     if not abs(value) <= LARGEST:
         raise ProgramError(f"{where}: expected a number of at most {LARGEST:g}, got {value:g}")
-    (kept,) = _SINGLE.unpack(_SINGLE.pack(value))
-    return float(kept)
+    (rounded,) = _SINGLE.unpack(_SINGLE.pack(value))
+    return float(rounded)
 
 
 def text_of(value: str, where: str) -> str:

@@ -106,13 +106,13 @@ def _parts(pose: Pose) -> tuple[str, str]:
     return f"[{position}]", f"[{numbers((w, x, y, z), _QUATERNION)}]"
 
 
-def _configuration(found: Configuration | None) -> str:
-    if found is None:
+def _configuration(configuration: Configuration | None) -> str:
+    if configuration is None:
         return "[0,0,0,0]"
-    one, four, six = found.quadrants
-    return f"[{one},{four},{six},{_cfx(found)}]"
+    axis_1, axis_4, axis_6 = configuration.quadrants
+    return f"[{axis_1},{axis_4},{axis_6},{_cfx(configuration)}]"
 
 
-def _cfx(found: Configuration) -> int:
+def _cfx(configuration: Configuration) -> int:
     """Return the number of a posture: behind axis 1, behind the lower arm, joint 5 negative."""
-    return 4 * found.behind + 2 * found.below + (found.wrist < 0)
+    return 4 * configuration.behind + 2 * configuration.below + (configuration.wrist < 0)

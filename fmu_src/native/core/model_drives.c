@@ -57,13 +57,13 @@ bool er_model_find_held(const er_model *model, const er_drives *drives, double t
     return true;
 }
 
-/* Reads a file, or one of this name among the resources if it is there only. */
+/* Reads a file of the resources, or else of this name: what was packed is not a master's to replace. */
 static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
                             er_failure *failure)
 {
     char packed[2 * ER_MAX_PATH];
     snprintf(packed, sizeof packed, "%s%s", model->resources, path);
-    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
+    if (model->resources[0] == '\0' || !er_exists(packed))
         snprintf(packed, sizeof packed, "%s", path);
     return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
                               failure);

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include "fmi3Functions.h"
 
-typedef struct { double height, force, stiffness; } Wall; /* value references 0, 1, 2 */
+typedef struct { double height, force, stiffness, ends_at; } Wall; /* value references 0 to 3 */
 
 static void answer(Wall *wall) {
     wall->force = wall->height < 0.0 ? -wall->stiffness * wall->height : 0.0;
@@ -46,8 +46,10 @@ fmi3Status fmi3GetFloat64(
 fmi3Status fmi3DoStep(
     fmi3Instance wall, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set_state,
     fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last) {
-    *event = *terminate = *early = fmi3False;
+    Wall *own = wall;
+    *event = *early = fmi3False;
     *last = time + step;
+    *terminate = own->ends_at > 0.0 && *last > own->ends_at;
     answer(wall);
     return fmi3OK;
 }
