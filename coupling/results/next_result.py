@@ -38,11 +38,13 @@ class RunComparison:
         best: Number of the run that left least, from 0.
         last: Number of the last one.
         worse: Whether the last one left more than the best one, beyond what is chance.
+        again: Whether the best one's command is given again, as a correction would gain little.
     """
 
     best: int
     last: int
     worse: bool
+    again: bool = False
 
 
 @dataclass(frozen=True)

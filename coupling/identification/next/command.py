@@ -14,6 +14,7 @@ from coupling.identification.next.options import NextOptions
 from coupling.identification.next.path_learning import (
     PathCorrection,
     compare_runs,
+    correction_of,
     is_repeated,
     learn_path,
     weigh_runs,
@@ -33,6 +34,8 @@ from coupling.run.models import Models
 # Parameters are learned from the first run, and anew from the first runs up to this number where the fit
 # left so much more than the variance of noise: a gear may cross its backlash at another time.
 _LEARNED_FROM, _UNEXPLAINED = 3, 3.0
+# A correction that is expected to leave more than this part of the best run is not worth another command.
+_WORTH = 0.85
 # What parameters are learned with where the frame is not known better.
 _FRAME = FramePrior()
 
@@ -74,7 +77,8 @@ class CommandPlan:
     @property
     def reference(self) -> int:
         """Number of the run from which the next one is predicted."""
-        return self.comparison.best if self.comparison.worse else self.comparison.last
+        back = self.comparison.worse or self.comparison.again
+        return self.comparison.best if back else self.comparison.last
 
 
 def plan(
@@ -108,6 +112,12 @@ def plan(
         rms = [options.rms_of(size) for size in sizes]
         weights = weigh_runs(comparisons, rms, model.contraction.gain)
         correction = learn_path(history, model, weights)
+        best = comparison.best
+        if best > 0 and not learned and correction.left > _WORTH * rms[best]:
+            # Gears may cross their backlash elsewhere: not for so small a gain.
+            comparison = replace(comparison, again=True)
+            model = commanded_model(history, best, options)
+            correction = correction_of(history.runs[best])
     repeated = is_repeated(history, model)
     return CommandPlan(history, model, comparison, correction, learned, options, repeated)
 

@@ -118,6 +118,12 @@ def _verdict(found: CommandPlan) -> str:
 def _move(found: CommandPlan) -> str:
     """Return what is learned, and what to expect of further runs."""
     robot = f"the parameters {found.model.name}"
+    best = found.history.runs[found.comparison.best]
+    if found.comparison.again:
+        return (
+            f"the command of {best.source.folder.name} again: the rest is faster than what a correction of"
+            " the path reaches, or noise"
+        )
     if found.comparison.worse:
         return f"{robot}, with half the correction, from the best run"
     words = {

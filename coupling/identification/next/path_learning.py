@@ -20,6 +20,7 @@ import numpy as np
 from coupling.identification.next.contraction import CUTOFFS
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.next.history import History
+from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import NextOptions
 from coupling.identification.next.possible_robot import PossibleRobot
 from coupling.identification.next.smoother import Smoother
@@ -126,7 +127,7 @@ def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> P
     """
     numbers = np.flatnonzero(weights).tolist()
     beyond = [history.beyond(number, model.x) for number in numbers]
-    cutoff, error = _best_cutoff(history, model, float(np.sum(weights**2)))
+    cutoff, error = _best_cutoff(history, model, numbers[-1], float(np.sum(weights**2)))
     filters = [Smoother(history.runs[number].measured.time, cutoff) for number in numbers]
     path = history.runs[0].desired.time
     spacing = min(low.spacing for low in filters)
@@ -141,33 +142,32 @@ def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> P
 def _best_cutoff(history: History, model: PossibleRobot, share: float) -> tuple[float, float]:
     """Return the cutoff of least expected error [Hz], and the rms of that [m].
 
-    It is at most the one at which the iteration contracts. What is faster and repeats is not corrected:
-    of one run that is estimated from its noise [Stein1981], of more the product of what the low-pass
-    takes off the last two. Of what is slower the correction has a share of the variance of noise, or of
-    what differs between them, as where gears cross their backlash at another time.
+    It is at most the one at which the iteration contracts. What is faster is not corrected; of what is
+    slower the correction has a share of the noise [Stein1981].
 
     Args:
         history: All measured runs.
         model: The robot's model.
+        number: The run from which it is told.
         share: Sum of the squares of the runs' weights.
     """
-    last = len(history.runs) - 1
-    run, highest = history.runs[last], model.contraction.cutoff
-    time, wide = run.measured.time, signal_filter(run.measured.time)
-    beyond = history.beyond(last, model.x)[:, :3]
-    earlier = beyond - _change(history, model.x) if last else beyond
+    run, highest = history.runs[number], model.contraction.cutoff
+    beyond, wide = history.beyond(number, model.x)[:, :3], signal_filter(run.measured.time)
     errors = {}
     for cutoff in (highest, *(lower for lower in CUTOFFS if lower < highest)):
-        low = Smoother(time, cutoff)
-        random = 3.0 * run.noise**2 * low.of_noise
-        bias = low.bias(beyond, run.noise, wide)
-        if last:
-            random = max(random, 0.5 * _mean_square(low(beyond - earlier)))
-            taken = [wide.at_samples(wide(y)) - low.at_samples(low(y)) for y in (beyond, earlier)]
-            bias = float(np.mean(np.sum(taken[0] * taken[1], axis=1)))
-        errors[cutoff] = float(np.sqrt(max(bias, 0.0) + share * random))
+        low = Smoother(run.measured.time, cutoff)
+        bias = max(low.bias(beyond, run.noise, wide), 0.0)
+        errors[cutoff] = float(np.sqrt(bias + 3.0 * share * run.noise**2 * low.of_noise))
     best = min(errors, key=errors.__getitem__)
     return best, errors[best]
+
+
+def correction_of(run: MeasuredRun) -> PathCorrection | None:
+    """Return what a run's command corrected, to be corrected once more; None: nothing."""
+    known = run.source.discrepancy
+    if known is None:
+        return None
+    return PathCorrection(known.time, known.deviation, 0.0, 0.0, (), 0.0)
 
 
 def is_repeated(history: History, model: PossibleRobot) -> bool:

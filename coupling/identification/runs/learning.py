@@ -198,9 +198,9 @@ def learn(
         own = models.of(source.robot, source.torque_curve, source.drive).fmu
         model = own.simulate(source.stored.joints, source.stored.wrench, "dynamic")
         one = _with_motors(source.whole(options.own_frame, model), first)
-        effect = ParameterEffect(first.robot, first.torque_curve, parameters, one)
-        effects.append(effect)
-        runs.append(_weighed(one, effect, fmus[0], first.robot))
+        by = ParameterEffect(first.robot, first.torque_curve, parameters, one)
+        effects.append(by)
+        runs.append(_weighed(one, by, fmus[0], first.robot))
     problem = FitProblem(fmus, parameters, tuple(runs), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot)
     watch(Progress("learning: fit", 0, 1))
