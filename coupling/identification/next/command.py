@@ -34,7 +34,7 @@ from coupling.run.models import Models
 # Parameters are learned from the first run, and anew from the first runs up to this number where the fit
 # left so much more than the variance of noise: a gear may cross its backlash at another time.
 _LEARNED_FROM, _UNEXPLAINED = 3, 3.0
-# A correction that is expected to leave more than this part of the best run is not worth another command.
+# A correction that is expected to leave more than this part of the best run is not worth the risk.
 _WORTH = 0.85
 # What parameters are learned with where the frame is not known better.
 _FRAME = FramePrior()
@@ -113,7 +113,12 @@ def plan(
         weights = weigh_runs(comparisons, rms, model.contraction.gain)
         correction = learn_path(history, model, weights)
         best = comparison.best
-        if best > 0 and not learned and correction.left > _WORTH * rms[best]:
+        if (
+            best > 0
+            and not learned
+            and not comparison.worse
+            and correction.left > _WORTH * rms[best]
+        ):
             # Gears may cross their backlash elsewhere: not for so small a gain.
             comparison = replace(comparison, again=True)
             model = commanded_model(history, best, options)

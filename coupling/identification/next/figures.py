@@ -121,8 +121,8 @@ def _move(found: CommandPlan) -> str:
     best = found.history.runs[found.comparison.best]
     if found.comparison.again:
         return (
-            f"the command of {best.source.folder.name} again: the rest is faster than what a correction of"
-            " the path reaches, or noise"
+            f"the command of {best.source.folder.name} again: the rest is faster than what a correction"
+            " of the path reaches, or noise"
         )
     if found.comparison.worse:
         return f"{robot}, with half the correction, from the best run"

@@ -139,7 +139,9 @@ def learn_path(history: History, model: PossibleRobot, weights: np.ndarray) -> P
     return PathCorrection(time, deviation, cutoff, error, tuple(weights.tolist()), share)
 
 
-def _best_cutoff(history: History, model: PossibleRobot, share: float) -> tuple[float, float]:
+def _best_cutoff(
+    history: History, model: PossibleRobot, number: int, share: float
+) -> tuple[float, float]:
     """Return the cutoff of least expected error [Hz], and the rms of that [m].
 
     It is at most the one at which the iteration contracts. What is faster is not corrected; of what is
