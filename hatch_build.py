@@ -1,27 +1,64 @@
-"""Hatchling's hook of the wheel: the C core's libraries for all platforms, compiled with Zig, as data.
+"""Hatchling's hook of the wheel: the desk side inside of elastic_robot, and the C core's libraries.
 
-`ELASTIC_ROBOT_PLATFORMS` names some of them (linux64,win64), for a wheel that is made sooner.  The wheel
-is py3-none-any all the same: it holds no extension module, and every platform gets all libraries.
+The folder `coupling` of the checkout is `elastic_robot.coupling` in the wheel, so that no name but
+`elastic_robot` stands beside other people's packages; its modules import each other by that name there.
+The core is compiled for all platforms with Zig, as data; `ELASTIC_ROBOT_PLATFORMS` names some of them
+(linux64,win64), for a wheel that is made sooner.  The wheel is py3-none-any all the same: it holds no
+extension module, and every platform gets all libraries.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+# A statement, also one in a docstring's example.
+_IMPORT = re.compile(r"^(\s*(?:(?:>>>|\.\.\.) +)?from )(coupling(?:\.\w+)* import )", re.MULTILINE)
 
-class Libraries(BuildHookInterface):  # type: ignore[type-arg]
-    """Adds the libraries to the wheel; an editable install compiles them when they are asked for."""
+
+def installed_source(source: str) -> str:
+    r"""Return a module of `coupling` as it stands in the wheel.
+
+    Example:
+        >>> installed_source("from coupling.path.frame import Frame\n")
+        'from elastic_robot.coupling.path.frame import Frame\n'
+    """
+    return _IMPORT.sub(r"\1elastic_robot.\2", source)
+
+
+class Wheel(BuildHookInterface):  # type: ignore[type-arg]
+    """Puts imports and libraries into the wheel; an editable install has both as the checkout does."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile what is not in the cache, and tell where it goes in the wheel."""
+        """Write the modules, compile what is not in the cache, and tell where both go in the wheel."""
         if version == "editable":
             return
-        sys.path.insert(0, str(Path(self.root)))
+        self._sources = tempfile.TemporaryDirectory()
+        build_data["force_include"] |= self._installed_modules(Path(self._sources.name))
+        build_data["force_include"] |= self._libraries()
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove the modules that were written for the wheel."""
+        if version != "editable":
+            self._sources.cleanup()
+
+    def _installed_modules(self, folder: Path) -> dict[str, str]:
+        places = {}
+        for number, file in enumerate(sorted(Path(self.root, "coupling").rglob("*.py"))):
+            written = folder / f"{number}.py"
+            # Bytes: no line end is changed.
+            written.write_bytes(installed_source(file.read_bytes().decode()).encode())
+            places[str(written)] = f"elastic_robot/{file.relative_to(self.root).as_posix()}"
+        return places
+
+    def _libraries(self) -> dict[str, str]:
+        sys.path.insert(0, self.root)
         from coupling.fmu_export.compiler import PLATFORMS
         from coupling.fmu_export.core_library import (
             SHIPPED,
@@ -36,6 +73,7 @@ class Libraries(BuildHookInterface):  # type: ignore[type-arg]
         for platform in platforms:
             print(f"C core: {platform.name}", file=sys.stderr)
         found = core_libraries(platforms)
-        for platform in platforms:
-            place = f"{folder}/{library_name(platform)}"
-            build_data["force_include"][str(found[platform.name])] = place
+        return {
+            str(found[platform.name]): f"elastic_robot/{folder}/{library_name(platform)}"
+            for platform in platforms
+        }

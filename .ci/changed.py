@@ -62,8 +62,8 @@ def _mentions(name: str) -> Callable[[str], bool]:
         for source in SOURCES:
             module = module.removeprefix(source)
         package, _, last = module.replace("/", ".").rpartition(".")
-        pattern += rf"|^\s*(from|import) {module.replace('/', '.')}\s"
-        pattern += rf"|^\s*from {package} import .*\b{last}\b" if package else ""
+        pattern += rf"|^\s*(from|import) (elastic_robot\.)?{module.replace('/', '.')}\s"
+        pattern += rf"|^\s*from (elastic_robot\.)?{package} import .*\b{last}\b" if package else ""
     compiled = re.compile(pattern, re.MULTILINE)
     return lambda file: compiled.search(_text(file)) is not None
 

@@ -98,11 +98,12 @@ def check_content(sdist: Path, wheel: Path) -> None:
         packed = set(archive.namelist())
     with tarfile.open(sdist) as archive:
         sources = {name.partition("/")[2] for name in archive.getnames()}
-    libraries = "coupling/fmu_export/libraries"
+    libraries = "elastic_robot/coupling/fmu_export/libraries"
     expected = {f"{libraries}/{library_name(platform)}" for platform in PLATFORMS.values()}
     _all_in(expected, packed, wheel)
-    # What the wheel has elsewhere than the checkout is made of files that FMUs are tried with below.
-    made_of = {name for name in packed if (ROOT / name).is_file()}
+    # What else the wheel is made of, FMUs are tried with below.
+    modules = {name.removeprefix("elastic_robot/") for name in packed}
+    made_of = {name for name in modules if (ROOT / name).is_file()}
     _all_in(
         {"hatch_build.py", "pyproject.toml", "fmu_src/native/fmi/fmi2.c", *made_of}, sources, sdist
     )

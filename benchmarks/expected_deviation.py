@@ -30,12 +30,12 @@ from coupling.files.robot_file import find_robot
 from coupling.path.deviation import measure
 from coupling.results.outlook import DrawnDeviation
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.execute import Run, run_compensation
 from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
-from coupling.run.robustness import SimulatedModel, differing
 from docs.scripts.page import replace as replace_part
 from docs.scripts.page import table
 
@@ -127,12 +127,14 @@ def deviation_of(
     run: Run,
     cell: Cell,
     models: Sequence[SimulatedModel],
-    differences: Sequence[ModelMismatch],
+    differences: Sequence[RobotDifference],
     force: float,
     coupled: bool,
 ) -> float:
     """Return what a command leaves on a plant [m]."""
-    found, plant = run.correction, differing(cell, models, differences, "a plant")
+    pairs = zip(models, differences, strict=True)
+    plant = cell.with_robots([model.differing(own, "a plant") for model, own in pairs])
+    found = run.correction
     loads = found.response.wrench.scaled(force)
     if coupled:
         answer = coupled_on(case, plant, force, found.joints, found.achieved, unwatched)
@@ -160,8 +162,12 @@ def coverage(case: Case, plants: int, coupled: bool) -> Coverage:
         for logarithmic, deviations in zip((True, False), largest, strict=True):
             for _ in range(plants):
                 differences = [
-                    ModelMismatch(
-                        stiffness=tuple(_drawn(own, chance, logarithmic) for own in robot)
+                    RobotDifference(
+                        {
+                            "stiffness": tuple(
+                                _drawn(limits, chance, logarithmic) for limits in robot
+                            )
+                        }
                     )
                     for robot in ranges
                 ]
@@ -171,7 +177,7 @@ def coverage(case: Case, plants: int, coupled: bool) -> Coverage:
                 )
         softer = None
         if case.name.endswith("kr210"):
-            plant = [ModelMismatch(stiffness=_SOFTER)]
+            plant = [RobotDifference({"stiffness": _SOFTER})]
             softer = deviation_of(case, run, cell, models, plant, _HARDER, coupled)
     return Coverage(case.name, stated, (np.array(largest[0]), np.array(largest[1])), softer)
 

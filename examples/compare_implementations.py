@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.files.robot_file import find_robot, load_robot
-from coupling.path.frame import Frame
-from coupling.path.histories import ToolPath
-from coupling.path.interpolation import InterpolatedPath
-from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.toolpaths import Iso9283
+from elastic_robot.coupling.files.robot_file import find_robot, load_robot
+from elastic_robot.coupling.path.frame import Frame
+from elastic_robot.coupling.path.histories import ToolPath
+from elastic_robot.coupling.path.interpolation import InterpolatedPath
+from elastic_robot.coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.coupling.toolpaths import Iso9283
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu_export.build import build_fmu
-from coupling.path.histories import WrenchHistory
-from coupling.path.joint_path import JointPath
-from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.coupling.fmu_export.build import build_fmu
+from elastic_robot.coupling.path.histories import WrenchHistory
+from elastic_robot.coupling.path.joint_path import JointPath
+from elastic_robot.coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand

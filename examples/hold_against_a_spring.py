@@ -11,8 +11,8 @@ import numpy as np
 import plotly.graph_objects as go
 from fmpy import read_model_description, simulate_fmu
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu_export.build import build_fmu
+from elastic_robot.coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.coupling.fmu_export.build import build_fmu
 
 WALL_STIFFNESS = 1e6  # [N/m]
 RISE, LASTS = 2e-3, 0.2  # [m, s]

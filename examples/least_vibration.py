@@ -13,8 +13,8 @@ import fmpy
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.coupling.fmu_export.build import BuildOptions, build_fmu
 
 SWING, LASTS = np.radians(30.0), 0.6  # [rad, s]
 SHAPES = 5  # polynomials that may be added to the swing

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu_export.build import build_fmu
-from coupling.path.histories import WrenchHistory
-from coupling.path.joint_path import JointPath
-from coupling.process import ElasticWall
-from coupling.robot.robot_fmu import RobotFmu
-from coupling.solve.fixed_point import Loop, couple
+from elastic_robot.coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.coupling.fmu_export.build import build_fmu
+from elastic_robot.coupling.path.histories import WrenchHistory
+from elastic_robot.coupling.path.joint_path import JointPath
+from elastic_robot.coupling.process import ElasticWall
+from elastic_robot.coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.coupling.solve.fixed_point import Loop, couple
 
 WALL_STIFFNESS = 1e6  # [N/m]
 COMMANDED_DEPTH = 2e-3  # [m], beyond where the unloaded tool would be

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.files.robot_file import load_robot
-from coupling.fmu_export.build import build_fmu
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.coupling.files.robot_file import load_robot
+from elastic_robot.coupling.fmu_export.build import build_fmu
+from elastic_robot.coupling.path.histories import ToolPath, WrenchHistory
+from elastic_robot.coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.coupling.robot.robot_fmu import RobotFmu
 
 ROBOT = Path(__file__).parent / "robots" / "kuka_kr210.toml"
 FORCE = 1000.0  # [N]

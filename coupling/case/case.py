@@ -18,7 +18,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema
-from coupling.robot.mismatch import Plant
+from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import TouchOff
 from coupling.solve.correction import Compensation

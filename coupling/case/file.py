@@ -29,7 +29,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ProcessSchema
 from coupling.process.plugin import find_process
-from coupling.robot.mismatch import Plant
+from coupling.robot.differences import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS

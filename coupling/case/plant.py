@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from coupling.case.robots import (
     OneOfCurves,
@@ -18,8 +17,10 @@ from coupling.case.robots import (
 )
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive, Schema, Vector3
-from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant, PlantRobot
+from coupling.robot.differences import Plant, PlantRobot, RobotDifference
 from coupling.robot.mounting import Mounting
+from coupling.robot.parameter_kind import Variation
+from coupling.robot.parameter_table import PARAMETER_KINDS, VARIED
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 
@@ -31,35 +32,35 @@ def _as_list(value: object) -> object:
     return value if isinstance(value, list) else [value]
 
 
-# One factor for all joints, or one for each.
-_Several = Annotated[list[NotNegative], Field(min_length=1)]
-_SeveralPositive = Annotated[list[Positive], Field(min_length=1)]
-_SeveralAngles = Annotated[list[float], Field(min_length=1)]
-Factors = Annotated[
-    _Several, BeforeValidator(_as_list, json_schema_input_type=NotNegative | _Several)
-]
-PositiveFactors = Annotated[
-    _SeveralPositive, BeforeValidator(_as_list, json_schema_input_type=Positive | _SeveralPositive)
-]
-Angles = Annotated[
-    _SeveralAngles, BeforeValidator(_as_list, json_schema_input_type=float | _SeveralAngles)
-]
+def _amounts(variation: Variation) -> Any:
+    """Return the type of one factor or shift for all joints, or one for each, as a list."""
+    bounded: Any = Positive if variation.above_zero else NotNegative
+    number: Any = float if variation.is_shift else bounded
+    numbers: Any = Annotated[list.__class_getitem__(number), Field(min_length=1)]
+    return Annotated[numbers, BeforeValidator(_as_list, json_schema_input_type=number | numbers)]
 
 
-class _PlantRobotTable(Schema):
-    """One robot of the plant: another description or curve, servos, factors, a mass at its tool."""
+class _DifferingRobot(Schema):
+    """Another description or curve, and servos."""
 
     description: str | None = None
     torque_curve: OneOfCurves | None = None
     drive: OneOfDrives | None = None
-    stiffness_factor: PositiveFactors = [1.0]
-    damping_factor: Factors = [1.0]
-    backlash_factor: Factors = [1.0]
-    hysteresis_factor: Factors = [1.0]
-    friction_factor: Factors = [1.0]
-    servo_gain_factor: PositiveFactors = [1.0]
-    kinematic_error_factor: Factors = [1.0]
-    kinematic_error_phase_deg: Angles = [0.0]
+
+
+if TYPE_CHECKING:
+    _DifferingParameters = _DifferingRobot
+else:
+    _DifferingParameters = create_model(
+        "_DifferingParameters",
+        __base__=_DifferingRobot,
+        **{kind.key: (_amounts(kind), [kind.neutral]) for _, kind in VARIED.values()},
+    )
+
+
+class _PlantRobotTable(_DifferingParameters):
+    """One robot of the plant: another description or curve, servos, factors, a mass at its tool."""
+
     payload_kg: NotNegative = 0.0
     payload_position_m: Vector3 | None = None
 
@@ -84,7 +85,7 @@ class _PlantRobotTable(Schema):
                 not as many as the model's.
         """
         robot = model
-        own_drive = self.drive or (drive if self.description is None else None)
+        requested = self.drive or (drive if self.description is None else None)
         if self.description is not None:
             robot = mounting.of(described(self.description, folder))
         if len(robot.joints) != len(model.joints):
@@ -92,39 +93,33 @@ class _PlantRobotTable(Schema):
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
                 f" commanded, got {len(robot.joints)}"
             )
-        moved = drive_of(robot, own_drive)
-        place = self.payload_position_m
-        difference = ModelMismatch(
-            tuple(self.stiffness_factor),
-            tuple(self.damping_factor),
-            tuple(self.backlash_factor),
-            tuple(self.hysteresis_factor),
-            tuple(self.friction_factor),
-            tuple(self.servo_gain_factor),
-            tuple(self.kinematic_error_factor),
-            tuple(np.deg2rad(self.kinematic_error_phase_deg).tolist()),
-            self.payload_kg,
-            None if place is None else tuple(place),
-        )
-        curve = self.torque_curve or torque_curve
-        keys = {name: f"{name}_factor" for name in FACTORS}
-        for name, key in {**keys, "kinematic_error_phase": "kinematic_error_phase_deg"}.items():
-            count = len(getattr(difference, name))
+        moved_by = drive_of(robot, requested)
+        amounts = {}
+        for name, (kind, variation) in VARIED.items():
+            amounts[name] = tuple(
+                variation.unit * amount for amount in getattr(self, variation.key)
+            )
+            count, is_neutral = len(amounts[name]), set(amounts[name]) == {variation.neutral}
             if count not in (1, len(robot.joints)):
                 raise CaseError(
-                    f"{key}: expected one number, or {len(robot.joints)}, one for each joint,"
+                    f"{variation.key}: expected one number, or {len(robot.joints)}, one for each joint,"
                     f" got {count}"
                 )
-        for name in ("friction", "servo_gain"):
-            if moved == IDEAL and set(getattr(difference, name)) != {1.0}:
+            if moved_by == IDEAL and PARAMETER_KINDS[kind].of_motor and not is_neutral:
                 raise CaseError(
-                    f'{name}_factor: expected drive = "servo" beside it, got "{moved}", which has none'
+                    f'{variation.key}: expected drive = "servo" beside it, got "{moved_by}", which has'
+                    " none"
                 )
+        position = self.payload_position_m
+        place = None if position is None else tuple(position)
+        difference = RobotDifference(amounts, self.payload_kg, place)
+        plant = PlantRobot(robot, self.torque_curve or torque_curve, difference, moved_by)
         try:
-            described_so = difference.description(robot)
-        except ValueError as cause:  # kinematic errors that no gear has
-            raise CaseError(f"kinematic_error_factor: {cause}") from cause
-        return PlantRobot(described_so, curve, difference, moved)
+            plant.robot  # noqa: B018  (numbers that no robot has are refused)
+        except ValueError as cause:
+            key = "kinematic_error_factor: " if "kinematic_error" in str(cause) else ""
+            raise CaseError(f"{key}{cause}") from cause
+        return plant
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""
@@ -229,67 +224,58 @@ Uncertain = Annotated[
 ]
 
 
-class StudyTable(Schema):
-    """[study]: uncertain parameters, [low, high] or { mean, deviation } each, and how to sample them.
-
-    Attributes:
-        samples, seed, design: Number of sampled robots, seed and kind of their design.
-        coverage: Share of further robots that the band is to hold.
-        joints: "alike": one factor for all joints; "each": one for each joint, independent.
-        stiffness_factor, damping_factor, backlash_factor: Factors of the robots' gears and tilts.
-        hysteresis_factor: Factor of the slip torques of the gears that have elements.
-        friction_factor: Factor of the friction of motors, at rest and viscous.
-        servo_gain_factor: Factor of the gains of their servos.
-        kinematic_error_factor: Factor of the amplitudes of gears' kinematic errors.
-        kinematic_error_phase_deg: Shifts of the phases of their sines.
-        force_factor: Factor of the process's whole wrench.
-        payload_kg: Mass that the tool of the first robot carries in addition.
-        payload_position_m: Its place in the last body's frame; the TCP unless given.
-    """
+class _Sampling(Schema):
+    """How to sample uncertain parameters."""
 
     samples: Annotated[int, Field(ge=1, le=100_000)] = 200
     seed: Annotated[int, Field(ge=0)] = 1
     design: Literal["sobol", "latin-hypercube"] = "sobol"
     coverage: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.9
     joints: Literal["alike", "each"] = "alike"
-    stiffness_factor: Uncertain = None
-    damping_factor: Uncertain = None
-    backlash_factor: Uncertain = None
-    hysteresis_factor: Uncertain = None
-    friction_factor: Uncertain = None
-    servo_gain_factor: Uncertain = None
-    kinematic_error_factor: Uncertain = None
-    kinematic_error_phase_deg: Uncertain = None
+
+
+if TYPE_CHECKING:
+    _UncertainParameters = _Sampling
+else:
+    _UncertainParameters = create_model(
+        "_UncertainParameters",
+        __base__=_Sampling,
+        **{kind.key: (Uncertain, None) for _, kind in VARIED.values()},
+    )
+
+
+class StudyTable(_UncertainParameters):
+    """[study]: uncertain parameters, [low, high] or { mean, deviation } each, and how to sample them.
+
+    Attributes:
+        samples, seed, design: Number of sampled robots, seed and kind of their design.
+        coverage: Share of further robots that the band is to hold.
+        joints: "alike": one factor for all joints; "each": one for each joint, independent.
+        force_factor: Factor of the process's whole wrench.
+        payload_kg: Mass that the tool of the first robot carries in addition.
+        payload_position_m: Its place in the last body's frame; the TCP unless given.
+
+    Those of `VARIED`, as stiffness_factor, are factors of the robots' parameters, and shifts of them.
+    """
+
     force_factor: Uncertain = None
     payload_kg: Uncertain = None
     payload_position_m: Vector3 | None = None
 
     @model_validator(mode="after")
     def _are_possible(self) -> StudyTable:
+        above_zero = [kind.key for _, kind in VARIED.values() if kind.above_zero]
+        shifts = [kind.key for _, kind in VARIED.values() if kind.is_shift]
         for name, spread in self.spreads().items():
-            if name in ("stiffness_factor", "servo_gain_factor") and spread.least <= 0.0:
+            if name in above_zero and spread.least <= 0.0:
                 raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
-            if spread.least < 0.0 and name != PHASE:
+            if spread.least < 0.0 and name not in shifts:
                 raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
         return self
 
     def spreads(self) -> dict[str, Distribution]:
         """Return the uncertain parameters, by key: as given, or the defaults where none is."""
-        given = {name: getattr(self, name) for name in SPREADS}
-        found = {name: spread for name, spread in given.items() if spread is not None}
-        return found or dict(DEFAULT_SPREADS)
-
-
-PHASE = "kinematic_error_phase_deg"
-SPREADS = (*(f"{name}_factor" for name in FACTORS), PHASE, "force_factor", "payload_kg")
-DEFAULT_SPREADS = {
-    "stiffness_factor": Distribution(low=0.98, high=1.02),
-    "damping_factor": Distribution(low=0.8, high=1.2),
-    "backlash_factor": Distribution(low=0.8, high=1.2),
-    "hysteresis_factor": Distribution(low=0.7, high=1.3),
-    "friction_factor": Distribution(low=0.7, high=1.3),
-    "servo_gain_factor": Distribution(low=0.8, high=1.2),
-    "kinematic_error_factor": Distribution(low=0.7, high=1.3),
-    "kinematic_error_phase_deg": Distribution(low=-180.0, high=180.0),
-    "force_factor": Distribution(low=0.95, high=1.05),
-}
+        keys = (*(kind.key for _, kind in VARIED.values()), "force_factor", "payload_kg")
+        spreads = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+        usual = {v.key: Distribution(low=v.low, high=v.high) for _, v in VARIED.values()}
+        return spreads or {**usual, "force_factor": Distribution(low=0.95, high=1.05)}

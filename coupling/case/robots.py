@@ -15,11 +15,11 @@ from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import FilePath, Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
-from coupling.fmu_export.robot_text import require_native
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
+from coupling.robot.robot_text import require_native
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES

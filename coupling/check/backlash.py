@@ -27,11 +27,13 @@ from coupling.inverse.windows import solve_links
 from coupling.path.interpolation import SampledPath
 from coupling.path.joint_path import JointPath
 from coupling.results.outlook import Replay
-from coupling.robot.robot_fmu import ChangedRobot
-from coupling.run.robustness import VARIATIONS, SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.robustness import VARIATIONS
 
 # Longest distance of the times at which the tool is looked at [s], that of a controller's rows.
 _WATCHED = 0.004
+# Differences of gears that are looked at.
+_GEARS = ("backlash", "hysteresis")
 
 
 def gear_replays(
@@ -50,23 +52,21 @@ def gear_replays(
     Raises:
         SimulationError: If the robot cannot be simulated.
     """
-    changed = {
-        variation.name: parameters
+    robots = [
+        model.differing(variation.difference, variation.name)
         for variation in VARIATIONS
-        if variation.name.startswith(("backlash", "hysteresis"))
-        and (parameters := variation.difference.parameters(model.robot, model.torque_curve))
-    }
-    if not changed:
+        if not variation.difference.amounts.keys().isdisjoint(_GEARS)
+    ]
+    robots = [robot for robot in robots if robot.robot is not model.robot]
+    if not robots:
         return ()
     command = exact_command(moving, wanted, watch)
     desired = SampledPath.of(wanted.path).refined(_WATCHED).path
     loads = wanted.wrench.refined(desired.time)
-    found = []
-    for name, parameters in changed.items():
-        robot = ChangedRobot(model.fmu, parameters, name)
-        path = robot.simulate(command, loads, "dynamic")
-        found.append(Replay.of(name, path, desired))
-    return tuple(found)
+    return tuple(
+        Replay.of(robot.what, robot.simulate(command, loads, "dynamic"), desired)
+        for robot in robots
+    )
 
 
 def exact_command(

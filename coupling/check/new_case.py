@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import tempfile
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import tomlkit
 from tomlkit import TOMLDocument
 
+from coupling import files
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.check.new_robot import RobotChoice, new_robot
@@ -196,7 +196,7 @@ def example(name: str) -> Path:
         >>> example("cases/cone.toml").is_file()
         True
     """
-    package = Path(str(resources.files("coupling.files")))
+    package = Path(files.__path__[0])
     checkout = package.parents[1]
     here = checkout if (checkout / "pyproject.toml").is_file() else package
     return here / "examples" / name

@@ -1,4 +1,4 @@
-"""python -m coupling.cli."""
+"""python -m elastic_robot.coupling.cli."""
 
 from coupling.cli import main
 

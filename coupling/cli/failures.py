@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import traceback
+from pathlib import Path
 
 from coupling.errors import CouplingError, reason_of
 
+_PACKAGE = Path(__file__).parents[1]
 _REPORT = "please report it, with what the same command shows with --debug"
 
 
@@ -67,6 +69,6 @@ def _where(error: BaseException) -> str:
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)
-        if f"{os.sep}coupling{os.sep}" in frame.filename
+        if Path(frame.filename).is_relative_to(_PACKAGE)
     ]
     return f", {os.path.basename(frames[-1].filename)} line {frames[-1].lineno}" if frames else ""

@@ -42,7 +42,7 @@ def shipped_robots() -> dict[str, Path]:
 
     Those of the examples are among them: a wheel has them beside the others, a checkout where they are.
     """
-    package = Path(str(resources.files("coupling.files")))
+    package = Path(str(resources.files(__package__)))
     folders, checkout = [package / "robots"], package.parents[1]
     if (checkout / "pyproject.toml").is_file():
         folders.append(checkout / "examples" / "robots")

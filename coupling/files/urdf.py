@@ -37,8 +37,8 @@ def find_urdf(reference: str, folder: Path) -> Path:
         RobotFileError: If there is no such package or file.
 
     Example:
-        >>> find_urdf("package://coupling/files/robots/icme2008.toml", Path()).name
-        'icme2008.toml'
+        >>> find_urdf("package://elastic_robot/py.typed", Path()).name
+        'py.typed'
     """
     if not reference.startswith(_PACKAGE):
         path = folder / reference

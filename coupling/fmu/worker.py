@@ -75,7 +75,7 @@ class WorkerProcess:
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
         self._process = subprocess.Popen(
             # Without -P a random.py of the user in the working folder would be imported.
-            [sys.executable, "-P", "-m", "coupling.fmu.worker_main", str(folder)],
+            [sys.executable, "-P", "-m", f"{__package__}.worker_main", str(folder)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,

@@ -1,4 +1,4 @@
-"""The program that a `coupling.fmu.worker` runs: python -m coupling.fmu.worker_main FOLDER."""
+"""The program that a worker runs: python -m elastic_robot.coupling.fmu.worker_main FOLDER."""
 
 from __future__ import annotations
 

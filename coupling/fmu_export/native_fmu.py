@@ -18,14 +18,14 @@ from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
-from coupling.fmu_export.robot_text import robot_text
+from coupling.robot.robot_text import robot_text
+from coupling.robot.unpacked_robot import NATIVE
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.variables import Block
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
-ROBOT_ENTRY = "resources/robot.txt"
 _NEEDS = (
     "This FMU needs nothing of its host but the C library. It is for co-simulation and for model"
     " exchange, in which inputs are what they are at the moment and the states are {}."
@@ -102,7 +102,7 @@ def build_native_fmu(
             "modelDescription.xml": standard.describe(
                 described, declared, groups, guid, source_files
             ),
-            ROBOT_ENTRY: robot_data(robot, table, groups, guid),
+            NATIVE: robot_data(robot, table, groups, guid),
         }
 
     return write_fmu(file, entries, identified, date)

@@ -18,6 +18,7 @@ from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from elastic_robot.description import Robot
+from elastic_robot.fingerprint import model_files
 from elastic_robot.fmi.interface import MODEL_NAME, STARTS, co_simulation_blocks
 
 # The need of a Python environment is stated in externalDependencies.txt and by the first error;
@@ -64,7 +65,10 @@ def build_python_fmu(
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
         blocks=table if over_step else at_points(table),
-        packages=(package,),
+        files={
+            f"{package.name}/{file.relative_to(package).as_posix()}": file
+            for file in model_files(package)
+        },
     )
     needs = (
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"

@@ -7,7 +7,7 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -46,7 +46,7 @@ class PythonSlave:
         description: One line.
         capabilities: Flags of `CoSimulation` that are true.
         blocks: The variables.
-        packages: Folders and files that it imports.
+        files: Files that it imports, by path inside the resources.
     """
 
     module: str
@@ -55,7 +55,7 @@ class PythonSlave:
     description: str
     capabilities: tuple[str, ...]
     blocks: Mapping[str, Block]
-    packages: tuple[Path, ...] = ()
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     def write(
         self,
@@ -106,10 +106,18 @@ class PythonSlave:
             entry.write_bytes((FMU_SOURCES / "slave_entry.py").read_bytes())
             file = Path(folder, f"{self.class_name}.fmu")
             own = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
-            needed = [*self.packages, *own, *files]
+            needed = [*self._copy_imports(Path(folder)), *own, *files]
             FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
                 return {self._named(name): archive.read(name) for name in archive.namelist()}
+
+    def _copy_imports(self, folder: Path) -> set[Path]:
+        """Copy what is imported into a folder, and return the folders and files that are then in it."""
+        for name, source in self.files.items():
+            copy = folder / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(source.read_bytes())
+        return {folder / Path(name).parts[0] for name in self.files}
 
     def _named(self, entry: str) -> str:
         """Return the path of an entry; a library bears the name of the model, not of the class."""

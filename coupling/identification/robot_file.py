@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.files.robot_edit import RobotEdit, place_of
-from coupling.files.robot_file import axes_of_file
+from coupling.files.robot_file import axes_of_file, load_robot
+from coupling.robot.parameters import place_of
+from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
 
 # What [sources] says of values by the command that has fitted them.
-SAYS = {"identify": "identified", "learn": "learned"}
+_SAYS = {"identify": "identified", "learn": "learned"}
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def fitted_text(
         start: The start file.
         robot: The robot with these values.
         entries: Its parameters.
-        command: Command that has fitted them, a key of `SAYS`.
+        command: Command that has fitted them, a key of `_SAYS`.
         measured: Kind and source of the measurement.
         left: Residuals of the fit, in words.
         target: Place of the new file.
@@ -56,7 +57,7 @@ def fitted_text(
     Raises:
         RobotFileError: If the start file cannot be read.
     """
-    file, source = RobotEdit(start, robot), f"{SAYS[command]}, {measured}"
+    file, source = RobotEdit(start, load_robot(start)), f"{_SAYS[command]}, {measured}"
     for entry in entries:
         joint, tilt, _ = place_of(entry.name)
         if entry.added and tilt:
@@ -74,15 +75,6 @@ def fitted_text(
             file.change(entry.name, entry.value, source)
         file.remark(entry.name, entry.remark)
     kept = [entry.name for entry in entries if entry.value is None]
-    return file.text(fitted_head(start, command, measured, left, kept), target)
-
-
-def fitted_head(start: Path, command: str, measured: str, left: str, kept: Sequence[str]) -> str:
-    """Return the comment at the beginning of a fitted robot file.
-
-    Args:
-        start, command, measured, left: As of `fitted_text`.
-        kept: Names of parameters that are as in the start file.
-    """
     rest = f"Not identified, as in {start.name}: {', '.join(kept)}." if kept else "All identified."
-    return f"Made from {start.name} by elastic-robot {command}: {measured}.\n{left}\n{rest}"
+    head = f"Made from {start.name} by elastic-robot {command}: {measured}.\n{left}\n{rest}"
+    return file.text(head, target)

@@ -54,7 +54,7 @@ class CheckedProcess(ProcessWrapper):
 def _problem(response: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
     if not isinstance(response, ProcessResponse):
-        return f"expected a coupling.process.ProcessResponse, got {type(response).__name__}"
+        return f"expected a ProcessResponse, got {type(response).__name__}"
     problem = misfit(response, path)
     if problem:
         return problem

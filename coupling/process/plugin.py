@@ -40,8 +40,8 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     is_table = isinstance(schema, type) and issubclass(schema, ProcessSchema)
     if schema is None or not is_table or inspect.isabstract(schema):
         raise CaseError(
-            f"{file}: expected a class {table} derived from coupling.process.ProcessTable, with a"
-            f" method process(task), got {'none' if schema is None else schema}"
+            f"{file}: expected a class {table} derived from elastic_robot.coupling.process.ProcessTable,"
+            f" with a method process(task), got {'none' if schema is None else schema}"
         )
     return f"{file}:{table}", schema
 

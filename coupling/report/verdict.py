@@ -9,6 +9,7 @@ from coupling.report.run_tables import mode_names
 from coupling.report.section import Section
 from coupling.report.style import UM
 from coupling.results.run_result import ReplayResult, RunResult
+from coupling.robot.parameter_table import VARIED
 
 # Where a turn of the tool is reported: a point so far from its TCP [m] is off by more than the TCP for
 # it, and by so much at least [m].
@@ -84,10 +85,11 @@ def _turned(left: Deviation) -> str:
 def _of_gears(figures: RunResult) -> str:
     """Return what an error of the backlash would do, and those of what not every robot has."""
     sentences = [_of_backlash(figures)]
-    others = {"hysteresis": "gears", "friction": "motors", "servo gain": "motors"}
-    for name, where in {**others, "kinematic error": "gears"}.items():
-        rows = [row for row in figures.robustness if row.name.startswith(name)]
-        sentences += [_worst(rows, where)] if rows else []
+    for _, variation in VARIED.values():
+        if variation.place:
+            names = variation.named_replays
+            rows = [row for row in figures.robustness if row.name in names]
+            sentences += [_worst(rows, variation.place)] if rows else []
     return "; ".join(sentences)
 
 

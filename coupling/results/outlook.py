@@ -64,7 +64,7 @@ class DrawnReplays:
     """Replays of a command on robots that are drawn.
 
     Attributes:
-        basis: What they are drawn from.
+        basis: Ranges and values that they are drawn from.
         stated: Replays on robots and under forces drawn from stated ranges.
         left_out: Replays on the model with the usual value of one thing that its file leaves out.
         completed: Replays on drawn robots that have the usual values of all of these.

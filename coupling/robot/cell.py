@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -88,6 +89,11 @@ class Cell:
     """
 
     members: tuple[Member, ...]
+
+    def with_robots(self, robots: Sequence[SimulatedRobot]) -> Cell:
+        """Return the cell with other simulations of its robots, in their order."""
+        pairs = zip(self.members, robots, strict=True)
+        return Cell(tuple(replace(member, robot=robot) for member, robot in pairs))
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return the joint angles of all robots whose programs have the paths of their tools.

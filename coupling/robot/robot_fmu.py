@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import BinaryIO
 
 import numpy as np
@@ -22,6 +21,8 @@ from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.path.motor_history import MotorHistory
+from coupling.robot.unpacked_robot import UnpackedRobot
+from elastic_robot.description import Robot
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import IDEAL, Mode
 from elastic_robot.fmi.variables import AXES, POSE
@@ -91,6 +92,9 @@ class RobotFmu:
         watch: Function called with the progress of a simulation.
         drive: "ideal", or "servo": in dynamic mode its motors follow the command as their servos do.
 
+    Attributes:
+        parameters: Start values of the FMU's parameters that are not its own, by name.
+
     Raises:
         SimulationError: If the file is no robot FMU or cannot run here.
     """
@@ -104,6 +108,11 @@ class RobotFmu:
     ) -> None:
         self.torque_curve = torque_curve
         self.drive = drive
+        self.parameters: dict[str, float | str] = {
+            "torque_curve": torque_curve,
+            "tcp_tolerance": _TOLERANCE,
+            "drive": drive,
+        }
         self.file = file
         self._watch = watch
         self._folder = ScratchFolder()
@@ -115,6 +124,7 @@ class RobotFmu:
         with _simulation_errors(f"{file}: "):
             unpack(file, self._folder.path)
         self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
+        self._robot = UnpackedRobot(self._folder.path)
         self._processes: list[WorkerProcess] = []
         self._saved: JointPath | None = None
         self._started(1)
@@ -135,7 +145,7 @@ class RobotFmu:
         command: JointPath,
         wrench: WrenchHistory,
         mode: Mode,
-        changed: Mapping[str, float] = MappingProxyType({}),
+        robot: Robot | None = None,
         what: str = "",
     ) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
@@ -144,14 +154,14 @@ class RobotFmu:
             command: Motion of the drives, which covers the history's times.
             wrench: Wrench on the tool; the path is given at its instants.
             mode: "dynamic" or "quasistatic".
-            changed: Values of the FMU's parameters other than the robot's own, by name.
+            robot: Robot with other numbers than the FMU's; None: the FMU's.
             what: Remark on what is simulated, for who watches.
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
-        rows = self._run(command, wrench, {"mode": mode, **changed}, what=what)
+        rows = self._run(command, wrench, mode, robot=robot, what=what)
         return ToolPath(wrench.instants, rows)
 
     def deflected(
@@ -169,68 +179,76 @@ class RobotFmu:
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
+        rows = self._run(
+            command, wrench, "dynamic", lambda signals: signals.deflection(coordinates), coordinates
+        )
         return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
-
-    def motors(
-        self, command: JointPath, wrench: WrenchHistory, joints: Sequence[int]
-    ) -> MotorHistory:
-        """Run a command in dynamic mode and return what motors do at the wrench's instants.
-
-        Args:
-            command, wrench: As for `simulate`.
-            joints: Joints that have the motors, from 0.
-
-        Raises:
-            SimulationError, HostError: As `simulate`.
-        """
-        return self.with_motors(command, wrench, joints)[1]
 
     def with_motors(
         self,
         command: JointPath,
         wrench: WrenchHistory,
         joints: Sequence[int],
-        changed: Mapping[str, float] = MappingProxyType({}),
+        robot: Robot | None = None,
         what: str = "",
     ) -> tuple[ToolPath, MotorHistory]:
         """Run a command in dynamic mode and return the TCP's path and what motors do on it.
 
         Args:
-            command, wrench, changed, what: As for `simulate`.
+            command, wrench, robot, what: As for `simulate`.
             joints: Joints that have the motors, from 0.
 
         Raises:
             SimulationError, HostError: As `simulate`.
         """
-        values: dict[str, float | str] = {"mode": "dynamic", **changed}
-        rows = self._run(command, wrench, values, joints=joints, what=what)
+        count = len(_OF_MOTORS) * len(joints)
+        rows = self._run(
+            command, wrench, "dynamic", lambda signals: signals.motors(joints), count, robot, what
+        )
         path = ToolPath(wrench.instants, rows[:, : len(POSE)])
         blocks = np.hsplit(rows[:, len(POSE) :], len(_OF_MOTORS))
         return path, MotorHistory(tuple(joints), wrench.instants, *blocks)
+
+    def gears(
+        self, command: JointPath, time: np.ndarray, coordinates: Sequence[int], robot: Robot
+    ) -> np.ndarray:
+        """Run a command without a wrench in dynamic mode and return what gears do.
+
+        Args:
+            command: Motion of the drives.
+            time: Times [s], (n,).
+            coordinates: Numbers of the gears' elastic coordinates, of every joint, from 0.
+            robot: As for `simulate`.
+
+        Returns:
+            Wind-ups [rad], then torques of the gears [N m], (n, 2 joints).
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        names = [f"deflection[{k + 1}]" for k in coordinates]
+        names += [f"gear_torque[{i + 1}]" for i in range(len(coordinates))]
+        none = WrenchHistory.none(time)
+        rows = self._run(command, none, "dynamic", lambda signals: tuple(names), len(names), robot)
+        return rows[:, len(POSE) :]
 
     def _run(
         self,
         command: JointPath,
         wrench: WrenchHistory,
-        values: Mapping[str, float | str],
-        coordinates: int = 0,
-        joints: Sequence[int] = (),
+        mode: Mode,
+        further: Callable[[Signals], tuple[str, ...]] = lambda signals: (),
+        count: int = 0,
+        robot: Robot | None = None,
         what: str = "",
     ) -> np.ndarray:
-        """Return poses, and elastic coordinates or motors' values behind them, (n, 7 + m)."""
+        """Return poses, and the values of so many further signals behind them, (n, 7 + count)."""
         trajectory = Path(self._folder.path, "trajectory.npz")
         if command is not self._saved:
             save_trajectory(trajectory, command)
             self._saved = command
-        mode = str(values["mode"])
-        parameters = {
-            "trajectory": str(trajectory),
-            "torque_curve": self.torque_curve,
-            "tcp_tolerance": _TOLERANCE,
-            "drive": self.drive,
-            **values,
-        }
+        self._robot.describe(robot)
+        parameters = {"mode": mode, "trajectory": str(trajectory), **self.parameters}
         instants = wrench.instants
         (first,) = self._started(1)
         remembers = mode == "dynamic" or not first.variables.isdisjoint(_OF_HYSTERESIS)
@@ -238,17 +256,9 @@ class RobotFmu:
         processes = self._started(len(parts))
         signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
-        outputs = (*signals.pose, *signals.deflection(coordinates), *signals.motors(joints))
-        width = len(POSE) + coordinates + len(_OF_MOTORS) * len(joints)
+        outputs, width = (*signals.pose, *further(signals)), len(POSE) + count
         jobs = [
-            SimulationJob(
-                parameters,
-                instants[part],
-                inputs,
-                _inputs(wrench, part),
-                outputs,
-                width,
-            )
+            SimulationJob(parameters, instants[part], inputs, _inputs(wrench, part), outputs, width)
             for part in parts
         ]
 
@@ -275,30 +285,6 @@ class RobotFmu:
     def _end(self) -> None:
         while self._processes:
             self._processes.pop().close()
-
-
-@dataclass(frozen=True)
-class ChangedRobot:
-    """The robot of an FMU with parameters other than its own.
-
-    Attributes:
-        robot: The FMU.
-        changed: Values of parameters by their names in the FMU.
-        what: Difference of it, in words.
-    """
-
-    robot: RobotFmu
-    changed: Mapping[str, float]
-    what: str
-
-    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
-        """Return the path that the TCP takes.
-
-        Raises:
-            SimulationError: If the FMU refuses a value or a step.
-            HostError: If the FMU's process has ended.
-        """
-        return self.robot.simulate(command, wrench, mode, self.changed, self.what)
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:

@@ -9,9 +9,10 @@ from scipy.stats.qmc import Sobol
 
 from coupling.results.outlook import DrawnFrom, DrawnReplays, Replay
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import AS_THE_MODEL, ModelMismatch
-from coupling.run.robustness import Simulate, SimulatedModel, StiffnessRanges, differing
-from coupling.run.usual_gears import completed, left_out
+from coupling.robot.differences import AS_THE_MODEL, RobotDifference
+from coupling.robot.simulated_model import SimulatedModel
+from coupling.run.robustness import StiffnessRanges
+from coupling.run.usual_gears import Simulate, completed, left_out
 from coupling.solve.correction import Correction
 
 # Robots that are drawn, and those of them that have usual values of what their files leave out as well,
@@ -71,7 +72,7 @@ def drawn_differences(
     force_factors: tuple[float, float] | None,
     count: int,
     seed: int,
-) -> Iterator[tuple[list[ModelMismatch], float]]:
+) -> Iterator[tuple[list[RobotDifference], float]]:
     """Yield differences of all robots, and a factor of the force.
 
     The logarithm of a stiffness and the factor of the force are uniform in their ranges, each for
@@ -95,7 +96,7 @@ def drawn_differences(
                 along = float(next(ahead))
                 if stiffness is not None:
                     factors[number - 1] = low * (high / low) ** along / stiffness
-            differences.append(ModelMismatch(stiffness=tuple(factors)))
+            differences.append(RobotDifference({"stiffness": tuple(factors)}))
         low, high = force_factors or (1.0, 1.0)
         yield differences, low + (high - low) * float(share[-1])
 
@@ -133,13 +134,13 @@ def drawn_replays(
     def replay(
         name: str,
         robots: Sequence[SimulatedModel],
-        differences: Sequence[ModelMismatch],
+        differences: Sequence[RobotDifference],
         force: float,
     ) -> Replay:
         """Return what the command leaves on robots that differ, under a factor of the force."""
-        path = differing(cell, robots, differences, name).simulate(
-            found.joints, loaded.scaled(force), "dynamic"
-        )
+        pairs = zip(robots, differences, strict=True)
+        differing = [robot.differing(difference, name) for robot, difference in pairs]
+        path = cell.with_robots(differing).simulate(found.joints, loaded.scaled(force), "dynamic")
         return Replay.of(name, path, found.desired)
 
     count, completed_count = counts

@@ -23,6 +23,7 @@ from coupling.results.outlook import DrawnReplays, Replay
 from coupling.results.run_result import DriveMotion, Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import DRAWS, drawn_replays
 from coupling.run.drive_motion import drive_motions
 from coupling.run.gear_loads import at_samples, diagnose_robots
@@ -38,7 +39,7 @@ from coupling.run.repeated_evaluation import (
     repeated_evaluation,
     smoothed_process,
 )
-from coupling.run.robustness import SimulatedModel, noise_replays, replayed
+from coupling.run.robustness import noise_replays, replayed
 from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
@@ -210,10 +211,9 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         drawn = DrawnReplays()
         sampling: SamplingCheck | None = None
         if kind == "compensate":
-            # Robots with other motors have FMUs of their own, which end with their replays.
             ranges = [placed.provenance.stiffness_ranges for placed in case.robots]
             with _timed("robustness", durations), Models(case.fmu, watch) as others:
-                replays = replayed(cell, models, found, others.of)
+                replays = replayed(cell, models, found)
                 factors = case.process_table.FORCE_FACTORS
                 drawn = drawn_replays(
                     cell, models, ranges, factors, found, others.of, DRAWS[case.fmu]
@@ -227,7 +227,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
                 differing = plant_cell(cell, case.plant, fmus)
                 plant = run_on_plant(significant, differing, found, watch)
         with _timed("motors", durations):
-            motors = _motors(cell, models, fmus, found)
+            motors = _motors(cell, models, found)
             found = _within_motors(case, kind, found, motors)
         with _timed("gears", durations):
             loads = at_samples(found.response.wrench, found.achieved, case.desired)
@@ -301,7 +301,7 @@ def _simulated(cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode)
 
 
 def _motors(
-    cell: Cell, models: Sequence[SimulatedModel], fmus: Models, found: Correction
+    cell: Cell, models: Sequence[SimulatedModel], found: Correction
 ) -> tuple[MotorLoads | None, ...]:
     """Return what a command asks of the motors of every robot; None where that is not simulated."""
     demands: list[MotorLoads | None] = []
@@ -311,7 +311,7 @@ def _motors(
     ):
         in_base = load.transformed(member.world_from_base.inverse())
         try:
-            demands.append(motor_loads(model, fmus, own, in_base))
+            demands.append(motor_loads(model, own, in_base))
         except SimulationError:
             demands.append(None)
     return tuple(demands)

@@ -16,7 +16,7 @@ from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.robustness import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
 

@@ -21,14 +21,15 @@ from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.servo import MotorMotion, motor_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.histories import WrenchHistory
+from coupling.robot.differences import RobotDifference
+from coupling.robot.parameter_table import VARIED
 from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import at_samples, wanted_of
 from coupling.run.repeated_evaluation import RememberedProcess
 from elastic_robot.fmi.interface import IDEAL
-from elastic_robot.gear_parts import Drive
 
 # Factors of the friction of a warm and of a cold robot, as runs vary it.
-WARM, COLD = 0.7, 1.3
+COLD, WARM = VARIED["friction"][1].replays
 
 
 @dataclass(frozen=True)
@@ -81,36 +82,29 @@ def motor_demands(
     motion[1][:, joints] -= wind_up.rate
     motors = chain.kinematic_errors.at_motor(motion)
     slope = chain.kinematic_errors.slope(motors[0])
+    robots = {
+        factor: RobotDifference({"friction": (factor,)}).applied(moving.robot, moving.torque_curve)
+        for factor in (1.0, WARM, COLD)
+    }
     found = []
     for gear, joint in enumerate(moving.model.gear_joint.tolist()):
-        drive = moving.robot.joints[joint].drive
-        if drive is None:
+        drives = {factor: robot.joints[joint].drive for factor, robot in robots.items()}
+        if drives[1.0] is None:
             continue
         carried = -loads.carried[:, gear]
         angle, rate, acceleration = motors[:, :, joint]
         held, felt = float(carried[0]), slope[:, joint]
         own = MotorMotion(loads.time, angle, rate, acceleration, carried, held, felt)
-        needed = {f: np.abs(motor_torque(with_friction(drive, f), own)) for f in (1.0, WARM, COLD)}
+        needed = {f: np.abs(motor_torque(drive, own)) for f, drive in drives.items() if drive}
         found.append(
             MotorDemand(
                 joint + 1,
-                drive.torque_limit,
+                drives[1.0].torque_limit,
                 {f: float(torque.max()) for f, torque in needed.items()},
                 {f: float(loads.time[torque.argmax()]) for f, torque in needed.items()},
             )
         )
     return tuple(found)
-
-
-def with_friction(drive: Drive, factor: float) -> Drive:
-    """Return a drive with its friction without load, at rest and viscous, times a factor.
-
-    Example:
-        >>> drive = Drive(1.0, position_gain=20.0, rate_gain=200.0, friction=10.0, viscous=4.0)
-        >>> with_friction(drive, 1.5).friction, with_friction(drive, 1.5).viscous
-        (15.0, 6.0)
-    """
-    return replace(drive, friction=factor * drive.friction, viscous=factor * drive.viscous)
 
 
 def require_motors_that_hold(case: Case) -> None:

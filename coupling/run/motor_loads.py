@@ -15,8 +15,7 @@ from coupling.path.motor_history import MotorHistory
 from coupling.results.run_result import DriveMotion, MotorLoad
 from coupling.robot.parameters import with_joints
 from coupling.robot.robot import LimitWarning
-from coupling.run.models import Models
-from coupling.run.robustness import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 
@@ -71,7 +70,7 @@ def motor_warnings(
 
 
 def motor_loads(
-    model: SimulatedModel, models: Models, command: JointPath, wrench: WrenchHistory
+    model: SimulatedModel, command: JointPath, wrench: WrenchHistory
 ) -> MotorLoads | None:
     """Return what a command asks of a robot's motors, whose limits of torque are left out for it.
 
@@ -79,7 +78,6 @@ def motor_loads(
     gives is reported.
 
     Args:
-        models: Simulations of robots.
         command: Motion of its drives, or of the commands of its servos.
         wrench: Wrench on its tool, axes of its base.
 
@@ -93,12 +91,12 @@ def motor_loads(
     joints = [i for i, joint in enumerate(robot.joints) if joint.drive is not None]
     if not joints:
         return None
-    strong = models.of(without_limits(robot), model.torque_curve, model.drive)
+    strong = without_limits(robot)
     instants = wrench.instants
     parts = max(1, int(np.ceil(np.diff(instants).max(initial=0.0) / _WATCHED - 1e-9)))
     rows = np.arange(parts * (len(instants) - 1) + 1) / parts
     time = np.interp(rows, np.arange(len(instants)), instants)
-    found = strong.fmu.motors(command, wrench.refined(time), joints)
+    _, found = model.fmu.with_motors(command, wrench.refined(time), joints, strong)
     drives = {i: drive for i in joints if (drive := robot.joints[i].drive) is not None}
     loads = {i: motor_load(drives[i], found.of(k)) for k, i in enumerate(joints)}
     return MotorLoads(found.every(parts), loads)

@@ -15,9 +15,8 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.process.base import Process, ProcessResponse
 from coupling.robot.cell import Cell
-from coupling.robot.mismatch import FACTORS, ModelMismatch, Plant
+from coupling.robot.differences import Plant
 from coupling.run.models import Models
-from coupling.run.robustness import differing
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Coupling, Loop, couple
 
@@ -77,9 +76,13 @@ class PlantReplay:
 def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
     """Return the cell with the robots that really move: what is beyond the model they do themselves."""
     cell = Cell(tuple(replace(member, discrepancy=None) for member in cell.members))
-    simulated = [models.of(own.description, own.torque_curve, own.drive) for own in plant.robots]
-    differences = [own.difference for own in plant.robots]
-    return differing(cell, simulated, differences, "the plant's parameters")
+    robots = [
+        models.of(robot.description, robot.torque_curve, robot.drive).differing(
+            robot.difference, "the plant's parameters"
+        )
+        for robot in plant.robots
+    ]
+    return cell.with_robots(robots)
 
 
 def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> PlantReplay:
@@ -150,33 +153,15 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     """
     said = []
     for own, model in zip(plant.robots, robots, strict=True):
-        phrases = _of_difference(own.difference)
+        phrases = list(own.difference.in_words())
         if own.drive != model.drive:
             phrases.insert(0, f'drive = "{own.drive}"')
         if own.torque_curve != model.torque_curve:
             phrases.insert(0, f'torque_curve = "{own.torque_curve}"')
-        if own.description != own.difference.description(model.description):
+        if own.description != model.description:
             phrases.insert(0, f"the robot {own.description.name}")
         who = f"{model.name}: " if len(robots) > 1 else ""
         said += [f"{who}{phrase}" for phrase in phrases]
     if plant.force != 1.0:
         said.append(f"force x {plant.force:g}")
     return tuple(said)
-
-
-def _of_difference(difference: ModelMismatch) -> list[str]:
-    phrases = []
-    for name in FACTORS:
-        factors = getattr(difference, name)
-        if set(factors) != {1.0}:
-            phrases.append(
-                f"{name.replace('_', ' ')} x {', '.join(f'{factor:g}' for factor in factors)}"
-            )
-    if set(difference.kinematic_error_phase) != {0.0}:
-        shifts = np.rad2deg(difference.kinematic_error_phase)
-        phrases.append(
-            f"kinematic error's phase + {', '.join(f'{shift:g}' for shift in shifts)} deg"
-        )
-    if difference.payload:
-        phrases.append(f"payload + {difference.payload:g} kg")
-    return phrases

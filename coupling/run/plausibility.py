@@ -13,6 +13,7 @@ from coupling.files.sources import Number, kind, places
 from coupling.path.histories import WrenchHistory
 from coupling.process import NoisySchema
 from coupling.process.milling_force import MillingForceTable
+from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.run.usual_ranges import EXPECTED, range_key, remark
 from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot, triangle_excess
@@ -264,7 +265,7 @@ def _of_robot(robot: Robot) -> Iterator[Quantity]:
         ):
             if highest is not None:
                 yield Quantity(f"{place}: {key}", f"joint.{key}", highest)
-        slip = sum(element.slip_torque for element in joint.hysteresis)
+        slip = PARAMETER_KINDS["hysteresis"].read(joint)
         yield Quantity(f"{place}: hysteresis", "joint.gear.hysteresis.slip_torque", slip)
         excess = 100.0 * triangle_excess(body)
         yield Quantity(

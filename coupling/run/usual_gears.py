@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from math import pi
 
 from coupling.files.gear_table import ARCMIN, sheet_elements
-from coupling.run.robustness import Simulate, SimulatedModel
-from elastic_robot.description import Joint
+from coupling.robot.simulated_model import SimulatedModel
+from elastic_robot.description import Joint, Robot
 from elastic_robot.gear_parts import Drive
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -27,6 +27,9 @@ ROTOR_FREQUENCY, RATE_BANDWIDTH = 13.8, 57.5
 POSITION_GAIN, INTEGRAL_TIME = 10.0, 0.05
 # Coulomb friction [rad] and viscous friction [s] over the stiffness.
 FRICTION, VISCOUS = 2.0e-4, 2.3e-4
+
+# What simulates a robot, by its description, torque curve and drive.
+Simulate = Callable[[Robot, str, str], SimulatedModel]
 
 
 def _with_backlash(joint: Joint) -> Joint:

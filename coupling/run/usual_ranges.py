@@ -3,34 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
 from coupling.files.gear_table import ARCMIN
-
-
-@dataclass(frozen=True)
-class UsualRange:
-    """Range in which the magnitude of a value usually is.
-
-    Attributes:
-        low, high: Its ends.
-        unit: Unit of both; "" for a number without one.
-        why: Things that have these values.
-        or_none: Whether 0 says that there is none of it, which is usual as well.
-    """
-
-    low: float
-    high: float
-    unit: str
-    why: str
-    or_none: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Return whether a value is usual."""
-        return self.low <= abs(value) <= self.high or (self.or_none and value == 0.0)
-
+from coupling.robot.parameter_kind import UsualRange
+from coupling.robot.parameter_table import PARAMETER_KINDS, VARIED
 
 _STEP = UsualRange(2e-5, 5e-3, "m", "steps between the contours of a formed wall")
 _WALL = UsualRange(5.0, 89.0, "deg", "walls of formed parts")
@@ -55,20 +33,17 @@ _RADIANS = UsualRange(0.0, 6.3, "rad", "up to one turn")
 _GEAR_TORQUE = UsualRange(
     1.0, 2e5, "N m", "torques of gears, from small arms to the heaviest robots"
 )
-_STIFFNESS = UsualRange(
-    1e3, 2e8, "N m/rad", "from gears of small arms to those of the heaviest robots"
-)
-_DAMPING = UsualRange(
-    1e-2, 1e6, "N m s/rad", "some milliseconds times the stiffness at most", or_none=True
-)
-_FRICTION = UsualRange(
-    1e-2, 5e3, "N m", "friction of motors and gears at rest, at the gears' output", or_none=True
-)
 _AT_OUTPUT = "both at the gear's output, where a motor's torques are gear_ratio times as large"
 
 # What is usual, by the place of a key in a case or a robot file; [support] has the ranges of [robot].
 # Behind them what follows from several keys, and from the response of the process.
 EXPECTED = {
+    **{key: usual for kind in PARAMETER_KINDS.values() for key, usual in kind.usual.items()},
+    **{
+        f"{table}.{variation.key}": _PHASE if variation.is_shift else _FACTOR
+        for table in ("plant", "study")
+        for _, variation in VARIED.values()
+    },
     "robot.home_deg": UsualRange(
         7.0, 720.0, "deg", "postures with a bent elbow or wrist", or_none=True
     ),
@@ -162,26 +137,10 @@ EXPECTED = {
     "compensation.max_correction_rate_m_s": UsualRange(1e-3, 2.0, "m/s", "corrections of a feed"),
     "controller.cycle_s": UsualRange(2e-4, 0.1, "s", "cycles of robot controllers"),
     "controller.max_acceleration_rad_s2": UsualRange(0.3, 1e3, "rad/s2", "axes of robots"),
-    "plant.stiffness_factor": _FACTOR,
-    "plant.damping_factor": _FACTOR,
-    "plant.backlash_factor": _FACTOR,
-    "plant.hysteresis_factor": _FACTOR,
-    "plant.friction_factor": _FACTOR,
-    "plant.servo_gain_factor": _FACTOR,
-    "plant.kinematic_error_factor": _FACTOR,
     "plant.force_factor": _FACTOR,
-    "plant.kinematic_error_phase_deg": _PHASE,
     "plant.payload_kg": _CARRIED,
     "plant.payload_position_m": _ON_BODY,
-    "study.stiffness_factor": _FACTOR,
-    "study.damping_factor": _FACTOR,
-    "study.backlash_factor": _FACTOR,
-    "study.hysteresis_factor": _FACTOR,
-    "study.friction_factor": _FACTOR,
-    "study.servo_gain_factor": _FACTOR,
-    "study.kinematic_error_factor": _FACTOR,
     "study.force_factor": _FACTOR,
-    "study.kinematic_error_phase_deg": _PHASE,
     "study.payload_kg": _CARRIED,
     "study.payload_position_m": _ON_BODY,
     "place.x_m": _IN_CELL,
@@ -217,49 +176,23 @@ EXPECTED = {
     ),
     "joint.max_rate": UsualRange(0.05, 30.0, "rad/s", "axes of robots"),
     "joint.max_acceleration": UsualRange(0.1, 1e3, "rad/s2", "axes of robots"),
-    "joint.stiffness": _STIFFNESS,
-    "joint.stiffness_range": _STIFFNESS,
-    "joint.damping": _DAMPING,
-    "joint.tilt.stiffness": UsualRange(
-        1e3, 1e9, "N m/rad", "bearings and links, from small arms to the heaviest robots"
-    ),
-    "joint.tilt.damping": _DAMPING,
     "joint.torque_table.angle": UsualRange(1e-6, 0.1, "rad", "wind-ups of gears"),
     "joint.torque_table.torque": _GEAR_TORQUE,
     "joint.gear_torque_Nm.peak": _GEAR_TORQUE,
     "joint.gear_torque_Nm.emergency": _GEAR_TORQUE,
-    "joint.backlash": UsualRange(
-        1e-6, 3e-3, "rad", "half a backlash of up to 20 arc minutes", or_none=True
-    ),
-    "joint.gear.hysteresis.slip_torque": UsualRange(
-        1e-3, 1e4, "N m", "friction in gears, from small arms to the heaviest robots", or_none=True
-    ),
-    "joint.gear.hysteresis.slip_angle": UsualRange(
-        1e-7, 3e-3, "rad", "up to the width of a loop of 10 arc minutes"
-    ),
     "joint.gear.hysteresis_width_arcmin": UsualRange(0.05, 20.0, "arcmin", "gears of robots"),
     "joint.gear.lost_motion_arcmin": UsualRange(0.05, 20.0, "arcmin", "gears of robots"),
     "joint.gear.rated_torque_Nm": _GEAR_TORQUE,
-    "joint.gear.kinematic_error.amplitude": UsualRange(
-        1e-7, 1e-3, "rad", "sines of up to 3 arc minutes, as of toothed belts"
-    ),
     "joint.gear.kinematic_error.per_turn_of_joint": UsualRange(
         0.2, 1e5, "", "from a turn of the output to the teeth of the input"
     ),
     "joint.gear.kinematic_error.per_turn_of_motor": UsualRange(
         1e-3, 200.0, "", "from a turn of the output to the teeth of the input"
     ),
-    "joint.gear.kinematic_error.phase": _RADIANS,
-    "joint.drive.rotor_inertia_kg_m2": UsualRange(1e-7, 1.0, "kg m2", "rotors of servo motors"),
     "joint.drive.gear_ratio": UsualRange(1.0, 1e3, "", "from direct drives to large gears"),
     "joint.drive.max_torque_Nm": _GEAR_TORQUE,
     "joint.drive.torque_constant_Nm_A": UsualRange(1e-3, 20.0, "N m/A", "servo motors"),
-    "joint.drive.friction.coulomb_Nm": _FRICTION,
-    "joint.drive.friction.stiction_Nm": _FRICTION,
     "joint.drive.friction.stribeck_rate": UsualRange(1e-4, 2.0, "rad/s", "axes of robots"),
-    "joint.drive.friction.viscous_Nm_s": UsualRange(
-        1e-3, 1e5, "N m s/rad", "motors and gears, at the gears' output", or_none=True
-    ),
     "joint.drive.friction.presliding_rad": UsualRange(
         1e-7, 5e-3, "rad", "less than the wind-up of a gear"
     ),
@@ -269,12 +202,8 @@ EXPECTED = {
     "joint.drive.servo.integral_time_s": UsualRange(1e-3, 5.0, "s", "rate loops of machine axes"),
     "joint.drive.servo.rate_feed_forward": UsualRange(0.0, 1.2, "", "1 is the whole rate"),
     "joint.balancer.torque_table.angle": UsualRange(0.0, 7.0, "rad", "angles of a joint"),
-    "joint.balancer.torque_table.torque": UsualRange(
-        20.0, 2e5, "N m", "balancers, from medium arms to the heaviest robots"
-    ),
     "joint.balancer.gas_spring.base_point": _ON_BODY,
     "joint.balancer.gas_spring.link_point": _ON_BODY,
-    "joint.balancer.gas_spring.pressure_Pa": UsualRange(1e5, 1e8, "Pa", "gas springs"),
     "joint.balancer.gas_spring.length_m": UsualRange(0.05, 3.0, "m", "gas springs of robots"),
     "joint.balancer.gas_spring.gas_volume_m3": UsualRange(1e-5, 0.1, "m3", "gas springs of robots"),
     "joint.balancer.gas_spring.area_m2": UsualRange(1e-5, 0.05, "m2", "pistons of gas springs"),

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.stats import truncnorm
 
 from coupling.case.case import Case, PlacedRobot
-from coupling.case.plant import CUT_OFF, PHASE, Distribution, StudyTable
-from coupling.robot.mismatch import FACTORS, ModelMismatch
+from coupling.case.plant import CUT_OFF, Distribution, StudyTable
+from coupling.robot.differences import RobotDifference
+from coupling.robot.parameter_table import VARIED
 
-# Keys of what not every robot has.
-_NOT_EVERY = (
-    "hysteresis_factor",
-    "friction_factor",
-    "servo_gain_factor",
-    "kinematic_error_factor",
-    PHASE,
-)
-# Keys that may be one for each joint.
-_OF_JOINTS = (*(f"{name}_factor" for name in FACTORS), PHASE)
+# Names of the differences of robots, which may be one for each joint, by their keys.
+_VARIED = {variation.key: name for name, (_, variation) in VARIED.items()}
 
 
 @dataclass(frozen=True)
@@ -74,7 +66,7 @@ class SampledRobots:
         force: Factor of the process's wrench.
     """
 
-    differences: tuple[ModelMismatch, ...]
+    differences: tuple[RobotDifference, ...]
     force: float
 
 
@@ -108,9 +100,10 @@ class StudyParameters:
         entries: list[StudyParameter] = []
         silent = []
         for key, spread in table.spreads().items():
-            names = _names(key, table, case) if _shows(key, case, loaded) else ()
+            names = _names(key, table, case, loaded)
             # Without elements or motors a default is none of the case's: nothing is left out.
-            if not names and (key not in _NOT_EVERY or getattr(table, key) is not None):
+            optional = key in _VARIED and VARIED[_VARIED[key]][1].place
+            if not names and (not optional or getattr(table, key) is not None):
                 silent.append(key)
             entries += [StudyParameter(name, spread) for name in names]
         place = table.payload_position_m
@@ -141,64 +134,53 @@ class StudyParameters:
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
-            own = {_field(key): self._of_joints(by_name, key, robot, joints) for key in _OF_JOINTS}
+            amounts = {
+                name: amount
+                for name in VARIED
+                if (amount := self._amounts(by_name, name, robot, joints)) is not None
+            }
             payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
-            differences.append(
-                ModelMismatch(**own, payload=payload, payload_position=self.payload_position)
-            )
+            differences.append(RobotDifference(amounts, payload, self.payload_position))
         return SampledRobots(tuple(differences), by_name.get("force_factor", 1.0))
 
-    def _of_joints(
-        self, by_name: Mapping[str, float], key: str, robot: str, joints: int
-    ) -> tuple[float, ...]:
-        """Return one factor, or shift of phases [rad], for all joints, or one for each."""
-        unit, none = (np.deg2rad(1.0), 0.0) if key == PHASE else (1.0, 1.0)
+    def _amounts(
+        self, by_name: Mapping[str, float], name: str, robot: str, joints: int
+    ) -> tuple[float, ...] | None:
+        """Return one factor or shift for all joints, or one for each; None where it is not sampled."""
+        _, variation = VARIED[name]
+        key, who = variation.key, _who(robot, len(self.robots))
+        each = [f"{who}{key}[{i + 1}]" for i in range(joints)]
         if key in by_name:
-            return (float(unit * by_name[key]),)
-        who = _who(robot, len(self.robots))
-        each = [
-            float(unit * by_name.get(f"{who}{key}[{i + 1}]", none / unit)) for i in range(joints)
-        ]
-        return tuple(each) if any(own != none for own in each) else (none,)
-
-
-def _field(key: str) -> str:
-    """Return the attribute of `ModelMismatch` that a key stands for."""
-    return key.removesuffix("_deg" if key == PHASE else "_factor")
+            return (variation.unit * by_name[key],)
+        if by_name.keys().isdisjoint(each):
+            return None
+        return tuple(
+            variation.unit * by_name[entry] if entry in by_name else variation.neutral
+            for entry in each
+        )
 
 
 def _who(robot: str, robots: int) -> str:
     return f"{robot} " if robots > 1 else ""
 
 
-def _names(key: str, table: StudyTable, case: Case) -> tuple[str, ...]:
-    """Return the names of a key's parameters."""
-    if table.joints == "alike" or key not in _OF_JOINTS:
-        return (key,)
-    return tuple(
+def _names(key: str, table: StudyTable, case: Case, loaded: bool) -> tuple[str, ...]:
+    """Return the names of a key's parameters, none if they change nothing in a case."""
+    if key not in _VARIED:
+        return (key,) if key != "force_factor" or loaded else ()
+    each = tuple(
         f"{_who(robot.name, len(case.robots))}{key}[{i + 1}]"
         for robot in case.robots
         for i in range(len(robot.description.joints))
         if _changes(robot, key, i)
     )
-
-
-def _shows(key: str, case: Case, loaded: bool) -> bool:
-    """Return whether a parameter changes anything in a case."""
-    if key == "force_factor":
-        return loaded
-    if key not in _OF_JOINTS:
-        return True
-    return any(
-        _changes(robot, key, i)
-        for robot in case.robots
-        for i in range(len(robot.description.joints))
-    )
+    return each if table.joints == "each" or not each else (key,)
 
 
 def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
-    """Return whether a factor, or a phase, at one joint changes a parameter of the robot."""
-    other, none = (1.0, 0.0) if key == PHASE else (0.5, 1.0)
-    own = tuple(other if i == joint else none for i in range(len(robot.description.joints)))
-    changed: dict[str, Any] = {_field(key): own}
-    return ModelMismatch(**changed).has_effect(robot.description, robot.torque_curve, robot.drive)
+    """Return whether a factor, or a shift, at one joint changes a parameter of the robot."""
+    _, variation = VARIED[_VARIED[key]]
+    amounts = [variation.neutral] * len(robot.description.joints)
+    amounts[joint] += 0.5
+    difference = RobotDifference({variation.name: tuple(amounts)})
+    return bool(difference.values(robot.description, robot.torque_curve, robot.drive))

@@ -20,7 +20,6 @@ from coupling.robot.cell import Cell
 from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
-from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Coupling
 from coupling.study.parameters import SampledRobots, StudyParameters
 from coupling.study.statistics import largest_in_parts, parts_of_path
@@ -94,9 +93,7 @@ class RobotPool:
         """
         sampled = self._work.parameters.sampled(values)
         try:
-            # An own payload or kinematic error takes an FMU of its own, which goes with the sample.
-            with Models(self._work.kind) as own:
-                path, coupling = self._run(sampled, own)
+            path, coupling = self._run(sampled)
         except HostError:
             raise
         except (SimulationError, ProcessError) as error:
@@ -110,9 +107,9 @@ class RobotPool:
             converged=coupling is None or coupling.converged,
         )
 
-    def _run(self, sampled: SampledRobots, own: Models) -> tuple[ToolPath, Coupling | None]:
+    def _run(self, sampled: SampledRobots) -> tuple[ToolPath, Coupling | None]:
         """Return the path of the sampled robots, and how they came together with the process."""
-        work, cell = self._work, self._sampled_cell(sampled, own)
+        work, cell = self._work, self._sampled_cell(sampled)
         if self._case is not None:
             coupling = coupled_on(
                 self._case, cell, sampled.force, work.joints, work.achieved, unwatched
@@ -121,16 +118,14 @@ class RobotPool:
         loads = work.wrench.scaled(sampled.force)
         return cell.simulate(work.joints, loads, "dynamic"), None
 
-    def _sampled_cell(self, sampled: SampledRobots, own: Models) -> Cell:
-        simulated = []
-        for robot, difference in zip(self._work.robots, sampled.differences, strict=True):
-            try:
-                description = difference.description(robot.description)
-            except ValueError as cause:  # kinematic errors that no gear has
-                raise SimulationError(str(cause)) from cause
-            models = self._models if description is robot.description else own
-            simulated.append(models.of(description, robot.torque_curve, robot.drive))
-        return differing(self._cell, simulated, sampled.differences, "sampled parameters")
+    def _sampled_cell(self, sampled: SampledRobots) -> Cell:
+        robots = [
+            self._models.of(robot.description, robot.torque_curve, robot.drive).differing(
+                difference, "sampled parameters"
+            )
+            for robot, difference in zip(self._work.robots, sampled.differences, strict=True)
+        ]
+        return self._cell.with_robots(robots)
 
 
 def simulate_here(work: StudyJob, points: Mapping[int, Sequence[float]]) -> Iterator[StudySample]:

@@ -12,10 +12,11 @@ from coupling.files.robot_file import find_robot
 from coupling.identification.runs.learning import Learned, LearnOptions, learn
 from coupling.identification.runs.measurement import Measurement
 from coupling.identification.runs.motors import MeasuredMotors
-from coupling.identification.runs.parameters import changed, learnable
+from coupling.identification.runs.parameters import learnable
 from coupling.identification.runs.source import read_source
 from coupling.path.histories import ToolPath
 from coupling.path.motor_history import MotorHistory
+from coupling.robot.parameters import apply_values, scaled_values
 from coupling.run.models import Models
 from docs.scripts.inverse_servos import with_motors
 from docs.scripts.learning_shop import CUT, Shop, _unseen
@@ -72,7 +73,7 @@ class MotorShop(Shop):
         fmu = self._models.of(placed.description, placed.torque_curve, placed.drive).fmu
         joints = [i for i, joint in enumerate(placed.description.joints) if joint.drive]
         stored = source.stored
-        other = changed(parameters, np.array(x))
+        other = apply_values(placed.description, scaled_values(parameters, np.array(x)))
         return fmu.with_motors(stored.joints, stored.wrench, joints, other)
 
     def left(self, run: Path) -> Left:

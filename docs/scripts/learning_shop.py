@@ -24,6 +24,7 @@ from coupling.identification.runs.results import learned_text
 from coupling.identification.runs.source import MeasuredFile, read_source
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.robot.parameters import apply_values
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
@@ -101,7 +102,8 @@ class Shop:
         curve = truth.torque_curve or placed.torque_curve
         fmu = self._models.of(placed.description, curve).fmu
         wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
-        return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
+        robot = apply_values(placed.description, values)
+        return fmu.simulate(command or source.stored.joints, wrench, "dynamic", robot)
 
     def measurement(
         self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath

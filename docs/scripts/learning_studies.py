@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from coupling.identification.runs.learning import Learned
-from coupling.identification.runs.parameters import PRIOR
 from coupling.robot.parameters import robot_parameters
 from docs.scripts.learning_beyond import Beyond
 from docs.scripts.runs import CASES
@@ -19,6 +18,8 @@ from elastic_robot.description import Robot
 
 # Logarithms of hidden factors are even between plus and minus this.
 SPREAD = {"backlash": 0.3, "damping": 0.3, "stiffness": 0.1}
+# The kinds of `drawn`, in the order of the draws.
+DRAWN = ("backlash", "stiffness", "damping")
 # Depth of the example cone's first contours [m]: 24.9 s.
 DEPTH = 0.0015
 
@@ -119,8 +120,8 @@ def drawn(robot: Robot, seed: int, times: float, torque_curve: str = "backlash")
     """Return a robot of so many times what is known before: normal logarithms of all that is learned."""
     rng = np.random.default_rng(seed)
     factors = {
-        own.name: float(np.exp(times * PRIOR[own.kind] * rng.standard_normal()))
-        for own in robot_parameters(robot, torque_curve)
+        p.name: float(np.exp(times * (p.row.prior or 0.0) * rng.standard_normal()))
+        for p in robot_parameters(robot, torque_curve, DRAWN)
     }
     return Truth(f"drawn {seed}, {times:g} times", factors)
 

@@ -28,10 +28,9 @@ from coupling.place.placing import placing
 from coupling.place.station_choice import selected
 from coupling.report.place_report import changes, in_words, map_figures
 from coupling.report.style import style
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
 from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from coupling.run.robustness import differing
 from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
@@ -118,8 +117,11 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
         cell, models = cell_of(case.robots, fmus)
         correction = case.method.correct(loop_of(case, cell), case.motion)
         for factor in FACTORS:
-            other = differing(cell, models, [ModelMismatch(backlash=(factor,))], "another backlash")
-            path = other.simulate(correction.joints, correction.response.wrench, "dynamic")
+            difference = RobotDifference({"backlash": (factor,)})
+            others = [model.differing(difference, "another backlash") for model in models]
+            path = cell.with_robots(others).simulate(
+                correction.joints, correction.response.wrench, "dynamic"
+            )
             away = path.position[0] - correction.desired.position[0]
             mean = away.mean(axis=0)
             size = np.linalg.norm(away - mean, axis=1)

@@ -21,7 +21,7 @@ from coupling.identification.motion.problem import MotionProblem, MovedRecording
 from coupling.identification.motion.recording import Recording, SmoothedMotion
 from coupling.identification.motion.sensors import sensor_parameters
 from coupling.inverse.servo import presliding
-from coupling.robot.parameters import with_values
+from coupling.robot.parameters import apply_values
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.gear_parts import Drive
 
@@ -61,7 +61,7 @@ class Known:
         robot = arm()
         numbers = motion_parameters(robot, (0, 1))
         off = {p.name: p.start * rng.uniform(0.8, 1.25) for p in numbers if p.start}
-        return cls(robot, with_values(robot, off))
+        return cls(robot, apply_values(robot, off))
 
 
 def recorded(fmu: MovedRobot, robot: Robot, rng: np.random.Generator) -> Recording:

@@ -127,7 +127,8 @@ def _packages(package: ModuleType) -> dict[str, list[str]]:
 
 
 def _package_page(name: str, modules: list[str]) -> str:
-    parts = [f"# {name}", _automodule(name, members=False)]
+    title = name if name.startswith("elastic_robot") else f"elastic_robot.{name}"
+    parts = [f"# {title}", _automodule(name, members=False)]
     for module in modules:
         parts += [f"## {module.rpartition('.')[2]}", _automodule(module, members=True)]
     return "\n\n".join(parts)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from coupling.identification.static.measurements import Measurements
+from elastic_robot.coupling.identification.static.measurements import Measurements
 from elastic_robot.description import Robot
 from examples.mujoco_robot.elastic_model import ElasticModel
 from examples.mujoco_robot.integrators import INTEGRATORS

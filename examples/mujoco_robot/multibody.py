@@ -90,7 +90,7 @@ class MujocoRobot:
     """Mass matrix, bias forces, TCP and Jacobian of a robot's chain, from MuJoCo.
 
     Example:
-        >>> from coupling.files.robot_file import find_robot, load_robot
+        >>> from elastic_robot.coupling.files.robot_file import find_robot, load_robot
         >>> robot = MujocoRobot(load_robot(find_robot("icme2008")))
         >>> robot.set(np.zeros(12), np.zeros(12))
         >>> robot.tcp()[0].round(9).tolist()

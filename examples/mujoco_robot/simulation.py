@@ -54,7 +54,7 @@ class MujocoSimulation:
         RuntimeError: If there is no equilibrium.
 
     Example:
-        >>> from coupling.files.robot_file import find_robot, load_robot
+        >>> from elastic_robot.coupling.files.robot_file import find_robot, load_robot
         >>> from elastic_robot.trajectory import HeldCommand
         >>> rest = HeldCommand(0.0, np.zeros(6), np.zeros(6), np.zeros(6))
         >>> robot = load_robot(find_robot("icme2008"))

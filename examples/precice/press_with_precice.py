@@ -15,9 +15,9 @@ import numpy as np
 import plotly.graph_objects as go
 from fmpy import simulate_fmu
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu.precice_robot import CoupledMotion, PreciceNames, run_robot
-from coupling.fmu_export.build import build_fmu
+from elastic_robot.coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.coupling.fmu.precice_robot import CoupledMotion, PreciceNames, run_robot
+from elastic_robot.coupling.fmu_export.build import build_fmu
 
 WALL_STIFFNESS = 1e6  # [N/m]
 CLEARANCE, DEPTH, LASTS = 1e-3, 2e-3, 0.2  # [m, m, s]; before contact, commanded past the wall

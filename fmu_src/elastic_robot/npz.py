@@ -11,9 +11,6 @@ import zipfile
 import numpy as np
 from numpy.lib import format as npy
 
-# Deflate's longest copy, 258 bytes, takes at least 2 bits.
-_MOST_RATIO = 1032
-_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 _NUMBERS = ("f4", "f8", *(f"{kind}{size}" for kind in "iu" for size in (1, 2, 4, 8)))
 
@@ -50,7 +47,7 @@ def _member(archive: bytes, name: str) -> bytes:
         raise ValueError("it is no zip archive, or cut short") from None
     try:
         info = members.getinfo(f"{name}.npy")
-        if info.compress_type in _PACKED and info.file_size <= _MOST_RATIO * info.compress_size:
+        if info.compress_type == zipfile.ZIP_STORED and info.file_size == info.compress_size:
             return members.read(info)
     except KeyError:
         raise ValueError(f"the archive has no array '{name}'") from None
@@ -59,6 +56,11 @@ def _member(archive: bytes, name: str) -> bytes:
             raise ValueError(
                 f"the archive's member {name}.npy is damaged: its checksum is another"
             ) from None
+    if info.compress_type != zipfile.ZIP_STORED:
+        raise ValueError(
+            f"the archive's member {name}.npy is compressed: write it with numpy.savez,"
+            " not savez_compressed"
+        )
     raise ValueError(f"the archive's member {name}.npy is broken")
 
 

@@ -2,7 +2,7 @@
 
 The product of the turns along the chain, each by the half of its angle, is continuous in the angles: the
 quaternion that is taken after it does not jump to its opposite where the tool has turned by 180 degrees,
-and follows from the angles alone, not from the way there.  `native/core/chain.h` is the same in C.
+and follows from the angles alone, not from the way there.  `native/core/chain/chain.h` is the same in C.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ def replays(monkeypatch):
         with Models(case.fmu) as models:
             cell, simulated = cell_of(case.robots, models)
             found = case.method.correct(loop_of(case, cell), case.motion)
-            replays = robustness.replayed(cell, simulated, found, models.of)
+            replays = robustness.replayed(cell, simulated, found)
         return {own.name: own for own in replays}
 
     return run

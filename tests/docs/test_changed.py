@@ -16,7 +16,7 @@ import pytest
         ("coupling/errors", "coupling/errors.py"),  # has examples
         ("tests/helpers/killing", "tests/run/test_run_log.py"),
         ("tests/docs/test_changed", "tests/docs/test_changed.py"),
-        ("fmu_src/native/core/gear.c", "tests/native/test_core.py"),
+        ("fmu_src/native/core/elements/gear.c", "tests/native/test_core.py"),
         ("docs/place.md", "tests/docs/test_pages.py"),
         ("recipe/recipe.yaml", "tests/docs/test_release.py"),  # named
         (".ci/changed", "tests/docs/test_changed.py"),

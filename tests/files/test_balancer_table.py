@@ -14,8 +14,8 @@ from random_urdfs import make_urdf
 from two_joint_file import HEAD, JOINT, two_joints
 
 from coupling.files.balancer_table import MOST_POINTS
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import load_robot, parts_in_words
+from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.balancers import BalancerCurve
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError

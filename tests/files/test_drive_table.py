@@ -13,9 +13,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from places import DOCS
 
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.index_html import index_html
+from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
 

@@ -9,9 +9,9 @@ import tomlkit
 from gear_file import RATED, SHEET, K, sheet, written
 from two_joint_file import HEAD, JOINT
 
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.index_html import index_html
+from coupling.robot.robot_edit import RobotEdit
 
 
 def placed(start: Path, gear: str, target: Path) -> Path:

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from two_joint_file import HEAD, JOINT, two_joints
 
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import load_robot, parts_in_words
 from coupling.fmu_export.index_html import index_html
+from coupling.robot.robot_edit import RobotEdit
 from elastic_robot.description import Joint, Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.gear_parts import KinematicError

@@ -7,8 +7,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.robot.robot_edit import RobotEdit
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import zig
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
+from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.interface import MODES
@@ -119,6 +121,33 @@ def test_simulation_error_carries_the_fmus_sentence(arm, tmp_path, kind):
             robot.simulate(command, WrenchHistory(time, load), "quasistatic")
         with pytest.raises(SimulationError, match="expected 0 to 1 s, the trajectory's, got 2 s"):
             robot.simulate(command, WrenchHistory.none(2.0 * time), "quasistatic")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_fmu_simulates_robots_with_other_numbers_as_their_own_fmus_do(kind, tmp_path):
+    """To the last bit, whatever the number is; between them it is again the robot that was built."""
+    elements = StopElement(30.0, 1e-4), StopElement(20.0, 3e-4)
+    sines = (KinematicError(1e-4, 3.0),)
+    arm = one_joint(hysteresis=elements, kinematic_error=sines)
+    heavier = replace(arm, payload=Body(5.0, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    values = {"joint[1].hysteresis": 80.0, "joint[1].gear.kinematic_error.phase": 1.0}
+    others = [apply_values(arm, values), apply_values(arm, {"joint[1].stiffness": 2e5}), heavier]
+    time = np.linspace(0.0, 0.2, 21)
+    command = JointPath(time, (0.3 * np.sin(10.0 * time)[:, None],))
+    load = WrenchHistory(time, np.outer(np.sin(40.0 * time), [0.0, 0.0, 300.0, 0.0, 0.0, 0.0]))
+
+    def built(robot: Robot) -> RobotFmu:
+        return RobotFmu(build_fmu(robot, tmp_path / "Arm.fmu", BuildOptions(kind)))
+
+    with built(arm) as fmu:
+        before = fmu.simulate(command, load, "dynamic").pose
+        for other in others:
+            found = fmu.simulate(command, load, "dynamic", other).pose
+            with built(other) as reference:
+                expected = reference.simulate(command, load, "dynamic").pose
+            np.testing.assert_array_equal(found, expected)
+            assert np.abs(found - before).max() > 1e-6
+        np.testing.assert_array_equal(fmu.simulate(command, load, "dynamic").pose, before)
 
 
 def test_every_simulation_has_the_mode_that_it_is_given(arm_fmu):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from tuned_fmu import simulate_tuned
 
 from coupling.events import unwatched
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.fit import Fitter
 from coupling.identification.runs.measurement import MeasuredPath, Measurement
-from coupling.identification.runs.parameters import changed, learnable, prior_of, robot_with
+from coupling.identification.runs.parameters import learnable, prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.controller import Controller
@@ -18,6 +19,7 @@ from coupling.path.interpolation import InterpolatedPath
 from coupling.path.joint_path import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.inverter import Inverter
+from coupling.robot.parameters import apply_values, scaled_values
 from coupling.run.models import Models
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import IDEAL
@@ -68,9 +70,13 @@ class Robots:
         self.desired = self.path.position[0]
         self.command = self.commanded(self.none)
 
+    def described(self, x: np.ndarray) -> Robot:
+        """The robot with log factors x."""
+        return apply_values(self.robot, scaled_values(self.parameters, x))
+
     def commanded(self, x: np.ndarray) -> JointPath:
         """The command for the robot with log factors x."""
-        robot = robot_with(self.robot, self.parameters, x)
+        robot = self.described(x)
         fmu = self.models.of(robot, "backlash", self.drive).fmu
         inverter = Inverter(MovingRobot(robot, "backlash"), fmu, drive=self.drive)
         return inverter.invert(self.wanted, Controller(), 1e-6, unwatched).joints
@@ -81,8 +87,8 @@ class Robots:
 
     def taken(self, x: np.ndarray, command: JointPath | None = None) -> ToolPath:
         """Path of the tool of the robot with log factors x."""
-        values = changed(self.parameters, x)
-        return self.fmu.simulate(command or self.command, self.wrench, "dynamic", values)
+        values = scaled_values(self.parameters, x)
+        return simulate_tuned(self.fmu, command or self.command, self.wrench, "dynamic", values)
 
     def measured(self, where: np.ndarray, every: int = 1) -> MeasuredPath:
         """What is measured of where the tool is, every so many samples of 4 ms."""

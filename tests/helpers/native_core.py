@@ -10,7 +10,7 @@ import numpy as np
 from places import TESTS
 
 from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
-from coupling.fmu_export.robot_text import robot_text
+from coupling.robot.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -35,7 +35,17 @@ def library() -> ctypes.CDLL:
     lib.probe_next_kink.restype = ctypes.c_double
     lib.probe_newton.restype = ctypes.c_double
     lib.probe_contact.restype = ctypes.c_long
-    for name in ("reset", "step", "outputs", "run", "drives", "read", "parse"):
+    for name in (
+        "reset",
+        "step",
+        "outputs",
+        "run",
+        "drives",
+        "read",
+        "parse",
+        "uri",
+        "watch_growth",
+    ):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
@@ -53,6 +63,12 @@ def read_data(file: Path) -> None:
     """Read an FMU's robot.txt, the robot and the variables, as an instance does."""
     if not library().probe_read(file.read_bytes()):
         raise CoreError(library().probe_failure().decode())
+
+
+def folder_from_uri(uri: str, windows: bool) -> str | None:
+    """The folder that a URI names; None if it names none."""
+    folder = ctypes.create_string_buffer(200)
+    return folder.value.decode() if library().probe_uri(uri.encode(), windows, folder) else None
 
 
 def _array(values: np.ndarray | None) -> ctypes.c_void_p | None:
@@ -176,6 +192,10 @@ class Core:
             self._model, ctypes.c_double(end), _array(np.array(q)), _load(load)
         )
         self._require(done)
+
+    def watch_growth(self) -> bool:
+        """Have the growth of a small shift watched from now on; whether one has grown beyond measure."""
+        return self._lib.probe_watch_growth(self._model)
 
     def spring_of_matrices(self) -> np.ndarray:
         """Stiffness of the contact spring in the matrices of Newton's method: xx, xy, xz, yy, yz, zz."""

@@ -300,7 +300,8 @@ def test_motors_are_asked_for_what_the_simulated_ones_need(case):
     time = np.linspace(0.0, END, 801)
     with RobotFmu(file, "linear") as fmu:
         command = exact_command(moving, wanted)
-        found = fmu.motors(command, wanted.wrench.refined(time), [d.joint - 1 for d in demands])
+        joints = [d.joint - 1 for d in demands]
+        _, found = fmu.with_motors(command, wanted.wrench.refined(time), joints)
     largest = np.abs(found.torque).max(axis=0)
     np.testing.assert_allclose([d.torque[1.0] for d in demands], largest, rtol=0.05)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from tuned_fmu import simulate_tuned
 
 from coupling.errors import PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
@@ -79,7 +80,7 @@ def inverted(robot, curve, task, controller=Controller(), cap=None):  # noqa: B0
 def distances(fmu, task, command, tolerance=1e-9):
     """Distance of the simulated tool from the path at its times [m], (k,)."""
     values = {"tcp_tolerance": tolerance}
-    return fmu.simulate(command, task.wrench, "dynamic", values).distance_to(task.path)
+    return simulate_tuned(fmu, command, task.wrench, "dynamic", values).distance_to(task.path)
 
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])

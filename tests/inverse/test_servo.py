@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from places import CASES
 from scipy.interpolate import CubicSpline
+from tuned_fmu import simulate_tuned
 
 from coupling.case.file import load_case
 from coupling.errors import PlanningError
@@ -222,7 +223,7 @@ class Judge:
         """Largest distance after so many seconds [m]."""
         fine = SampledPath.of(wanted.path).refined(0.002).path
         loads = wanted.wrench.refined(fine.time)
-        path = self.fmu.simulate(command, loads, "dynamic", {"drive": drive})
+        path = simulate_tuned(self.fmu, command, loads, "dynamic", {"drive": drive})
         distance = np.linalg.norm(path.deviation_from(fine)[0][:, :3], axis=1)
         return distance[fine.time >= fine.time[0] + skipped].max()
 

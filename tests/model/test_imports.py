@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-import ast
-import doctest
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+from imports import imported_packages
 
 import elastic_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.fingerprint import model_files
 
 PACKAGE = Path(elastic_robot.__file__).parent
-FILES = sorted(PACKAGE.rglob("*.py"))
+FILES = [file for file in model_files(PACKAGE) if file.suffix == ".py"]
 NEEDED = {*sys.stdlib_module_names, "elastic_robot", "numpy", "scipy", "pinocchio"}
-
-
-def imported(source: str) -> set[str]:
-    """Return the packages that a source and the examples in its docstrings import, at any place."""
-    names = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, node.module
-            names.add(node.module.split(".")[0])
-        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-            examples = doctest.DocTestParser().get_examples(ast.get_docstring(node) or "")
-            names = names.union(*(imported(example.source) for example in examples))
-    return names
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
 def test_the_model_imports_numpy_scipy_pinocchio_and_python_alone(file):
-    assert imported(file.read_text(encoding="utf-8")) <= NEEDED
+    assert imported_packages(file.read_text(encoding="utf-8")) <= NEEDED
 
 
 def test_every_module_in_the_fmu_is_imported_by_its_slave(example, tmp_path):

@@ -5,7 +5,7 @@
  */
 #include "draw.h"
 
-#include "../../fmu_src/native/core/trajectory.h"
+#include "../../fmu_src/native/core/load/trajectory_build.h"
 
 typedef struct {
     unsigned char *bytes;

@@ -1,13 +1,16 @@
 /* The C core behind plain arrays, for tests through ctypes. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "chain.h"
-#include "table_file.h"
+#include "file.h"
 #include "interface.h"
 #include "model.h"
-#include "file.h"
+#include "outputs.h"
+#include "sensitivity.h"
+#include "trajectory_build.h"
 
 static er_failure failure;
 
@@ -68,6 +71,15 @@ bool probe_read(const char *text)
     free(interface);
     free(robot);
     return good;
+}
+
+/* The folder that a URI names, cut to 200 bytes; false if it names none. */
+bool probe_uri(const char *uri, bool windows, char folder[200])
+{
+    char *path = er_folder_from_uri(uri, windows);
+    snprintf(folder, 200, "%s", path != NULL ? path : "");
+    free(path);
+    return path != NULL;
 }
 
 void probe_free(er_model *model)
@@ -292,6 +304,13 @@ long probe_contact(const er_model *model, double *wrench, double *depth)
     return model->work.made;
 }
 
+/* Has the growth of a small shift of the state watched; whether one has grown. */
+bool probe_watch_growth(er_model *model)
+{
+    model->watches_growth = true;
+    return model->growth.has_grown;
+}
+
 /* Stiffness of the contact spring in the matrices of Newton's method. */
 void probe_spring_of_matrices(const er_model *model, double *stiffness)
 {
@@ -299,7 +318,7 @@ void probe_spring_of_matrices(const er_model *model, double *stiffness)
            sizeof model->memory.state.linearisation.anchor);
 }
 
-bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
+bool probe_outputs(er_model *model, double *tcp, double *velocity, double *rigid,
                    double *deviation, double *compliance, double *x, double *torque)
 {
     er_model_tcp(model, tcp);

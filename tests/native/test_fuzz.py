@@ -26,6 +26,8 @@ from coupling.fmu_export.native_standards import STANDARDS
 
 CALLS = os.environ.get("ELASTIC_ROBOT_FUZZ", "5000")
 FILES = str(max(20000, int(CALLS) // 10))
+# Every so many bytes of a state are forged.
+FORGED = 4 if int(CALLS) > 100000 else 28
 SEED = os.environ.get("ELASTIC_ROBOT_FUZZ_SEED", "1")
 LONGEST = 7200.0  # [s]
 VALGRIND = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all")
@@ -93,6 +95,15 @@ def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, s
     heavy = copy.copy(native)
     heavy.library = sanitized
     run_master(heavy, [str(host)], "run")
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_sanitizers_find_nothing_in_forged_states(first, light, sanitized, tmp_path):
+    """Whole numbers, and single bytes, that a state cannot have, under a right checksum."""
+    forge = build_master("forged_states", tmp_path / "forged", *SANITIZERS)
+    said = run(forge, sanitized, *of2(light), first, FORGED)
+    accepted, refused = (int(part.split()[0]) for part in said.split(", "))
+    assert accepted > refused > 0
 
 
 def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, sanitized, tmp_path):

@@ -83,3 +83,17 @@ def test_a_grazing_touch_is_not_stepped_over():
     core.step(0.25, [0.0], push)
     python.step(0.25, held([0.0]), Load(push))
     assert core.outputs(1)["x"][0] == pytest.approx(python.deflection()[0], abs=1e-10)
+
+
+@pytest.mark.parametrize("time", [0.0, 100.0])
+@pytest.mark.parametrize("step", [1e-11, 1e-14])
+def test_a_robot_moves_in_steps_of_any_length(step, time):
+    """Newton's law over a thousand steps of a free arm; a step of usual length goes on from there."""
+    core, moment = Core(pendulum(gravity=(0.0, 0.0, 0.0), stiffness=1.0)), 1e4
+    core.reset("linear", time, [0.0], about_y(0.0), tolerance=1e-6)
+    for k in range(1, 1001):
+        core.step(k * step, [0.0], about_y(moment))
+    rate = core.outputs(1)["velocity"][4]
+    assert rate == pytest.approx(moment / INERTIA * 1000 * step, rel=1e-9)
+    core.step(1e-3, [0.0], about_y(moment))
+    assert core.outputs(1)["velocity"][4] == pytest.approx(moment / INERTIA * 1e-3, rel=1e-6)

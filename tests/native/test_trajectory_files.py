@@ -73,7 +73,7 @@ def test_what_is_no_file_is_said_at_once(core, tmp_path, name):
 
 
 def test_an_archive_cut_anywhere_is_refused(core):
-    content = npz(compressed=True)
+    content = npz()
     for length in range(len(content)):
         with pytest.raises((ValueError, TrajectoryError)):
             trajectory_of(*parse_table(content[:length], True), 1)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from slipping_robot import with_hysteresis
+from tuned_fmu import simulate_tuned
 
 from coupling.errors import PlanningError
 from coupling.files.robot_file import find_robot, load_robot
@@ -71,7 +72,7 @@ def test_what_slip_torques_30_percent_off_do_is_bounded_by_the_figure(slipping, 
 
         def tool(*gears: int, factor: float) -> np.ndarray:
             other = {f"joint[{i}].hysteresis": factor * torques[i] for i in gears}
-            return fmu.simulate(command, wrench, "quasistatic", other).position[0]
+            return simulate_tuned(fmu, command, wrench, "quasistatic", other).position[0]
 
         as_is = tool(factor=1.0)
         for gears in (tuple(torques), *((i,) for i in torques)):

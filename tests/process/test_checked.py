@@ -25,8 +25,8 @@ def answer(
 
 
 MISTAKES = {
-    "None": (None, "expected a coupling.process.ProcessResponse, got NoneType"),
-    "a wrench": (answer().wrench, "expected a coupling.process.ProcessResponse, got WrenchHistory"),
+    "None": (None, "expected a ProcessResponse, got NoneType"),
+    "a wrench": (answer().wrench, "expected a ProcessResponse, got WrenchHistory"),
     "too short": (answer(4), r"wrench: expected shape \(1, 5, 6\), .* got \(1, 4, 6\)"),
     "two tools": (answer(tools=2), r"wrench: expected shape \(1, 5, 6\), .* got \(2, 5, 6\)"),
     "own times": (
@@ -80,7 +80,7 @@ def test_what_fails_in_it_is_named_with_its_line():
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("return None", "gave an invalid result: expected a coupling.process.ProcessResponse"),
+        ("return None", "gave an invalid result: expected a ProcessResponse"),
         ("raise SystemExit(0)", "failed: SystemExit: 0"),
         ("return path.forces", "failed: AttributeError: 'ToolPath' object has no attribute"),
     ],

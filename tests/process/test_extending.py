@@ -72,7 +72,7 @@ BAD_FILES = {
     "no table": (
         "class Table: pass",
         "own.py:Table",
-        "derived from coupling.process.ProcessTable, .*, got <class",
+        "derived from elastic_robot.coupling.process.ProcessTable, .*, got <class",
     ),
     "no method": (
         "from coupling.process import ProcessTable\nclass Table(ProcessTable): pass",

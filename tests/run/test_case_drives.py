@@ -13,6 +13,7 @@ import pytest
 from line_case import moving_line
 from motor_file import with_motors
 from places import CASES
+from tuned_fmu import simulate_tuned
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -119,7 +120,7 @@ def simulated(case: Case, stored, folder: Path, drive: str):
     """The files of a run on an FMU built by hand: largest distance from the desired path [m]."""
     file = build_fmu(case.robots[0].description, folder / "own.fmu", BuildOptions("native"))
     with RobotFmu(file, "backlash") as fmu:
-        path = fmu.simulate(stored.joints, stored.wrench, "dynamic", {"drive": drive})
+        path = simulate_tuned(fmu, stored.joints, stored.wrench, "dynamic", {"drive": drive})
     return path, measure(path, stored.desired).maximum
 
 
@@ -154,7 +155,7 @@ def test_coupling_moves_the_motors_as_well(tmp_path):
     wrench = run.correction.response.wrench
     with RobotFmu(file, "backlash") as fmu:
         paths = {
-            drive: fmu.simulate(run.correction.joints, wrench, "dynamic", {"drive": drive})
+            drive: simulate_tuned(fmu, run.correction.joints, wrench, "dynamic", {"drive": drive})
             for drive in ("servo", "ideal")
         }
     off = {drive: path.distance_to(run.correction.achieved).max() for drive, path in paths.items()}

@@ -15,9 +15,9 @@ from coupling.process import PROCESSES
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.process.sheet_fem_table import SheetFemTable
 from coupling.results.outlook import DeviationInterval
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.drawn_plants import basis_of, drawn_differences
 from coupling.run.execute import run_compensation
-from coupling.run.robustness import SimulatedModel
 
 RANGES = {1: (5e6, 4e7), 4: (1e6, 3e6)}
 
@@ -28,7 +28,7 @@ def test_draws_fill_the_ranges_evenly_in_their_logarithm_and_leave_the_other_gea
     drawn = list(drawn_differences(models, [RANGES], (0.84, 1.0), 64, seed=1))
     again = list(drawn_differences(models, [RANGES], (0.84, 1.0), 64, seed=1))
     assert drawn == again
-    factors = np.array([differences[0].stiffness for differences, _ in drawn])
+    factors = np.array([differences[0].amounts["stiffness"] for differences, _ in drawn])
     own = [joint.stiffness for joint in example.joints]
     for number, (low, high) in RANGES.items():
         along = np.log(factors[:, number - 1] * own[number - 1] / low) / np.log(high / low)

@@ -14,13 +14,13 @@ from places import CASES, EXAMPLES
 from coupling.case.case import Case
 from coupling.case.file import load_case
 from coupling.files.ratings import Ratings, load_ratings
-from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.robot_schema import GearTorque
 from coupling.inverse.diagnosis import diagnose, gear_loads
 from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.robot_edit import RobotEdit
 from coupling.run.load_limits import exceeded
 from coupling.run.plausibility import remarks
 

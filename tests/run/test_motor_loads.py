@@ -64,7 +64,7 @@ def told(case: Case, joints, wrench, folder: Path, drive: str) -> dict[int, tupl
     end = wrench.time[-1]
     time = np.linspace(0.0, end, round(end / 1e-3) + 1)
     with RobotFmu(file, "backlash", drive=drive) as fmu:
-        found = fmu.motors(joints, wrench.refined(time), range(5))
+        _, found = fmu.with_motors(joints, wrench.refined(time), range(5))
     torque = np.abs(found.torque)
     return {
         i + 1: (torque[:, i].max(), time[torque[:, i].argmax()], found.angle[:, i])

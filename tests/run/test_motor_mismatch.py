@@ -18,7 +18,7 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.report.run_report import run_summary
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
@@ -82,21 +82,21 @@ def finished(tmp_path_factory) -> tuple[Case, StoredRobot, Path]:
 def test_factors_of_motors_are_those_of_their_description():
     """One number or one a joint; rotors, feed-forward and what is no motor stay as they are."""
     robot = load_robot(find_robot("icme2008"))
-    assert ModelMismatch(friction=(1.3,), servo_gain=(0.8,)).description(robot) == robot
+    every = RobotDifference({"friction": (1.3,), "servo_gain": (0.8,)})
+    assert every.applied(robot, "backlash") == robot
     drive = Drive(10.0, 20.0, 500.0, 100.0, 0.9, friction=5.0, viscous=3.0, torque_limit=900.0)
     moved = replace(robot, joints=tuple(replace(j, drive=drive) for j in robot.joints[:5]))
-    every = ModelMismatch(friction=(1.3,), servo_gain=(0.8,))
-    assert every.description(moved) == changed_by_hand(moved, 1.3, 0.8)
-    assert every.parameters(moved, "backlash") == {}
-    one = ModelMismatch(friction=(1.0, 1.0, 2.0, 1.0, 1.0)).description(moved)
+    assert every.applied(moved, "backlash", "servo") == changed_by_hand(moved, 1.3, 0.8)
+    one = RobotDifference({"friction": (1.0, 1.0, 2.0, 1.0, 1.0)}).applied(moved, "backlash")
     assert one.joints[2].drive == replace(drive, friction=10.0, viscous=6.0)
     assert [j.drive for k, j in enumerate(one.joints) if k != 2] == [drive] * 4
-    for difference in (ModelMismatch(friction=(1.3,)), ModelMismatch(servo_gain=(0.8,))):
-        assert difference.has_effect(moved, "backlash", "servo")
-        assert not difference.has_effect(moved, "backlash", "ideal")
-        assert not difference.has_effect(robot, "backlash", "servo")
+    for name in ("friction", "servo_gain"):
+        difference = RobotDifference({name: (1.3,)})
+        assert difference.values(moved, "backlash", "servo")
+        assert not difference.values(moved, "backlash", "ideal")
+        assert not difference.values(robot, "backlash", "servo")
     with pytest.raises(ValueError, match="servo_gain: expected finite factors > 0"):
-        ModelMismatch(servo_gain=(0.0,))
+        RobotDifference({"servo_gain": (0.0,)})
 
 
 def test_rows_of_a_run_are_its_files_on_robots_with_other_motors(finished, tmp_path):
@@ -125,7 +125,8 @@ def test_a_plant_has_other_motors(finished, tmp_path):
     hand = changed_by_hand(own, 0.8, 1.0)
     first = changed_by_hand(own, 0.8, 0.9).joints[0]
     (robot,) = case.plant.robots
-    assert robot.description == replace(hand, joints=(first, *hand.joints[1:]))
+    assert robot.description == own
+    assert robot.robot == replace(hand, joints=(first, *hand.joints[1:]))
     assert in_words(case.plant, case.robots) == (
         "friction x 0.8",
         "servo gain x 0.9, 1, 1, 1, 1, 1",
@@ -199,24 +200,24 @@ def sines_of(robot: Robot) -> np.ndarray:
 def test_other_kinematic_errors_are_those_of_turned_phasors(tmp_path):
     """Factors and phases for all joints or one each; 0 leaves none; they show under any drives."""
     robot = with_sines(tmp_path).robots[0].description
-    own = ModelMismatch(kinematic_error=(1.5,), kinematic_error_phase=(0.7,))
+    own = RobotDifference({"kinematic_error": (1.5,), "kinematic_error_phase": (0.7,)})
     hand = turned_by_hand(robot, 1.5, 0.7)
-    np.testing.assert_allclose(sines_of(own.description(robot)), sines_of(hand), rtol=1e-14)
-    assert own.parameters(robot, "backlash") == {}
-    assert all(own.has_effect(robot, "backlash", drive) for drive in ("ideal", "servo"))
-    assert not any(
-        j.kinematic_error for j in ModelMismatch(kinematic_error=(0,)).description(robot).joints
-    )
-    one = ModelMismatch(kinematic_error_phase=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)).description(robot)
+    for drive in ("ideal", "servo"):
+        found = sines_of(own.applied(robot, "backlash", drive))
+        np.testing.assert_allclose(found, sines_of(hand), rtol=1e-14)
+    none = RobotDifference({"kinematic_error": (0.0,)}).applied(robot, "backlash")
+    assert not any(j.kinematic_error for j in none.joints)
+    shifts = {"kinematic_error_phase": (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
+    one = RobotDifference(shifts).applied(robot, "backlash")
     assert [a == b for a, b in zip(one.joints, robot.joints, strict=True)] == [
         i != 2 for i in range(6)
     ]
     bare = load_robot(find_robot("icme2008"))
-    assert not own.has_effect(bare, "backlash", "servo")
+    assert not own.values(bare, "backlash", "servo")
     with pytest.raises(ValueError, match="kinematic_error_phase: expected finite"):
-        ModelMismatch(kinematic_error_phase=(np.nan,))
+        RobotDifference({"kinematic_error_phase": (np.nan,)})
     with pytest.raises(ValueError, match="kinematic_error_phase: expected one number, or 6"):
-        ModelMismatch(kinematic_error_phase=(0.1, 0.2)).description(robot)
+        RobotDifference({"kinematic_error_phase": (0.1, 0.2)}).applied(robot, "backlash")
 
 
 def test_a_run_has_a_row_of_kinematic_errors_with_an_unknown_phase(tmp_path):
@@ -240,8 +241,8 @@ def test_plants_and_studies_have_other_kinematic_errors(tmp_path):
     keys = "kinematic_error_factor = 0.5\nkinematic_error_phase_deg = [90.0, 0.0, 0.0, 0.0, 0.0, -30.0]"
     case = case_of(tmp_path, 'drive = "ideal"', f"[plant]\n{keys}")
     (plant,) = case.plant.robots
-    assert plant.difference.kinematic_error == (0.5,)
-    assert plant.difference.kinematic_error_phase == pytest.approx(
+    assert plant.difference.amounts["kinematic_error"] == (0.5,)
+    assert plant.difference.amounts["kinematic_error_phase"] == pytest.approx(
         [0.5 * np.pi, 0.0, 0.0, 0.0, 0.0, -np.pi / 6.0], rel=1e-15
     )
     assert in_words(case.plant, case.robots) == (
@@ -260,5 +261,6 @@ def test_plants_and_studies_have_other_kinematic_errors(tmp_path):
     each = StudyParameters.of(with_sines(tmp_path, more=table), loaded=False)
     assert each.names == tuple(f"kinematic_error_phase_deg[{i}]" for i in range(1, 7))
     (sampled,) = each.sampled([0.0, 45.0, 0.0, 0.0, 0.0, 0.0]).differences
-    assert sampled.kinematic_error == (1.0,)
-    assert sampled.kinematic_error_phase == pytest.approx((0.0, np.pi / 4.0, 0.0, 0.0, 0.0, 0.0))
+    assert sampled.amounts == {
+        "kinematic_error_phase": pytest.approx((0.0, np.pi / 4.0, 0.0, 0.0, 0.0, 0.0))
+    }

@@ -12,6 +12,7 @@ from command_line import BY_MODE, FILES, command
 from line_case import moving_line
 from motor_file import with_motors
 from places import CASES
+from tuned_fmu import simulate_tuned
 
 from coupling.case.case import Case
 from coupling.case.file import load_case
@@ -21,7 +22,7 @@ from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
@@ -56,7 +57,7 @@ def simulated(
     stored = read_run(folder).first
     file = build_fmu(robot, folder / "own.fmu", BuildOptions("native"))
     with RobotFmu(file, curve) as fmu:
-        path = fmu.simulate(stored.joints, stored.wrench.scaled(force), "dynamic", changed)
+        path = simulate_tuned(fmu, stored.joints, stored.wrench.scaled(force), "dynamic", changed)
     np.testing.assert_allclose(stored.plant.pose, path.pose, rtol=0, atol=1e-12)
     return measure(path, stored.desired).maximum
 
@@ -106,7 +107,7 @@ def test_a_plant_has_other_slip_torques_where_its_gears_have_elements(tmp_path):
     (tmp_path / "slips.toml").write_text(text.replace("backlash  =", f"{gear}backlash  =", 1))
     case = load_case(moving(tmp_path, 'description = "slips.toml"\nhysteresis_factor = 0.5'))
     (robot,) = case.plant.robots
-    assert robot.difference.parameters(robot.description, robot.torque_curve) == {
+    assert robot.difference.values(robot.description, robot.torque_curve) == {
         "joint[1].hysteresis": 20.0
     }
     assert in_words(case.plant, case.robots)[-1] == "hysteresis x 0.5"
@@ -147,7 +148,7 @@ def test_a_plant_with_servos_is_the_fmu_with_its_drive_set_by_hand(tmp_path):
     robot = load_case(file).plant.robots[0].description
     with RobotFmu(build_fmu(robot, tmp_path / "own.fmu", BuildOptions("native"))) as fmu:
         wrench = run.plant.coupling.response.wrench
-        path = fmu.simulate(run.correction.joints, wrench, "dynamic", {"drive": "servo"})
+        path = simulate_tuned(fmu, run.correction.joints, wrench, "dynamic", {"drive": "servo"})
     at = np.searchsorted(path.time, run.plant.path.time)
     np.testing.assert_allclose(run.plant.path.pose, path.at_rows(at).pose, rtol=0, atol=1e-12)
 
@@ -216,7 +217,8 @@ def test_a_payload_joins_the_one_that_is_there(example):
     """Mass, centre and inertia of both bodies about any point."""
     own = Body(12.0, (0.1, -0.2, 0.3), (0.5, 0.6, 0.7, 0.01, -0.02, 0.03))
     robot = replace(example, payload=own)
-    more = ModelMismatch(payload=3.0, payload_position=(0.0, 0.5, -0.1)).description(robot).payload
+    difference = RobotDifference(payload=3.0, payload_position=(0.0, 0.5, -0.1))
+    more = difference.applied(robot, "backlash").payload
 
     def about(body: Body, point: np.ndarray) -> np.ndarray:
         arm = np.array(body.com) - point
@@ -228,7 +230,8 @@ def test_a_payload_joins_the_one_that_is_there(example):
         np.testing.assert_allclose(
             about(more, point), about(own, point) + about(added, point), atol=1e-12
         )
-    assert ModelMismatch(payload=1.0).description(example).payload.com == example.tcp_position
+    carried = RobotDifference(payload=1.0).applied(example, "backlash").payload
+    assert carried.com == example.tcp_position
 
 
 def test_the_supporting_robot_has_a_table_of_its_own(tmp_path):
@@ -236,7 +239,8 @@ def test_the_supporting_robot_has_a_table_of_its_own(tmp_path):
     text += "\n[plant]\nstiffness_factor = 0.9\n[plant.support]\npayload_kg = 3.0\n"
     (tmp_path / "cell.toml").write_text(text)
     first, second = load_case(tmp_path / "cell.toml").plant.robots
-    assert (first.difference.stiffness, second.difference.stiffness) == ((0.9,), (1.0,))
+    stiffness = [robot.difference.amounts["stiffness"] for robot in (first, second)]
+    assert stiffness == [(0.9,), (1.0,)]
     assert (first.difference.payload, second.difference.payload) == (0.0, 3.0)
 
 

@@ -13,6 +13,7 @@ import pytest
 from line_case import line_case
 from scipy.integrate import trapezoid
 from scipy.interpolate import BPoly
+from tuned_fmu import simulate_tuned
 
 from coupling.case.case import Case
 from coupling.cli.console import console
@@ -28,14 +29,15 @@ from coupling.report.run_report import run_summary
 from coupling.report.terminal import print_sections
 from coupling.report.thinning import extremes
 from coupling.robot.cell import Cell, Member
-from coupling.robot.mismatch import ModelMismatch
+from coupling.robot.differences import RobotDifference
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.console import RunView
 from coupling.run.drive_motion import drive_motions
 from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.gear_loads import diagnose_robots
-from coupling.run.robustness import VARIATIONS, SimulatedModel, replayed
+from coupling.run.robustness import VARIATIONS, replayed
 from coupling.run.stored_run import read_run
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import StopElement
@@ -44,7 +46,7 @@ from elastic_robot.gear_parts import StopElement
 NAMES = [
     variation.name
     for variation in VARIATIONS
-    if variation.difference.has_effect(load_robot(find_robot("icme2008")), "backlash", "ideal")
+    if variation.difference.values(load_robot(find_robot("icme2008")), "backlash", "ideal")
     or variation.force != 1.0
 ]
 
@@ -89,7 +91,7 @@ def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, exam
     with RobotFmu(file, "backlash") as fmu:
 
         def left(wrench: WrenchHistory, changed: dict[str, float]) -> tuple[float, float]:
-            path = fmu.simulate(stored.joints, wrench, "dynamic", changed)
+            path = simulate_tuned(fmu, stored.joints, wrench, "dynamic", changed)
             distance = np.linalg.norm(path.position[0] - stored.desired.position[0], axis=1)
             mean = trapezoid(distance**2, path.time) / (path.time[-1] - path.time[0])
             return distance.max(), np.sqrt(mean)
@@ -125,10 +127,10 @@ def test_what_means_nothing_is_left_out(tmp_path, example):
         name for name in NAMES if "backlash" not in name and "force" not in name
     ]
     tight = replace(example, joints=tuple(replace(joint, backlash=0.0) for joint in example.joints))
-    more = ModelMismatch(backlash=(1.2,))
-    assert len(more.parameters(example, "backlash")) == 5
-    assert more.parameters(tight, "backlash") == more.parameters(example, "linear") == {}
-    assert ModelMismatch().parameters(example, "backlash") == {}
+    more = RobotDifference({"backlash": (1.2,)})
+    assert len(more.values(example, "backlash")) == 5
+    assert more.values(tight, "backlash") == more.values(example, "linear") == {}
+    assert RobotDifference().values(example, "backlash") == {}
 
 
 def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
@@ -136,10 +138,10 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
     points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
     first = replace(robot.joints[0], torque_table=points)
     own = replace(robot, joints=(first, *robot.joints[1:]))
-    stiffer = ModelMismatch(stiffness=(1.02,))
-    assert "joint[1].stiffness" not in stiffer.parameters(own, "spline")
-    assert "joint[1].tilt[1].stiffness" in stiffer.parameters(own, "spline")
-    assert "joint[1].stiffness" in stiffer.parameters(own, "backlash")
+    stiffer = RobotDifference({"stiffness": (1.02,)})
+    assert "joint[1].stiffness" not in stiffer.values(own, "spline")
+    assert "joint[1].tilt[1].stiffness" in stiffer.values(own, "spline")
+    assert "joint[1].stiffness" in stiffer.values(own, "backlash")
 
 
 def with_elements(robot: Robot, *numbers: int) -> Robot:
@@ -154,34 +156,34 @@ def with_elements(robot: Robot, *numbers: int) -> Robot:
 
 def test_a_factor_of_the_hysteresis_is_one_of_all_slip_torques_of_a_gear(example):
     """Whatever its torque curve, beside a table too; nothing where there are no elements."""
-    slipping, own = with_elements(example, 2, 4), ModelMismatch(hysteresis=(1.3,))
+    slipping, own = with_elements(example, 2, 4), RobotDifference({"hysteresis": (1.3,)})
     points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
     second = replace(slipping.joints[1], torque_table=points)
     tabled = replace(slipping, joints=(slipping.joints[0], second, *slipping.joints[2:]))
     for robot in (slipping, tabled):
         for curve in ("linear", "backlash", "spline"):
-            assert own.parameters(robot, curve) == {
+            assert own.values(robot, curve) == {
                 "joint[2].hysteresis": pytest.approx(156.0, rel=1e-15),
                 "joint[4].hysteresis": pytest.approx(156.0, rel=1e-15),
             }
-    assert own.parameters(example, "backlash") == {}
-    none = ModelMismatch(hysteresis=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0))
-    assert none.parameters(slipping, "backlash") == {"joint[2].hysteresis": 0.0}
-    assert "hysteresis" not in str(
-        ModelMismatch((1.1,), (1.1,), (1.1,)).parameters(slipping, "linear")
-    )
+    assert own.values(example, "backlash") == {}
+    none = RobotDifference({"hysteresis": (1.0, 0.0, 1.0, 1.0, 1.0, 1.0)})
+    assert none.values(slipping, "backlash") == {"joint[2].hysteresis": 0.0}
+    others = RobotDifference(dict.fromkeys(("stiffness", "damping", "backlash"), (1.1,)))
+    assert "hysteresis" not in str(others.values(slipping, "linear"))
     with pytest.raises(ValueError, match=r"hysteresis: expected finite factors >= 0, got \[-0.3\]"):
-        ModelMismatch(hysteresis=(-0.3,))
+        RobotDifference({"hysteresis": (-0.3,)})
 
 
 class Recorder:
-    """An FMU that notes what is changed and moves as it was told."""
+    """An FMU that notes the slip torques of gears and moves as it was told."""
 
     def __init__(self, path: ToolPath) -> None:
-        self.path, self.changed = path, {}
+        self.path, self.slip_torques = path, {}
 
-    def simulate(self, command, wrench, mode, changed, what) -> ToolPath:
-        self.changed[what] = dict(changed)
+    def simulate(self, command, wrench, mode, robot, what) -> ToolPath:
+        whole = {i: sum(e.slip_torque for e in j.hysteresis) for i, j in enumerate(robot.joints, 1)}
+        self.slip_torques[what] = {i: torque for i, torque in whole.items() if torque}
         return self.path
 
 
@@ -193,14 +195,15 @@ def test_a_command_is_replayed_with_other_slip_torques_where_gears_have_elements
     replays = {}
     for robot in (example, with_elements(example, 3)):
         fmu = Recorder(found.achieved)
-        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found, None)
-        replays[robot] = [row.name for row in rows], fmu.changed
+        rows = replayed(cell, [SimulatedModel(robot, "backlash", fmu)], found)
+        replays[robot] = [row.name for row in rows], fmu.slip_torques
     (names, before), (more, after) = replays.values()
     assert names == NAMES
     assert more == [*NAMES[:-1], "hysteresis +30 %", "hysteresis -30 %", NAMES[-1]]
-    assert after.pop("hysteresis +30 %") == {"joint[3].hysteresis": pytest.approx(156.0, rel=1e-15)}
-    assert after.pop("hysteresis -30 %") == {"joint[3].hysteresis": pytest.approx(84.0, rel=1e-15)}
-    assert before == after
+    assert after.pop("hysteresis +30 %") == {3: pytest.approx(156.0, rel=1e-15)}
+    assert after.pop("hysteresis -30 %") == {3: pytest.approx(84.0, rel=1e-15)}
+    assert before == {name: {} for name in NAMES}
+    assert list(after.values()) == [{3: 120.0}] * len(NAMES)
 
 
 def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.run.robustness import SimulatedModel
+from coupling.robot.simulated_model import SimulatedModel
 from coupling.run.usual_gears import FRICTION, VISCOUS, completed, left_out, usual_drive
 
 

@@ -19,6 +19,7 @@ from command_line import command
 from line_case import moving_line
 from places import LINE_CASE
 from studies import children, rows, started, tables, wait_for_rows
+from tuned_fmu import simulate_tuned
 
 from coupling.case.file import load_case
 from coupling.case.plant import Distribution
@@ -143,7 +144,7 @@ def test_every_row_is_the_command_on_a_robot_changed_by_hand(
                             name = f"joint[{i}].tilt[{k}].{key}"
                             changed[name] = factor * getattr(tilt, key)
             wrench = stored.wrench.scaled(row[4])
-            path = fmu.simulate(stored.joints, wrench, "dynamic", changed)
+            path = simulate_tuned(fmu, stored.joints, wrench, "dynamic", changed)
             found = measure(path, stored.desired)
             assert (found.maximum, found.rms) == pytest.approx(tuple(row[5:7]), abs=1e-12)
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.files.gear_table import sheet_elements
-from coupling.files.robot_edit import place_of
-from coupling.identification.static.elastic import ElasticParameters
+from coupling.identification.static.elastic import KINDS_AT_REST, ElasticParameters
 from coupling.identification.static.measurements import Measurements
 from coupling.identification.static.prediction import moved
-from coupling.robot.parameters import SLIP_ANGLE, RobotParameter, robot_parameters, with_joints
+from coupling.robot.parameters import RobotParameter, place_of, robot_parameters, with_joints
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
@@ -43,10 +42,9 @@ class LoopParameters(ElasticParameters):
             torque_curve: A name of `TORQUE_CURVES`.
             shaped: Numbers of joints, from 0, whose slip angles are fitted as well.
         """
-        kinds = ("stiffness", "backlash", "hysteresis", SLIP_ANGLE)
-        every = robot_parameters(robot, torque_curve, kinds)
+        every = robot_parameters(robot, torque_curve, KINDS_AT_REST)
         return cls(
-            robot, tuple(own for own in every if own.kind != SLIP_ANGLE or joint_of(own) in shaped)
+            robot, tuple(p for p in every if p.kind != "slip_angle" or joint_of(p) in shaped)
         )
 
     def chosen(self, kind: str) -> np.ndarray:

@@ -14,7 +14,7 @@ from coupling.identification.motion.moved_motors import beside_gear, motor_torqu
 from coupling.identification.motion.moved_robot import GearMotion
 from coupling.identification.motion.problem import MotionProblem, MovedRecording, Predicted
 from coupling.identification.motion.sensors import SensorParameter, column, torque_column
-from coupling.robot.parameters import with_values
+from coupling.robot.parameters import apply_values
 
 # Change of a parameter for its derivative, in parts of its usual size: far above what the FMU rounds.
 _CHANGE = 1e-2
@@ -177,7 +177,7 @@ def _by_motor(
     part, carried = base.part[:, p.joint], base.gears.torque[:, p.joint]
     if isinstance(p, SensorParameter):
         return p.size * torque_column(p, moved.motion, part, moved.recording.step)
-    there = with_values(base.robot, {p.name: p.in_robot(x[k] + _CHANGE)})
+    there = apply_values(base.robot, {p.name: p.in_robot(x[k] + _CHANGE)})
     ends = []
     for robot in (base.robot, there):
         drive = robot.joints[p.joint].drive

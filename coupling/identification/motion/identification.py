@@ -105,7 +105,7 @@ class MotionIdentification:
         """The robot as written."""
         problem = replace(self.fit.problem, robot=self.robot)
         written = np.array([p.name in self.identified for p in problem.parameters])
-        return problem.robot_of(np.where(written, self.fit.x, problem.start))
+        return problem.robot_at(np.where(written, self.fit.x, problem.start))
 
 
 def identify_motion(

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.errors import SimulationError
+from coupling.errors import HostError, SimulationError
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.job import FmuError, SimulationJob
-from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.fmu_export.build import build_fmu
-from coupling.fmu_export.native_fmu import ROBOT_ENTRY
-from coupling.fmu_export.robot_text import robot_text
 from coupling.identification.motion.recording import SmoothedMotion
 from coupling.path.joint_path import JointPath
-from coupling.robot.robot_fmu import save_trajectory
+from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -24,8 +20,6 @@ from elastic_robot.description import Robot
 _TOLERANCE = 5e-7
 # Simulations that are kept: those of one Jacobian, with which the next fit begins.
 _KEPT = 48
-# What ends the robot's own lines.
-_END = "\nend\n"
 
 
 @dataclass(frozen=True)
@@ -60,22 +54,12 @@ class MovedRobot:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._torsions = build_chain(robot).torsions
-        self._folder = ScratchFolder()
-        self._kept: deque[tuple[str, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
-        self._saved: SmoothedMotion | None = None
-        self._worker: WorkerProcess | None = None
-        file = build_fmu(robot, self._folder.path / "moved.fmu")
-        try:
-            unpack(file, self._folder.path / "fmu")
-            self._worker = WorkerProcess(self._folder.path / "fmu")
-        except FmuError as cause:
-            self.close()
-            raise SimulationError(f"{robot.name}: {cause}") from cause
-        self._text = self._folder.path / "fmu" / ROBOT_ENTRY
-        # Behind the robot's own lines follow those of the variables, which stay.
-        own, self._variables = self._text.read_text(encoding="utf-8").split(_END, maxsplit=1)
-        self._guid = own.splitlines()[1].split(maxsplit=1)[1]
+        self._torsions = build_chain(robot).torsions.tolist()
+        self._kept: deque[tuple[Robot, SmoothedMotion, GearMotion]] = deque(maxlen=_KEPT)
+        self._command: tuple[SmoothedMotion | None, JointPath | None] = None, None
+        with ScratchFolder() as folder:
+            self._fmu = RobotFmu(build_fmu(robot, folder / "moved.fmu"))
+        self._fmu.parameters["tcp_tolerance"] = _TOLERANCE
 
     def __enter__(self) -> MovedRobot:
         return self
@@ -85,9 +69,7 @@ class MovedRobot:
 
     def close(self) -> None:
         """End the process and remove its files."""
-        if self._worker is not None:
-            self._worker.close()
-        self._folder.close()
+        self._fmu.close()
 
     def moved(self, robot: Robot, time: np.ndarray, motion: SmoothedMotion) -> GearMotion:
         """Return what the gears of a robot do while its drives move.
@@ -100,38 +82,16 @@ class MovedRobot:
         Raises:
             SimulationError: If the FMU refuses the robot or a step.
         """
-        assert self._worker is not None
-        # An instance reads the robot's numbers when it is made.
-        own, _ = f"{robot_text(robot, self._guid)}\n".split(_END)
-        for text, moved, gears in self._kept:
-            if text == own and moved is motion:
+        for known, moved, gears in self._kept:
+            if moved is motion and known == robot:
                 return gears
-        self._text.write_text(own + _END + self._variables, encoding="utf-8")
-        trajectory = self._folder.path / "trajectory.npz"
-        if motion is not self._saved:
+        known_motion, command = self._command
+        if command is None or known_motion is not motion:
             command = JointPath(time, (motion.q,), (motion.qd,), (motion.qdd,))
-            save_trajectory(trajectory, command)
-            self._saved = motion
-        joints = range(1, motion.q.shape[1] + 1)
-        outputs = [f"deflection[{k + 1}]" for k in self._torsions]
-        outputs += [f"gear_torque[{i}]" for i in joints]
-        job = SimulationJob(
-            {
-                "trajectory": str(trajectory),
-                "torque_curve": "backlash",
-                "mode": "dynamic",
-                "tcp_tolerance": _TOLERANCE,
-            },
-            time,
-            (),
-            np.empty((len(time), 0)),
-            tuple(outputs),
-            len(outputs),
-        )
+            self._command = motion, command
         try:
-            self._worker.send(job)
-            rows = self._worker.receive(lambda done, total: None)
-        except (FmuError, WorkerEndedError) as cause:
+            gears = GearMotion(self._fmu.gears(command, time, self._torsions, robot))
+        except (HostError, SimulationError) as cause:
             raise SimulationError(f"{robot.name}: {cause}") from cause
-        self._kept.append((own, motion, GearMotion(rows)))
-        return GearMotion(rows)
+        self._kept.append((robot, motion, gears))
+        return gears

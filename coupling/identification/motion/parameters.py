@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from coupling.robot.parameters import dry_friction, unit_of, value_of
-from elastic_robot.description import Joint, Robot
+from coupling.robot.parameter_table import PARAMETER_KINDS
+from coupling.robot.parameters import part_of, place_of
+from elastic_robot.description import Body, Joint, Robot
 
 # A backlash below this is none, as crossing it takes no time that counts [rad].
 _NO_BACKLASH = 1e-8
-# Stiffness and rotor come from data sheets: standard deviation around the file's, in parts of it.
-_DATA_SHEET = 0.5
-# A data sheet says at most how much backlash there is: standard deviation, in parts of the file's.
-_BACKLASH = 1.0
 
 
 @dataclass(frozen=True)
 class MotionParameter:
-    """How a number of a robot is fitted, which `coupling.robot.parameters` reads and writes by its name.
+    """How a number of a robot is fitted, as the row of its kind says.
 
     Attributes:
         name: Name of the robot's parameter, `joint[2].stiffness`.
@@ -54,19 +50,30 @@ class MotionParameter:
     prior: float = np.inf
 
     @classmethod
-    def of(
-        cls,
-        robot: Robot,
-        name: str,
-        term: str,
-        joint: int,
-        size: float | None = None,
-        **further: Any,
-    ) -> MotionParameter:
-        """Return a robot's parameter; its usual size is the start's if none is given."""
-        start = value_of(robot, name)
-        usual = start if size is None else size
-        return cls(name, term, joint, usual, unit_of(name), start, **further)
+    def of(cls, robot: Robot, name: str, joint: int) -> MotionParameter:
+        """Return a robot's parameter by its name, for a kind that has a `MotionTerm`.
+
+        Args:
+            joint: As of the attributes.
+        """
+        kind, part = PARAMETER_KINDS[place_of(name)[2]], part_of(robot, name)
+        term, start = kind.motion, kind.read(part)
+        assert term is not None
+        return cls(
+            name,
+            term.name if term.part == "payload" else f"{term.name} {joint + 1}",
+            joint,
+            start if term.size is None else term.size(part),
+            kind.unit,
+            start,
+            none=start if term.is_needed else 0.0,
+            signed=term.is_signed,
+            inverse=kind.inverse,
+            moves_gears=not kind.of_motor,
+            vanishes=term.vanishes,
+            most=term.most,
+            prior=term.prior,
+        )
 
     @property
     def of_gear(self) -> bool:
@@ -100,58 +107,20 @@ def motion_parameters(robot: Robot, with_link: Iterable[int]) -> tuple[MotionPar
     Args:
         with_link: Indices of joints whose link's angle is measured.
     """
-    measured, found = set(with_link), []
+    measured, last = set(with_link), len(robot.joints) - 1
+    names: list[tuple[str, int]] = []
     for i, joint in enumerate(robot.joints):
-        own = [*(_of_gear(joint) if i in measured else ()), *_of_balancer(joint), *_of_motor(joint)]
-        found += [
-            MotionParameter.of(robot, f"joint[{i + 1}].{key}", f"{term} {i + 1}", i, **further)
-            for key, term, further in own
-        ]
-    return (*found, *_of_payload(robot))
+        parts = {"gear": i in measured, "balancer": True, "motor": joint.drive is not None}
+        names += [(f"joint[{i + 1}].{key}", i) for key in _kinds_of(joint, parts)]
+    if robot.payload is not None and robot.payload.mass > 0.0:
+        names += [(f"payload.{key}", last) for key in _kinds_of(robot.payload, {"payload": True})]
+    return tuple(MotionParameter.of(robot, name, joint) for name, joint in names)
 
 
-# What follows a joint in the parameter's name, the term without the joint's number, further fields.
-_Row = tuple[str, str, dict[str, Any]]
-
-
-def _of_gear(joint: Joint) -> Iterator[_Row]:
-    yield "stiffness", "stiffness", {"none": joint.stiffness, "inverse": True, "prior": _DATA_SHEET}
-    if joint.backlash > 0.0:
-        yield "backlash", "backlash", {"vanishes": True, "most": 3.0, "prior": _BACKLASH}
-    if joint.hysteresis:
-        yield "hysteresis", "hysteresis", {}
-
-
-def _of_balancer(joint: Joint) -> Iterator[_Row]:
-    if joint.balancer is not None:
-        yield "balancer", "balancer", {}
-
-
-def _of_motor(joint: Joint) -> Iterator[_Row]:
-    drive = joint.drive
-    if drive is None:
-        return
-    alone: dict[str, Any] = {"moves_gears": False}
-    dry = alone | {"size": max(dry_friction(drive)[0], 1.0)}
-    yield "drive.friction.coulomb_Nm", "friction", dry
-    yield "drive.friction.more_at_rest", "Stribeck", dry
-    viscous = alone | {"size": max(drive.viscous, 1.0)}
-    yield "drive.friction.viscous_Nm_s", "viscous friction", viscous
-    yield "drive.inertia", "rotor", alone | {"none": drive.inertia, "prior": _DATA_SHEET}
-    if drive.load_friction > 0.0:
-        yield "drive.load_friction", "load friction", alone
-
-
-def _of_payload(robot: Robot) -> list[MotionParameter]:
-    body, last, term = robot.payload, len(robot.joints) - 1, "payload"
-    if body is None or body.mass == 0.0:
-        return []
-    return [
-        MotionParameter.of(robot, "payload.mass", term, last, none=body.mass),
-        *(
-            MotionParameter.of(
-                robot, f"payload.com.{axis}", term, last, size=0.1, none=own, signed=True
-            )
-            for axis, own in zip("xyz", body.com, strict=True)
-        ),
-    ]
+def _kinds_of(part: Joint | Body, parts: Mapping[str, bool]) -> Iterator[str]:
+    """Yield the kinds that a joint or payload has, of those parts that are looked at."""
+    for key, kind in PARAMETER_KINDS.items():
+        term = kind.motion
+        is_looked_at = term is not None and parts.get(term.part, False)
+        if term and is_looked_at and (term.size is not None or kind.read(part) > 0.0):
+            yield key

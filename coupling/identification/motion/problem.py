@@ -28,7 +28,8 @@ from coupling.identification.motion.sensors import (
     torque_column,
     worn,
 )
-from coupling.robot.parameters import dry_friction, with_joints, with_values
+from coupling.robot.parameter_table import dry_friction
+from coupling.robot.parameters import apply_values, with_joints
 from elastic_robot.description import Robot
 from elastic_robot.kinematic_errors import KinematicErrors
 
@@ -151,21 +152,21 @@ class MotionProblem:
     def without(self, gone: np.ndarray) -> MotionProblem:
         """Return the problem with some of the parameters none, by a mask, (P,)."""
         none = {p.name: p.none for p, own in zip(self.parameters, gone, strict=True) if own}
-        return replace(self.only(~gone), robot=with_values(self.robot, none))
+        return replace(self.only(~gone), robot=apply_values(self.robot, none))
 
     @property
     def channels(self) -> int:
         """Number of wind-ups and torques of a recording."""
         return len(self.moved[0].recording.with_link) + len(self.robot.joints)
 
-    def robot_of(self, x: np.ndarray) -> Robot:
+    def robot_at(self, x: np.ndarray) -> Robot:
         """Return the robot of values as the fit counts [1], (P,)."""
-        return with_values(self.robot, self._values(x, range(len(self.robot.joints))))
+        return apply_values(self.robot, self._values(x, range(len(self.robot.joints))))
 
     def with_joint(self, here: Robot, x: np.ndarray, i: int) -> Robot:
         """Return a robot whose joint i, from 0, has values as the fit counts [1], (P,)."""
         bare = with_joints(here, {i: self.robot.joints[i]})  # a balancer is scaled from the start's
-        return with_values(bare, self._values(x, (i,)))
+        return apply_values(bare, self._values(x, (i,)))
 
     def _values(self, x: np.ndarray, joints: Collection[int]) -> dict[str, float]:
         return {
@@ -182,7 +183,7 @@ class MotionProblem:
         Args:
             loaded: A prediction whose friction, as it is loaded, and loops stay; None: those of x.
         """
-        robot = self.robot_of(x)
+        robot = self.robot_at(x)
         gears = self.fmu.moved(robot, moved.recording.time, moved.motion)
         return self._beside(moved, x, robot, gears, loaded)
 

@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.files.robot_edit import RobotEdit
 from coupling.identification.motion.identification import MotionIdentification
 from coupling.identification.motion.residuals import RecordingResiduals
 from coupling.identification.motion.sensors import SensorParameter
-from coupling.identification.robot_file import SAYS, fitted_head
+from coupling.identification.robot_file import FileEntry, fitted_text
 from coupling.identification.verdict import KEPT, interval_words
 from coupling.results.motion_result import (
     LinesResult,
@@ -22,9 +21,6 @@ from coupling.results.motion_result import (
     TermResult,
     WindUpShareResult,
 )
-from coupling.robot.parameters import dry_friction
-
-_DRY = ("friction.coulomb_Nm", "friction.more_at_rest")
 
 
 def motion_figures(found: MotionIdentification) -> MotionResult:
@@ -142,67 +138,14 @@ def moved_text(
     """
     if found.refusal:
         raise IdentifyError(f"{target}: not written: {found.refusal}")
-    file = RobotEdit(start, found.robot)
-    says = f"{SAYS['identify']}, {source}"
-    own = {p.name: p for p in found.parameters if not isinstance(p, SensorParameter)}
-    results = {p.name: p for p in figures.parameters if p.name in own}
-    robot = found.identified_robot
-    for name, result in results.items():
-        remark = _remark(result)
-        if name.endswith(_DRY[1]):
-            continue
-        if name.endswith(_DRY[0]):
-            _write_dry(file, found, own[name].joint, results, says)
-        elif name.endswith(".balancer"):
-            if result.identified and result.value is not None:
-                file.scale_balancer(own[name].joint + 1, result.value, says)
-        elif name.endswith(".drive.inertia"):
-            if result.identified and result.value is not None:
-                file.scale_rotor(own[name].joint + 1, result.value / own[name].start, says)
-        elif name.endswith(".load_friction"):
-            drive = robot.joints[own[name].joint].drive
-            if result.identified and drive is not None:
-                place = f"joint[{own[name].joint + 1}].gear.efficiency"
-                file.set_number(place, 1.0 / (1.0 + drive.load_friction), says, "")
-        elif name.startswith("payload.com"):
-            continue
-        elif (
-            name.endswith((".stiffness", ".hysteresis"))
-            and result.identified
-            and result.value is not None
-        ):
-            file.change(name, result.value, says)
-            file.remark(name, remark)
-        else:
-            file.set_number(name, result.value if result.identified else None, says, remark)
-    if any(results[name].identified for name in results if name.startswith("payload.com")):
-        assert robot.payload is not None
-        file.set_number("payload.com", list(robot.payload.com), says, "")
-    kept = [
-        p.name
-        for p in figures.parameters
-        if not p.identified and p.name.startswith(("joint", "payload"))
+    of_robot = {p.name for p in found.parameters if not isinstance(p, SensorParameter)}
+    entries = [
+        FileEntry(result.name, result.value if result.identified else None, _remark(result))
+        for result in figures.parameters
+        if result.name in of_robot
     ]
-    return file.text(fitted_head(start, "identify", source, _left(figures), kept), target)
-
-
-def _write_dry(
-    file: RobotEdit,
-    found: MotionIdentification,
-    joint: int,
-    results: dict[str, MotionParameterResult],
-    says: str,
-) -> None:
-    """Write both numbers of dry friction: that in motion, and that at rest where it is another."""
-    place = f"joint[{joint + 1}].drive."
-    slips, more = (results[place + key] for key in _DRY)
-    drive = found.identified_robot.joints[joint].drive
-    assert drive is not None
-    slipping, sticking = dry_friction(drive)
-    if slips.identified:
-        file.set_number(place + _DRY[0], slipping, says, _remark(slips))
-    if (more.identified or slips.identified) and sticking > 0.0:
-        file.set_number(f"{place}friction.stiction_Nm", slipping + sticking, says, "")
+    left = _left(figures)
+    return fitted_text(start, found.identified_robot, entries, "identify", source, left, target)
 
 
 def _left(figures: MotionResult) -> str:

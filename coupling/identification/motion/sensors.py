@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from coupling.identification.motion.parameters import MotionParameter
 from coupling.identification.motion.recording import Recording, SmoothedMotion
-from coupling.robot.parameters import dry_friction
+from coupling.robot.parameter_table import dry_friction
 from elastic_robot.description import Robot
 
 # Slow error of an encoder [rad]: standard deviation of its first harmonic at most, 20 seconds of arc, as

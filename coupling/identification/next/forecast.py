@@ -13,7 +13,6 @@ import numpy as np
 from coupling.identification.next.command import CommandPlan
 from coupling.identification.next.deviation_size import signal_filter
 from coupling.identification.runs.measurement import SimulatedPath
-from coupling.identification.runs.parameters import changed
 from coupling.path.deviation import less_constant
 from coupling.path.histories import WrenchHistory
 from coupling.path.joint_path import JointPath
@@ -44,7 +43,7 @@ def forecast(found: CommandPlan, command: JointPath, wrench: WrenchHistory) -> R
         kept = low.at_samples(low(off))
         return kept if absolute else less_constant(time, kept)
 
-    after = history.fmu.simulate(command, wrench, "dynamic", changed(history.parameters, model.x))
+    after = history.fmu.simulate(command, wrench, "dynamic", history.robot_at(model.x))
     change = SimulatedPath(after).position(time) - history.simulated(number, model.x).position(time)
     left = slow(run.deviation + change)
     noise = 3.0 * run.noise**2 * low.of_noise

@@ -11,11 +11,12 @@ from coupling.errors import LearnError
 from coupling.identification.next.measured_run import MeasuredRun
 from coupling.identification.next.options import FrameAccuracy
 from coupling.identification.runs.measurement import Measurement, SimulatedPath
-from coupling.identification.runs.parameters import changed, factors_between, learnable
+from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.source import MeasuredFile, require_comparable
-from coupling.robot.parameters import RobotParameter
+from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
+from elastic_robot.description import Robot
 
 # Paths are the same to this [m], and begin and end at the same time to this [s].
 _SAME, _SAME_TIME = 1e-6, 1e-9
@@ -81,7 +82,11 @@ class History:
         """Log factors of the file's robot [1], (P,)."""
         return np.zeros(len(self.parameters))
 
-    def robot_of(self, number: int) -> np.ndarray:
+    def robot_at(self, x: np.ndarray) -> Robot:
+        """Return the robot with log factors x [1], (P,)."""
+        return apply_values(self.sources[0].robot, scaled_values(self.parameters, x))
+
+    def factors_of(self, number: int) -> np.ndarray:
         """Return the log factors of the robot that a run was computed for [1], (P,)."""
         return factors_between(self.parameters, self.sources[number].robot)
 
@@ -94,8 +99,8 @@ class History:
         """
         key = (number, x.tobytes())
         if key not in self._paths:
-            stored, values = self.sources[number].stored, changed(self.parameters, x)
-            path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", values)
+            stored = self.sources[number].stored
+            path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", self.robot_at(x))
             self._paths[key] = SimulatedPath(path)
             if len(self._paths) > _KEPT:
                 self._paths.pop(next(iter(self._paths)))

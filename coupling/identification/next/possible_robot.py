@@ -10,7 +10,7 @@ from coupling.identification.next.contraction import GAIN, Responses, chosen
 from coupling.identification.next.history import History
 from coupling.identification.next.options import NextOptions
 from coupling.identification.runs.learning import Learned
-from coupling.identification.runs.parameters import factors_between, prior_of, robot_with
+from coupling.identification.runs.parameters import factors_between, prior_of
 from coupling.results.next_result import Contraction
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -54,13 +54,13 @@ def file_model(history: History, options: NextOptions) -> PossibleRobot:
 
 def commanded_model(history: History, number: int, options: NextOptions) -> PossibleRobot:
     """Return the robot that a run was computed for."""
-    x, source = history.robot_of(number), history.runs[number].source
+    x, source = history.factors_of(number), history.runs[number].source
     if np.allclose(x, history.start, rtol=0.0, atol=1e-9):
         return file_model(history, options)
     first = next(
         k
         for k in range(len(history.runs))
-        if np.allclose(x, history.robot_of(k), rtol=0.0, atol=1e-9)
+        if np.allclose(x, history.factors_of(k), rtol=0.0, atol=1e-9)
     )
     names, forecast = [own.name for own in history.parameters], source.forecast
     if (
@@ -99,7 +99,7 @@ def _model(
 ) -> PossibleRobot:
     """Return a robot with the filter of learning along the path that goes with it."""
     source = history.runs[0].source
-    robot = robot_with(source.robot, history.parameters, x)
+    robot = history.robot_at(x)
     stiffness, damping = _factors(history, robot, robots - x, options.seed)
     joints = source.stored.joints.q[0]
     rows = np.linspace(0, len(joints) - 1, _POSTURES).astype(int)

@@ -16,7 +16,6 @@ from scipy.stats import chi2
 from coupling.errors import SimulationError
 from coupling.identification.runs.effect import in_parallel
 from coupling.identification.runs.measurement import SimulatedPath
-from coupling.identification.runs.parameters import changed
 from coupling.identification.runs.problem import FitProblem, PoseDerivatives
 from coupling.identification.runs.residual import Residual, noise_of
 from coupling.identification.runs.slow_part import SlowPart
@@ -126,10 +125,10 @@ class Descent:
             fmu: FMU that simulates; None: the problem's first.
         """
         problem = self.problem
-        values = changed(problem.parameters, z[: len(problem.parameters)])
+        robot = problem.robot_at(z[: len(problem.parameters)])
         simulated, residuals, slow = [], [], []
         for number, one in enumerate(problem.runs):
-            path = one.simulated(fmu or problem.fmu, values)
+            path = one.simulated(fmu or problem.fmu, robot)
             rest = self._residuals[number].rows(path, problem.own(z, number))
             simulated.append(path)
             residuals.append(rest)

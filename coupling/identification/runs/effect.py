@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -19,12 +18,12 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import cont2discrete, lfilter
 
 from coupling.identification.runs.measurement import MeasuredPath
-from coupling.identification.runs.parameters import changed, prior_of, robot_with
+from coupling.identification.runs.parameters import prior_of
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.servo import presliding
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
-from coupling.robot.parameters import RobotParameter
+from coupling.robot.parameters import RobotParameter, apply_values, scaled_values
 from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.gear_parts import Drive
@@ -78,6 +77,10 @@ class ParameterEffect:
         none = np.zeros(len(parameters))
         self._known = {none.tobytes(): self._wind_ups(none, len(self._time))}
 
+    def robot(self, x: np.ndarray) -> Robot:
+        """Return the robot with log factors x [1], (P,)."""
+        return apply_values(self._robot, scaled_values(self.parameters, x))
+
     def __call__(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6 + c, P).
 
@@ -100,8 +103,8 @@ class ParameterEffect:
             wind_ups = self._wind_ups(x, count)
             self._known = of_file | {x.tobytes(): wind_ups}
         rate = self.theta.at(inside, order=1)
-        own = Parameters.of(robot_with(self._robot, self.parameters, x))
-        settling = own.damping / own.stiffness  # [s]
+        numbers = Parameters.of(self.robot(x))
+        settling = numbers.damping / numbers.stiffness  # [s]
         motors = () if self._run.measured.motors is None else self._run.measured.motors.columns
         columns = np.zeros((len(time), 6 + len(motors), len(x)))
         for k, parameter in enumerate(self.parameters):
@@ -109,10 +112,10 @@ class ParameterEffect:
                 angle = int(model.chain.elastic[parameter.coordinate])
                 behind = settling[parameter.coordinate] * rate if parameter.vibrates else theta
                 moved = -behind[:, angle]
-            elif parameter.kind == "friction":
+            elif parameter.row.of_motor:
                 angle = int(model.gears[parameter.gear])
                 joint = int(model.chain.elastic_joint[parameter.coordinate])
-                moving = self._by_friction(parameter, joint, x[k])
+                moving = self._by_motor(parameter, joint, x[k])
                 moved = np.interp(inside, self._time, moving["motor"])
                 for c, (kind, of) in enumerate(motors):
                     if of == joint:
@@ -125,26 +128,26 @@ class ParameterEffect:
             columns[:, :6, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
 
-    def _by_friction(
-        self, parameter: RobotParameter, joint: int, log: float
-    ) -> dict[str, np.ndarray]:
-        """Return how a motor's angle [rad] and torque [N m] follow its friction's log factor, (k,)."""
-        drive, column = self._robot.joints[joint].drive, int(self._model.gears[parameter.gear])
-        assert drive is not None
+    def _by_motor(self, parameter: RobotParameter, joint: int, log: float) -> dict[str, np.ndarray]:
+        """Return how a motor's angle [rad] and torque [N m] follow a log factor of it, (k,)."""
+        column = int(self._model.gears[parameter.gear])
         angle, rate = (self.theta.at(self._time, order)[:, column] for order in (0, 1))
-        own = replace(drive, friction=parameter.value * float(np.exp(log)))
-        return {
-            "motor": moved_by_friction(own, self._time, angle, rate),
-            "motor_torque": friction_at_rest(own, angle, rate),
-        }
+        value = parameter.value * float(np.exp(log))
+        drive, other = (
+            apply_values(self._robot, {parameter.name: factor * value}).joints[joint].drive
+            for factor in (1.0, 1.0 + _CHANGE)
+        )
+        assert drive is not None
+        assert other is not None
+        torque = (_friction(other, angle, rate) - _friction(drive, angle, rate)) / _CHANGE
+        return {"motor": moved_by_load(drive, self._time, torque), "motor_torque": torque}
 
     def _wind_ups(self, x: np.ndarray, count: int) -> dict[str, np.ndarray]:
         """Return the gears' wind-up at the first times, and with each kind changed in all gears."""
         wind_ups = {}
-        for kind in {"", *(p.kind for p in self.parameters if p.kind != "friction")}:
+        for kind in {"", *(p.kind for p in self.parameters if not p.row.of_motor)}:
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self.parameters]
-            robot = robot_with(self._robot, self.parameters, x + np.array(change))
-            moving = MovingRobot(robot, self._torque_curve)
+            moving = MovingRobot(self.robot(x + np.array(change)), self._torque_curve)
             wind_ups[kind] = moving.wind_up(
                 self.theta, self._time[:count], self._torque[:count], self._run.wanted.wrench
             ).angle
@@ -168,7 +171,7 @@ class SecantEffect:
     def __init__(
         self, fmus: Sequence[RobotFmu], one: MeasuredPath, effect: ParameterEffect, change: float
     ) -> None:
-        self._fmus, self._parameters, self._run = fmus, effect.parameters, one
+        self._fmus, self._effect, self._run = fmus, effect, one
         self._change, prior = change, prior_of(effect.parameters)
         # What is left to the equation is left as it is for the parameters of the file.
         self._plain = effect(np.zeros(len(prior)), one.measured.time)
@@ -212,7 +215,7 @@ class SecantEffect:
         """Return how the tool stands, and what motors do, for several log factors."""
 
         def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
-            return self._run.simulated(fmu, changed(self._parameters, x)).pose(time)
+            return self._run.simulated(fmu, self._effect.robot(x)).pose(time)
 
         return in_parallel(self._fmus, points, pose)
 
@@ -239,29 +242,26 @@ def in_parallel(
     return [shares[k % count][k // count] for k in range(len(points))]
 
 
-def moved_by_friction(
-    drive: Drive, time: np.ndarray, angle: np.ndarray, rate: np.ndarray
-) -> np.ndarray:
-    """Return how a motor's angle follows the log factor of its friction under a command [rad], (n,).
+def moved_by_load(drive: Drive, time: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """Return how a motor's angle follows a torque df that its friction has more [rad], (n,).
 
-    The friction's element turns with the motor nearly as it does without the change, and its torque
-    df = F (1 - c (1 - exp(-(q'/v)^2))) s / a is a load of the servo's loop:
+    The friction's element turns with the motor nearly as it does without the change, and its torque is a
+    load of the servo's loop:
 
         (J p^3 + (Kp + b) p^2 + (Kp Kv + Ki) p + Ki Kv) dq = -p df,    p = d/dt.
 
     Args:
         drive: The drive.
         time: Even times [s], (n,).
-        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
+        torque: df [N m], (n,).
 
     Example:
-        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0, friction=40.0)
+        >>> drive = Drive(inertia=1.0, position_gain=20.0, rate_gain=100.0)
         >>> time = np.arange(0.0, 2.0, 1e-3)
-        >>> moved = moved_by_friction(drive, time, 0.1 * time, np.full(len(time), 0.1))
-        >>> round(float(moved[-1]), 6)  # -F / (Kp Kv) without an integral
+        >>> moved = moved_by_load(drive, time, np.full(len(time), 40.0))
+        >>> round(float(moved[-1]), 6)  # -df / (Kp Kv) without an integral
         -0.02
     """
-    torque = friction_at_rest(drive, angle, rate)
     kp, ki, kv = drive.rate_gain, drive.integral_gain, drive.position_gain
     loop = [drive.inertia, kp + drive.viscous, kp * kv + ki, ki * kv]
     # Without an integral both sides have a factor p.
@@ -271,15 +271,8 @@ def moved_by_friction(
     return moved
 
 
-def friction_at_rest(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Return a motor's friction without what is viscous or grows with the load [N m], (n,).
-
-    It is the derivative of its torque by the log factor of the friction, but for what its rotor does.
-
-    Args:
-        drive: The drive.
-        angle, rate: The motor's angle and rate [rad, rad/s], (n,).
-    """
+def _friction(drive: Drive, angle: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Return a motor's friction without what grows with the load [N m], (n,)."""
     part = presliding(angle, drive.slip_angle)
     torque: np.ndarray = drive.friction_torque(drive.friction, part, rate, np.zeros(1))
-    return torque - drive.viscous * rate
+    return torque

@@ -22,7 +22,7 @@ from coupling.identification.runs.judge import (
 )
 from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.motors import MeasuredMotors
-from coupling.identification.runs.parameters import factors_between, learnable, prior_of, robot_with
+from coupling.identification.runs.parameters import factors_between, learnable, prior_of
 from coupling.identification.runs.problem import FitProblem, FramePrior
 from coupling.identification.runs.residual import weighed
 from coupling.identification.runs.slow_part import SlowPart
@@ -30,7 +30,7 @@ from coupling.identification.runs.source import MeasuredFile, require_comparable
 from coupling.identification.runs.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.robot.parameters import with_values
+from coupling.robot.parameters import apply_values
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
 from elastic_robot.description import Robot
@@ -96,7 +96,7 @@ class Learned:
     @property
     def robot(self) -> Robot:
         """The robot as written."""
-        return with_values(
+        return apply_values(
             self.sources[0].robot, {own.name: own.written for own in self.parameters}
         )
 
@@ -215,7 +215,7 @@ def learn(
         spread = spread_of_fit(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
-    moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)
+    moving = MovingRobot(problem.robot_at(x), first.torque_curve)
     gears = diagnose(moving, problem.runs[-1].wanted)
     verdicts = judged(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
@@ -245,7 +245,7 @@ def _weighed(
     motors, time = one.measured.motors, one.measured.time
     if motors is None:
         return one
-    path = one.simulated(fmu, {})
+    path = one.simulated(fmu, robot)
     predicted = path.motors(time)
     columns = effect(np.zeros(len(effect.parameters)), time)[:, 6:]
     columns = np.concatenate([columns, path.motors(time, 1)[:, :, None]], axis=2)

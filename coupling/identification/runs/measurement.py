@@ -19,6 +19,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.joint_path import JointPath
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Robot
 
 # How far behind the last sample a measured run is simulated, as its clock may be off [s].
 _CLOCK = 0.3
@@ -115,23 +116,23 @@ class MeasuredPath:
         wrench = self.wrench.until(float(desired.time[-1]))
         return replace(self, wrench=wrench, desired=desired, measured=measured)
 
-    def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
-        """Return where the tool is on a robot with other parameters."""
-        key = fmu.fingerprint, fmu.torque_curve, fmu.drive, changed
+    def simulated(self, fmu: RobotFmu, robot: Robot) -> SimulatedPath:
+        """Return where the tool of a robot is, by the FMU of one with other numbers."""
+        key = fmu.fingerprint, fmu.torque_curve, fmu.drive, robot
         for known, path in list(self._kept):
             if known == key:
                 return path
-        path = self._simulated(fmu, changed)
+        path = self._simulated(fmu, robot)
         self._kept.append((key, path))
         return path
 
-    def _simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
+    def _simulated(self, fmu: RobotFmu, robot: Robot) -> SimulatedPath:
         reference = None if self.held is None else self.desired
         what, motors = "learned parameters", self.measured.motors
         if motors is None:
-            path = fmu.simulate(self.command, self.wrench, "dynamic", changed, what)
+            path = fmu.simulate(self.command, self.wrench, "dynamic", robot, what)
             return SimulatedPath(path, reference)
-        path, history = fmu.with_motors(self.command, self.wrench, motors.joints, changed, what)
+        path, history = fmu.with_motors(self.command, self.wrench, motors.joints, robot, what)
         return SimulatedPath(path, reference, motors.of_history(history))
 
 

@@ -12,6 +12,7 @@ from coupling.identification.runs.measurement import MeasuredPath
 from coupling.identification.runs.parameters import prior_of
 from coupling.robot.parameters import RobotParameter
 from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Robot
 
 # Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
 # probe's turn on the tool, with motors how late these were recorded.
@@ -93,6 +94,10 @@ class FitProblem:
         """Standard deviations of all unknowns before anything is measured [1, m, rad, s], (U,)."""
         own = self.frame.prior[: self.frame_size]
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.runs)])
+
+    def robot_at(self, x: np.ndarray) -> Robot:
+        """Return the robot with log factors x [1], (P,)."""
+        return self.effects[0].robot(x)
 
     def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every measured run."""

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.identification.runs.fit import Fitter, ParameterFit
-from coupling.identification.runs.parameters import changed, prior_of
+from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual, noise_of
 from coupling.identification.verdict import quantile
@@ -82,7 +82,7 @@ def spread_of(
     for number, x in enumerate(robots):
         runs = []
         for one in problem.runs:
-            path = one.simulated(problem.fmu, changed(problem.parameters, x))
+            path = one.simulated(problem.fmu, problem.robot_at(x))
             position = path.position(one.measured.time)
             position = position + noise * rng.standard_normal(position.shape)
             rotation = None

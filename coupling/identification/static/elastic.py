@@ -8,17 +8,19 @@ from functools import cached_property
 import numpy as np
 
 from coupling.errors import HysteresisError
+from coupling.robot.parameter_table import PARAMETER_KINDS
 from coupling.robot.parameters import (
     RobotParameter,
+    apply_values,
     robot_parameters,
     with_joints,
-    with_values,
 )
 from elastic_robot.description import Joint, Robot, Tilt
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
 LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
+KINDS_AT_REST = tuple(key for key, kind in PARAMETER_KINDS.items() if kind.at_rest)
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class ElasticParameters:
                     " single loads: measure loading loops, a table with a column loop, or take the"
                     " [joint.gear] hysteresis out of the robot file"
                 )
-        return cls(robot, robot_parameters(robot, torque_curve, ("stiffness", "backlash")))
+        return cls(robot, robot_parameters(robot, torque_curve, KINDS_AT_REST))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ class ElasticParameters:
     @cached_property
     def is_compliance(self) -> np.ndarray:
         """Mask of compliances 1/k [rad/(N m)]; the others are as in the robot file, (P,)."""
-        return np.array([own.kind == "stiffness" for own in self.own], dtype=bool)
+        return np.array([own.row.inverse for own in self.own], dtype=bool)
 
     @cached_property
     def is_torsion(self) -> np.ndarray:
@@ -92,7 +94,7 @@ class ElasticParameters:
     def described(self, values: np.ndarray) -> Robot:
         """Return the robot with values of p, in its units, (P,)."""
         written = self.in_units(np.maximum(values, self.least)).tolist()
-        return with_values(self.robot, dict(zip(self.names, written, strict=True)))
+        return apply_values(self.robot, dict(zip(self.names, written, strict=True)))
 
     def in_units(self, values: np.ndarray) -> np.ndarray:
         """Return p, (P,), with stiffnesses [N m/rad] in place of compliances; infinite for none."""

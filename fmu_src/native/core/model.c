@@ -5,6 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "outputs/drive_outputs.h"
+#include "growth.h"
+#include "model_drives.h"
+#include "step/newton.h"
+#include "step/sensitivity.h"
+#include "load/statics.h"
+#include "step/stepper.h"
+#include "outputs/chain_motion.h"
+#include "load/trajectory_build.h"
+
 /* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
 
@@ -26,31 +36,23 @@ er_model *er_model_create(const er_robot *robot)
     return model;
 }
 
-void er_memory_copy(const er_robot *robot, er_memory *to, const er_memory *from)
-{
-    const size_t path = offsetof(er_memory, options.trajectory), behind = offsetof(er_memory, parameters);
-    memcpy(to, from, path + strlen(from->options.trajectory) + 1);
-    memcpy((char *)to + behind, (const char *)from + behind,
-           offsetof(er_memory, state) - behind + er_state_size(robot));
-}
-
 void er_model_free(er_model *model)
 {
     if (model == NULL)
         return;
     er_trajectory_free(&model->trajectory);
+    free(model->resources);
     free(((void **)model)[-1]);
 }
 
 /* Derives gears and means from options and parameters. */
-static void derive(er_model *model)
+static void derive_gears(er_model *model)
 {
     const er_options *options = &model->memory.options;
     const er_parameters *parameters = &model->memory.parameters;
     const er_settings *settings = &model->robot.settings;
     double longest = settings->longest_step;
-    double local = options->tolerance / (er_law_switches(options->curve)
-                                             ? settings->tcp_per_local_error_with_backlash
+    double local = options->tolerance / (er_law_switches(options->curve) ? settings->tcp_per_local_error_with_backlash
                                              : settings->tcp_per_local_error);
     if (model->derived_law == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
@@ -113,13 +115,11 @@ static bool require_drives(const er_model *model, er_failure *failure)
                        options->drive == ER_SERVO ? "servo" : "torque");
     if (options->drive == ER_TORQUE && (options->quasistatic || options->trajectory[0] != '\0'))
         return er_fail(failure, "drive torque: expected mode dynamic and no trajectory, as torques are not told at"
-                                " rest or by one, got %s",
-                       options->quasistatic ? "mode quasistatic" : "a trajectory");
+                                " rest or by one, got %s", options->quasistatic ? "mode quasistatic" : "a trajectory");
     return true;
 }
 
-bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
-                    er_failure *failure)
+bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load, er_failure *failure)
 {
     er_memory *memory = &model->memory;
     er_drives drives;
@@ -127,8 +127,9 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
-    derive(model);
+    derive_gears(model);
     memory->origin = origin;
+    memset(&model->growth, 0, sizeof model->growth);
     memset(&memory->past, 0, sizeof memory->past);
     drives = er_model_drives(model, 0.0, 0.0, command);
     if (!er_model_find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
@@ -149,8 +150,10 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
 void er_model_take_parameters(er_model *model, const er_parameters *parameters)
 {
     er_state *state = &model->memory.state;
+    if (memcmp(&model->memory.parameters, parameters, sizeof *parameters) == 0)
+        return; /* the integration goes on as it was */
     model->memory.parameters = *parameters;
-    derive(model);
+    derive_gears(model);
     er_state_start(state, &model->robot, &model->gears, state->time);
     er_stops_limit(&model->robot, &state->stops);
 }
@@ -161,8 +164,9 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
                                                  memory->trajectory_fingerprint, failure))
         return false;
     er_memory_copy(&model->robot, &model->memory, memory);
+    model->growth.is_carried = false;
     if (computed)
-        derive(model);
+        derive_gears(model);
     return true;
 }
 
@@ -184,15 +188,13 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
     if (er_contact_holds(&held->load.contact))
         snprintf(contact, sizeof contact, "a contact of %.3g N/m, ", held->load.contact.stiffness);
     return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %s%sdrives of %.3g rad/s and %.3g rad/s2:"
-                            " one of these is too large, or the robot is unstable",
-                   reason.text,
-                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate,
-                   acceleration);
+                            " one of these is too large, or the robot is unstable", reason.text,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate, acceleration);
 }
 
-/* Moves a state on; it is of no use if that fails. */
-static bool move_to(er_model *model, er_state *state, double end, const er_drives *drives,
-                    const er_load *load, const er_held *held, er_failure *failure)
+/* Moves a state on, `exact` to rounding; it is of no use if that fails. */
+static bool advance_state(er_model *model, er_state *state, double end, const er_drives *drives,
+                    const er_load *load, const er_held *held, bool exact, er_failure *failure)
 {
     const double start = state->time;
     er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
@@ -202,18 +204,17 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
     er_means finer;
     double most = model->robot.settings.most_step;
     if (!(end - start <= most))
-        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
-                       end - start);
+        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most, end - start);
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
         memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
-    if (system.contacting || model->work.sensitivity != NULL) {
+    if (system.contacting || exact) {
         finer = model->means;
         if (system.contacting) /* it enlarges errors as a backlash does */
             finer.tolerance = fmin(finer.tolerance, model->memory.options.tolerance /
                                                         model->robot.settings.tcp_per_local_error_with_backlash);
-        if (model->work.sensitivity != NULL)
+        if (exact)
             finer.iteration = EXACT_ITERATION / finer.tolerance;
         means = &finer;
     }
@@ -222,7 +223,7 @@ static bool move_to(er_model *model, er_state *state, double end, const er_drive
 }
 
 /* What a step that has been taken leaves to the next one; quasi-static robots have no memory. */
-static void remember(er_model *model, double length, const er_command *command)
+static void remember_step(er_model *model, double length, const er_command *command)
 {
     const er_memory *memory = &model->memory;
     er_past *past = &model->memory.past;
@@ -244,25 +245,31 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     const double start = state->time;
     er_drives drives = er_model_drives(model, start, end, command);
     er_held held = model->memory.held;
-    bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
+    bool still = model->memory.options.quasistatic || model->robot.elastics == 0, good;
     er_state_copy(&model->robot, began, state);
     memcpy(held.torque, command->torque, sizeof held.torque);
     if (!er_model_find_held(model, &drives, end, load, end - start, &held, failure))
         return false;
-    if (!(still ? rest_at(model, &held, failure)
-                : move_to(model, state, end, &drives, load, &held, failure))) {
+    if (!still && er_growth_begin(model))
+        model->work.sensitivity = &model->sensitivity;
+    good = still ? rest_at(model, &held, failure) : advance_state(model, state, end, &drives, load, &held, false, failure);
+    model->work.sensitivity = NULL;
+    if (!good) {
         er_state_copy(&model->robot, state, began);
+        model->growth.is_carried = false;
         return false;
     }
     if (still)
         er_state_start(state, &model->robot, &model->gears, end);
+    else
+        er_growth_end(model, end - start, model->work.crossings);
     if (model->memory.options.drive == ER_TORQUE)
         for (int d = 0; d < model->robot.motors; d++) {
             held.q[model->robot.motor[d].joint] = state->motors.angle[d];
             held.qd[model->robot.motor[d].joint] = state->motors.rate[d];
         }
     model->memory.held = held;
-    remember(model, end - start, command);
+    remember_step(model, end - start, command);
     return true;
 }
 
@@ -272,17 +279,17 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     const er_past latest = model->memory.past;
     er_drives drives;
     er_held held = model->memory.held;
-    er_state moved;
+    er_state end_state;
     bool good;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
-    er_state_copy(&model->robot, &moved, state);
-    memset(&moved.linearisation, 0, sizeof moved.linearisation);
+    er_state_copy(&model->robot, &end_state, state);
+    memset(&end_state.linearisation, 0, sizeof end_state.linearisation);
     model->memory.past = *past;
     drives = er_model_drives(model, state->time, end, command);
     model->work.sensitivity = &model->sensitivity;
     good = er_model_find_held(model, &drives, end, load, end - state->time, &held, failure) &&
-           move_to(model, &moved, end, &drives, load, &held, failure);
+           advance_state(model, &end_state, end, &drives, load, &held, true, failure);
     model->work.sensitivity = NULL;
     model->memory.past = latest;
     return good;

@@ -1,7 +1,14 @@
 /* The FMU's blocks of reals, a row each: what they are, where they are set, what they are computed by. */
 #include <string.h>
 
-#include "instance.h"
+#include "blocks.h"
+#include "indicators.h"
+
+#include "../core/outputs/chain_motion.h"
+#include "../core/outputs/drive_outputs.h"
+#include "../core/outputs/free_motion.h"
+#include "../core/outputs/outputs.h"
+#include "../core/outputs/tangent.h"
 
 /* What is computed from the model alone, and its derivatives. */
 #define OF_MODEL(name)                                                                              \
@@ -36,14 +43,14 @@
     static bool find_##name(er_instance *instance, double *values)                                  \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_exchange_##found(instance, ways);                                                        \
+        er_indicate_##found(instance, ways);                                                        \
         memcpy(values, ways + (first), (size_t)(count) * sizeof *values);                           \
         return true;                                                                                \
     }                                                                                               \
     static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
     {                                                                                               \
         double ways[ER_MAX_INDICATORS];                                                             \
-        er_exchange_##found##_along(instance, change, ways);                                        \
+        er_indicate_##found##_along(instance, change, ways);                                        \
         memcpy(derivatives, ways + (first), (size_t)(count) * sizeof *derivatives);                 \
         return true;                                                                                \
     }
@@ -71,8 +78,7 @@ static bool find_compliance(er_instance *instance, double *values)
 static bool compliance_along(er_instance *instance, const er_change *change, double *derivatives)
 {
     return er_compliance_along(instance->model, change, derivatives) ||
-           er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is"
-                                       " singular");
+           er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is singular");
 }
 
 static bool find_acceleration(er_instance *instance, double *values)
@@ -82,9 +88,8 @@ static bool find_acceleration(er_instance *instance, double *values)
     memset(values, 0, size);
     if (model->memory.options.quasistatic)
         return true;
-    if (!er_free_motion_find(model))
-        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
-                                           " singular");
+    if (!er_free_motion_solve(model))
+        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is singular");
     memcpy(values, model->free.acceleration, size);
     return true;
 }
@@ -184,13 +189,12 @@ static void watch_limits(er_instance *instance, int reference)
     unsigned bit = 1u << i;
     char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT];
     if (q >= limit[0] && q <= limit[1]) {
-        instance->beyond &= ~bit;
-    } else if ((instance->beyond & bit) == 0) {
-        instance->beyond |= bit;
+        instance->over_limit &= ~bit;
+    } else if ((instance->over_limit & bit) == 0) {
+        instance->over_limit |= bit;
         instance->warned = true;
         er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
-                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
-                er_shown(q, number));
+                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high), er_shown(q, number));
     }
 }
 
@@ -288,24 +292,33 @@ static const double *first_in(const er_instance *instance, int block, const void
 
 bool er_block_find(er_instance *instance, int block, double *values)
 {
-    const er_block *own = &er_blocks[block];
+    const er_block *row = &er_blocks[block];
     const er_state *state = &instance->model->memory.state;
-    if (own->find != NULL)
-        return own->find(instance, values);
-    memcpy(values, first_in(instance, block, state, own->place),
+    if (row->find != NULL)
+        return row->find(instance, values);
+    memcpy(values, first_in(instance, block, state, row->place),
            (size_t)instance->interface.size[block] * sizeof *values);
     return true;
 }
 
 bool er_block_along(er_instance *instance, int block, const er_change *change, double *derivatives)
 {
-    const er_block *own = &er_blocks[block];
-    if (own->differentiate != NULL)
-        return own->differentiate(instance, change, derivatives);
-    if (own->place == 0)
+    const er_block *row = &er_blocks[block];
+    if (row->differentiate != NULL)
+        return row->differentiate(instance, change, derivatives);
+    if (row->place == 0)
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
                        instance->interface.name[instance->interface.first[block]]);
-    memcpy(derivatives, first_in(instance, block, change, own->along),
+    memcpy(derivatives, first_in(instance, block, change, row->along),
            (size_t)instance->interface.size[block] * sizeof *derivatives);
     return true;
+}
+
+double *er_block_value(er_instance *instance, unsigned reference)
+{
+    const er_block *block = er_block_of(&instance->interface, reference);
+    int entry = er_entry(&instance->interface, reference);
+    return er_is_computed(block)
+               ? (double *)((char *)&instance->model->memory.state + block->place) + entry
+               : er_input_at(instance, block->place, entry);
 }

@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "log_categories.h"
+#include "exchange.h"
+#include "variables.h"
 
-static void log_text(const er_component *c, unsigned category, const char *text)
+static void send_to_log(const er_component *c, unsigned category, const char *text)
 {
     int status = category == ER_LOG_EVENTS    ? ER_OK
                  : category == ER_LOG_WARNING ? ER_WARNING
@@ -20,12 +22,12 @@ static bool tell_log(const er_component *c, unsigned category, const char *text)
 {
     if ((c->log.categories & category) == 0 || c->log.function == NULL)
         return false;
-    log_text(c, category, text);
+    send_to_log(c, category, text);
     return true;
 }
 
 /* Without the master's log, stderr. */
-static void tell(const er_component *c, unsigned category, const char *text)
+static void tell_log_or_stderr(const er_component *c, unsigned category, const char *text)
 {
     if (!tell_log(c, category, text)) {
         fprintf(stderr, "%s: %s\n", c->name, text);
@@ -33,8 +35,7 @@ static void tell(const er_component *c, unsigned category, const char *text)
     }
 }
 
-er_component *er_component_create(const char *name, er_log log, er_instance *robot,
-                                  const er_failure *failure)
+er_component *er_component_create(const char *name, er_log log, er_instance *robot, const er_failure *failure)
 {
     size_t length = name != NULL ? strlen(name) : 0;
     er_component *c = calloc(1, sizeof *c + length + 1);
@@ -48,10 +49,10 @@ er_component *er_component_create(const char *name, er_log log, er_instance *rob
     c->robot = robot;
     if (robot != NULL)
         return c;
-    tell(c, ER_LOG_ERROR, failure->text);
+    tell_log_or_stderr(c, ER_LOG_ERROR, failure->text);
     /* The master's log is told in any case: fmi2Instantiate and fmi3Instantiate.. ask for it. */
     if (log.function != NULL && (log.categories & ER_LOG_ERROR) == 0)
-        log_text(c, ER_LOG_ERROR, failure->text);
+        send_to_log(c, ER_LOG_ERROR, failure->text);
     er_component_free(c);
     return NULL;
 }
@@ -69,7 +70,7 @@ bool er_component_refuse(er_component *c, const char *text)
     if (c == NULL)
         return false;
     c->discards = false;
-    tell(c, ER_LOG_ERROR, text);
+    tell_log_or_stderr(c, ER_LOG_ERROR, text);
     return false;
 }
 
@@ -96,7 +97,7 @@ bool er_component_tried(er_component *c, bool good)
     if (good)
         return true;
     c->discards = c->robot->failure.may_retry;
-    tell(c, c->discards ? ER_LOG_DISCARD : ER_LOG_ERROR, c->robot->failure.text);
+    tell_log_or_stderr(c, c->discards ? ER_LOG_DISCARD : ER_LOG_ERROR, c->robot->failure.text);
     return false;
 }
 
@@ -112,8 +113,7 @@ bool er_component_given(er_component *c, size_t count, const void *first, const 
            er_component_refuse(c, "expected the address of every array and result, got NULL");
 }
 
-bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories,
-                      size_t count)
+bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories, size_t count)
 {
     unsigned chosen, others;
     if (!er_component_may(c, ER_CALL_ANY))
@@ -144,7 +144,7 @@ bool er_component_enter(er_component *c)
     return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
 }
 
-static const char *chosen(er_instance *robot, int string)
+static const char *chosen_option(er_instance *robot, int string)
 {
     const char *text;
     er_instance_get_string(robot, (unsigned)(robot->interface.reals + string), &text);
@@ -157,16 +157,14 @@ bool er_component_exit(er_component *c)
     er_failure text;
     bool changed; /* what the master has not read yet */
     char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
-    if (!er_component_may(c, ER_CALL_EXIT) ||
-        !er_component_told(c, er_instance_start(c->robot) &&
+    if (!er_component_may(c, ER_CALL_EXIT) || !er_component_told(c, er_instance_start(c->robot) &&
                                   (!c->robot->exchange.on || er_exchange_settle(c->robot, &changed))))
         return false;
     pass_warning_on(c);
     robot = c->robot;
-    er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; errors up to %s m are allowed at"
-            " the TCP",
-            er_shown(robot->progress.time, number), chosen(robot, ER_MODE), chosen(robot, ER_INITIAL_STATE),
-            chosen(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
+    er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; tolerance %s m at the TCP",
+            er_shown(robot->progress.time, number), chosen_option(robot, ER_MODE), chosen_option(robot, ER_INITIAL_STATE),
+            chosen_option(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
     tell_log(c, ER_LOG_EVENTS, text.text);
     return true;
 }
@@ -175,8 +173,10 @@ bool er_component_step(er_component *c, double start, double size)
 {
     if (c != NULL && c->robot->exchange.on)
         return er_component_refuse(c, "a step is asked for; this instance was made for model exchange");
-    if (!er_component_may(c, ER_CALL_STEP) ||
-        !er_component_tried(c, er_instance_step(c->robot, start, size)))
+    if (!er_component_may(c, ER_CALL_STEP))
+        return false;
+    c->robot->model->watches_growth = c->log.function != NULL && (c->log.categories & ER_LOG_WARNING) != 0;
+    if (!er_component_tried(c, er_instance_step(c->robot, start, size)))
         return false;
     if (c->robot->warned) /* in the log only: some masters stop at a step that is not OK */
         tell_log(c, ER_LOG_WARNING, c->robot->failure.text);
@@ -202,8 +202,7 @@ bool er_component_reset(er_component *c)
     return true;
 }
 
-bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
-                            const double *values)
+bool er_component_set_reals(er_component *c, const unsigned *references, size_t count, const double *values)
 {
     if (!er_component_may(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
         !er_component_tried(c, er_instance_set_reals(c->robot, references, count, values)))
@@ -247,8 +246,7 @@ bool er_component_get_strings(er_component *c, er_call call, const unsigned *ref
     return good;
 }
 
-bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
-                              const char *const *values)
+bool er_component_set_strings(er_component *c, const unsigned *references, size_t count, const char *const *values)
 {
     return er_component_may(c, count > 0 ? ER_CALL_SET_FIXED : ER_CALL_SET) &&
            er_component_given(c, count, references, values) &&
@@ -263,7 +261,6 @@ bool er_component_none_of(er_component *c, er_call call, const char *kind, const
         return false;
     if (count == 0)
         return true;
-    er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind,
-            references[0], others);
+    er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind, references[0], others);
     return er_component_refuse(c, failure.text);
 }

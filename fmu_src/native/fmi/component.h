@@ -53,8 +53,7 @@ static inline int er_status_taken(const er_component *c, bool good)
 }
 
 /* Takes over a robot; NULL, after telling the failure, if there is none. */
-er_component *er_component_create(const char *name, er_log log, er_instance *robot,
-                                  const er_failure *failure);
+er_component *er_component_create(const char *name, er_log log, er_instance *robot, const er_failure *failure);
 void er_component_free(er_component *c);
 
 /* Tells the master a sentence and returns false. */
@@ -79,8 +78,7 @@ bool er_component_may_step(er_component *c, er_call call);
 bool er_component_given(er_component *c, size_t count, const void *first, const void *second);
 
 /* Turns categories of the log on or off; the others stay as they are, or are off. */
-bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories,
-                      size_t count);
+bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories, size_t count);
 
 /* Without a stop time it is infinite. */
 bool er_component_setup(er_component *c, double start, double stop, double tolerance);
@@ -89,50 +87,15 @@ bool er_component_exit(er_component *c);
 bool er_component_step(er_component *c, double start, double size);
 bool er_component_terminate(er_component *c);
 bool er_component_reset(er_component *c);
-bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
-                            const double *values);
+bool er_component_set_reals(er_component *c, const unsigned *references, size_t count, const double *values);
 bool er_component_set_derivatives(er_component *c, const unsigned *references, size_t count, const int *orders,
                                   const double *values);
 bool er_component_get_strings(er_component *c, er_call call, const unsigned *references,
                               size_t count, const char **values);
-bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
-                              const char *const *values);
+bool er_component_set_strings(er_component *c, const unsigned *references, size_t count, const char *const *values);
 
 /* Refuses variables of a kind that this FMU does not have. */
 bool er_component_none_of(er_component *c, er_call call, const char *kind, const char *others,
                           const unsigned *references, size_t count);
-
-bool er_component_get_state(er_component *c, void **state);
-bool er_component_set_state(er_component *c, const void *state);
-bool er_component_free_state(er_component *c, void **state);
-bool er_component_state_size(er_component *c, const void *state, size_t *size);
-bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size);
-bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state);
-
-/* Model exchange, in exchange_calls.c: what an event has changed. */
-typedef struct {
-    bool has_next;    /* there is a time event */
-    bool has_changed; /* states have other values */
-    double next_time; /* [s] */
-} er_event_update;
-
-bool er_component_enter_event(er_component *c, er_call call);
-bool er_component_enter_continuous(er_component *c);
-bool er_component_update(er_component *c, er_event_update *update);
-bool er_component_completed(er_component *c, bool *has_event);
-bool er_component_set_time(er_component *c, double time);
-bool er_component_set_states(er_component *c, const double *states, size_t count);
-
-bool er_component_get_nominals(er_component *c, double *nominals, size_t count);
-
-/* What a master reads as one vector: all states in the order of their blocks, their derivatives, or the
- * event indicators. */
-typedef enum { ER_STATES,
-               ER_STATE_DERIVATIVES,
-               ER_INDICATORS } er_exchanged;
-bool er_component_get_exchanged(er_component *c, er_exchanged which, double *values, size_t count);
-
-/* Their number. */
-bool er_component_count_exchanged(er_component *c, er_exchanged which, size_t *count);
 
 #endif

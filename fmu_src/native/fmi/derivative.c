@@ -1,14 +1,19 @@
-/* Directional derivatives: how the outputs follow the inputs and parameters that the last step, or the
- * initial state, was computed from; and how they are a function of state and time.
- *
- * A step is computed again from where it began, with the sensitivities of its state carried along,
- * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
- */
+/* A step is computed again from where it began, with the sensitivities of its state carried along, for all entries of
+ * the wrench or of the command, say, at once.  They serve until the state changes. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "instance.h"
+#include "derivative.h"
+
+#include "../core/outputs/chain_motion.h"
+#include "../core/outputs/drive_outputs.h"
+#include "../core/model_drives.h"
+#include "../core/step/sensitivity.h"
+#include "../core/outputs/tangent.h"
+#include "exchange.h"
+#include "variables.h"
+#include "blocks.h"
 
 /* The first of the causes whose columns are computed together with those of one. */
 static er_cause first_beside(er_cause cause)
@@ -34,7 +39,7 @@ static void start_columns(er_model *model, er_cause first, const er_step_start *
 }
 
 /* The block of a real; NULL for other references. */
-static const er_block *block_of(const er_instance *instance, unsigned reference)
+static const er_block *block_of_real(const er_instance *instance, unsigned reference)
 {
     bool real = reference < (unsigned)instance->interface.reals;
     return real ? er_block_of(&instance->interface, reference) : NULL;
@@ -43,7 +48,7 @@ static const er_block *block_of(const er_instance *instance, unsigned reference)
 /* In initialisation mode states are unknowns. */
 static bool is_known(const er_instance *instance, unsigned reference)
 {
-    const er_block *block = block_of(instance, reference);
+    const er_block *block = block_of_real(instance, reference);
     if (block == NULL)
         return reference == er_time_reference(&instance->interface);
     return block->kind == ER_INPUT || block->kind == ER_TUNABLE ||
@@ -64,7 +69,7 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
 {
     char text[ER_NAME];
     for (size_t i = 0; i < unknown_count; i++) {
-        const er_block *block = block_of(instance, unknowns[i]);
+        const er_block *block = block_of_real(instance, unknowns[i]);
         if (block == NULL || !er_is_computed(block))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
                            " %s", name_of(instance, unknowns[i], text));
@@ -75,8 +80,7 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                            " behind initialisation, a state to differentiate by, got %s",
                            name_of(instance, knowns[j], text));
         if (!isfinite(seed[j]))
-            return er_fail(&instance->failure, "the seed of %s is not finite",
-                           name_of(instance, knowns[j], text));
+            return er_fail(&instance->failure, "the seed of %s is not finite", name_of(instance, knowns[j], text));
     }
     return true;
 }
@@ -206,8 +210,7 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
         x[k] *= seed;
         change->x[k] += x[k];
     }
-    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x,
-                    change->elongation);
+    er_stops_follow(&instance->model->robot, &instance->model->memory.state.stops, still, x, change->elongation);
     return true;
 }
 
@@ -250,7 +253,7 @@ static bool add_step(er_instance *instance, unsigned known, double seed, er_chan
 }
 
 /* The change of drives, load, state and parameters that a seed makes. */
-static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
+static bool gather_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change)
 {
     er_change_nothing(&instance->model->robot, change);
@@ -278,8 +281,7 @@ static bool block_along(er_instance *instance, int number, const er_change *chan
 }
 
 bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
-                            const unsigned *knowns, size_t known_count, const double *seed,
-                            double *sensitivity)
+                            const unsigned *knowns, size_t known_count, const double *seed, double *sensitivity)
 {
     double along[ER_MAX_REALS];
     uint64_t there = 0; /* blocks in `along`, a bit each */
@@ -290,7 +292,7 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
-    if (!find_change(instance, knowns, known_count, seed, &change))
+    if (!gather_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
         int block = instance->interface.block[unknowns[i]];

@@ -1,12 +1,12 @@
-#include "instance.h"
+#include "exchange.h"
 
 #include <math.h>
 #include <string.h>
 
-bool er_exchange_runs(const er_instance *instance)
-{
-    return instance->exchange.on && instance->progress.phase >= ER_EVENT_MODE;
-}
+#include "../core/outputs/chain_motion.h"
+#include "../core/outputs/drive_outputs.h"
+#include "../core/model_drives.h"
+#include "indicators.h"
 
 void er_exchange_disturb(er_instance *instance)
 {
@@ -31,138 +31,6 @@ bool er_exchange_hold(er_instance *instance)
     return true;
 }
 
-/* The bends of a torsion's curve, and how far behind them a piece ends. */
-static double find_bends(const er_instance *instance, int torsion, er_bends *bends)
-{
-    const er_model *model = instance->model;
-    int k = instance->interface.torsion[torsion];
-    er_bends_find(&model->gears, k, bends);
-    return er_gear_slack(&model->gears, &model->robot.settings, k, model->means.tolerance);
-}
-
-/* The bends of a torsion's curve, the piece that counts, and how far behind them it ends. */
-static double find_piece(const er_instance *instance, int torsion, er_bends *bends, int *piece)
-{
-    double slack = find_bends(instance, torsion, bends);
-    double x = instance->model->memory.state.x[instance->interface.torsion[torsion]];
-    *piece = instance->exchange.piece[torsion];
-    if (er_exchange_runs(instance) && *piece <= bends->count)
-        return slack;
-    *piece = er_bends_piece(bends, 0, x, 0.0);
-    return 0.0;
-}
-
-void er_exchange_bends(const er_instance *instance, double *ways)
-{
-    for (int t = 0; t < instance->interface.torsions; t++) {
-        er_bends bends;
-        int piece;
-        double slack = find_piece(instance, t, &bends, &piece);
-        double x = instance->model->memory.state.x[instance->interface.torsion[t]];
-        er_bends_distance(&bends, piece, x, slack, ways + 2 * t);
-    }
-}
-
-void er_exchange_bends_along(const er_instance *instance, const er_change *along, double *ways)
-{
-    const er_model *model = instance->model;
-    for (int t = 0; t < instance->interface.torsions; t++) {
-        er_bends bends;
-        int piece, k = instance->interface.torsion[t];
-        double slack = find_piece(instance, t, &bends, &piece);
-        double wider = er_gear_per_backlash(&model->gears, k, along->parameters.backlash[k]);
-        if (!(slack < model->robot.settings.slack * model->means.tolerance))
-            slack = 0.0; /* it does not follow the backlash */
-        er_bends_distance_along(&bends, piece, along->x[k], wider, slack, ways + 2 * t);
-    }
-}
-
-/* Whether an element is that of a motor that does not move by itself. */
-static bool is_idle(const er_model *model, int j)
-{
-    return j >= model->robot.elements + er_model_motors(model);
-}
-
-/* Rate of the coordinate of an element [rad/s]. */
-static double rate_of(const er_robot *robot, const double *v, const double *motors, int j)
-{
-    return j < robot->elements ? v[robot->element[j].coordinate] : motors[j - robot->elements];
-}
-
-/* How far behind their slip angle, or a reversal, elements change [rad]; not before the master integrates. */
-static double slip_slack(const er_instance *instance, int j)
-{
-    const er_model *model = instance->model;
-    const er_robot *robot = &model->robot;
-    if (!er_exchange_runs(instance))
-        return 0.0;
-    if (model->memory.state.stops.slipping[j] == 0)
-        return er_stop_slack(robot, j, model->means.tolerance);
-    return ER_REVERSAL_TIME * er_reversal_slack(robot, robot->element[j].coordinate, model->means.tolerance);
-}
-
-void er_exchange_slips(const er_instance *instance, double *ways)
-{
-    const er_state *state = &instance->model->memory.state;
-    const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < er_all_elements(robot); j++) {
-        int direction = state->stops.slipping[j];
-        if (is_idle(instance->model, j))
-            ways[j] = 1.0;
-        else if (direction == 0)
-            ways[j] = slip_slack(instance, j) + (robot->element[j].angle - fabs(state->stops.elongation[j]));
-        else
-            ways[j] = slip_slack(instance, j) +
-                      direction * rate_of(robot, state->v, state->motors.rate, j) * ER_REVERSAL_TIME;
-    }
-}
-
-void er_exchange_slips_along(const er_instance *instance, const er_change *change, double *ways)
-{
-    const er_stops *stops = &instance->model->memory.state.stops;
-    const er_robot *robot = &instance->model->robot;
-    for (int j = 0; j < er_all_elements(robot); j++) {
-        if (is_idle(instance->model, j))
-            ways[j] = 0.0;
-        else if (stops->slipping[j] == 0)
-            ways[j] = -copysign(1.0, stops->elongation[j]) * change->elongation[j];
-        else
-            ways[j] = stops->slipping[j] * rate_of(robot, change->v, change->motors.rate, j) * ER_REVERSAL_TIME;
-    }
-}
-
-/* Way of a motor's servo to its torque limit [N m]; infinite without. */
-static double servo_room(const er_model *model, int d, double *torque)
-{
-    const er_motor *motor = &model->robot.motor[d];
-    *torque = motor->rate_gain * er_model_wanted(model, d) + model->memory.state.motors.integral[d];
-    return motor->torque_limit - fabs(*torque);
-}
-
-void er_exchange_limits(const er_instance *instance, double *ways)
-{
-    const er_model *model = instance->model;
-    for (int d = 0; d < model->robot.motors; d++) {
-        double torque, way = INFINITY;
-        if (model->memory.options.drive == ER_SERVO)
-            way = servo_room(model, d, &torque);
-        ways[d] = isfinite(way) ? way : 1.0;
-    }
-}
-
-void er_exchange_limits_along(const er_instance *instance, const er_change *change, double *ways)
-{
-    const er_model *model = instance->model;
-    for (int d = 0; d < model->robot.motors; d++) {
-        double torque;
-        ways[d] = 0.0;
-        if (model->memory.options.drive == ER_SERVO && isfinite(servo_room(model, d, &torque)))
-            ways[d] = -copysign(1.0, torque) *
-                      (model->robot.motor[d].rate_gain * er_wanted_along(model, change, d) +
-                       change->motors.integral[d]);
-    }
-}
-
 /* Lets elements slip or stick that are beyond where they do. */
 static bool settle_elements(er_instance *instance)
 {
@@ -170,7 +38,7 @@ static bool settle_elements(er_instance *instance)
     const er_robot *robot = &instance->model->robot;
     double ways[ER_MAX_ELEMENTS];
     bool changed = false;
-    er_exchange_slips(instance, ways);
+    er_indicate_slips(instance, ways);
     for (int j = 0; j < er_all_elements(robot); j++) {
         if (ways[j] > 0.0)
             continue;
@@ -198,7 +66,7 @@ bool er_exchange_settle(er_instance *instance, bool *changed)
         return false;
     for (int t = 0; t < instance->interface.torsions; t++) {
         er_bends bends;
-        double slack = find_bends(instance, t, &bends);
+        double slack = er_indicate_torsion(instance, t, &bends);
         double x = instance->model->memory.state.x[instance->interface.torsion[t]];
         instance->exchange.piece[t] = er_bends_piece(&bends, instance->exchange.piece[t], x, slack);
     }
@@ -213,11 +81,11 @@ bool er_exchange_completed(er_instance *instance, bool *has_event)
     double ways[2 * ER_MAX_JOINTS]; /* whether contact or limit are touched is no choice that an event makes */
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
-    er_exchange_bends(instance, ways);
+    er_indicate_bends(instance, ways);
     *has_event = false;
     for (int i = 0; i < 2 * instance->interface.torsions; i++)
         *has_event |= ways[i] <= 0.0;
-    er_exchange_slips(instance, slips);
+    er_indicate_slips(instance, slips);
     for (int j = 0; j < er_all_elements(&instance->model->robot); j++)
         *has_event |= slips[j] <= 0.0;
     return true;
@@ -232,8 +100,7 @@ bool er_exchange_set_time(er_instance *instance, double time)
 {
     char number[ER_NUMBER_TEXT];
     if (!isfinite(time))
-        return er_fail(&instance->failure, "time: expected a finite number, got %s s",
-                       er_shown(time, number));
+        return er_fail(&instance->failure, "time: expected a finite number, got %s s", er_shown(time, number));
     instance->progress.time = time;
     er_exchange_disturb(instance);
     return true;

@@ -1,6 +1,10 @@
-#include "component.h"
+#include "exchange_calls.h"
 
 #include <math.h>
+
+#include "exchange.h"
+#include "variables.h"
+#include "blocks.h"
 
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
@@ -9,39 +13,38 @@ static const char *const called[] = {"continuous states", "derivatives of contin
                                      "event indicators"};
 
 /* Place of a vector's block in the table. */
-static int block_of(const er_interface *in, er_exchanged which, int k)
+static int block_of_vector(const er_interface *in, er_exchanged which, int k)
 {
     return which == ER_INDICATORS ? in->indicator[k] : which == ER_STATES ? in->state[k].block
                                                                           : in->state[k].derivative;
 }
 
 /* Value references of a vector; returns their number. */
-static int list(const er_interface *in, er_exchanged which, unsigned references[MOST])
+static int list_references(const er_interface *in, er_exchanged which, unsigned references[MOST])
 {
-    int blocks = which == ER_INDICATORS ? in->indicators : in->states, known = 0;
+    int blocks = which == ER_INDICATORS ? in->indicators : in->states, total = 0;
     for (int b = 0; b < blocks; b++) {
-        int block = block_of(in, which, b);
+        int block = block_of_vector(in, which, b);
         for (int k = 0; k < in->size[block]; k++)
-            references[known++] = (unsigned)(in->first[block] + k);
+            references[total++] = (unsigned)(in->first[block] + k);
     }
-    return known;
+    return total;
 }
 
 /* The same where the master gives or takes as many values. */
-static bool list_for(er_instance *instance, er_exchanged which, const char *what, size_t count,
+static bool require_references(er_instance *instance, er_exchanged which, const char *what, size_t count,
                      unsigned references[MOST])
 {
-    int known = list(&instance->interface, which, references);
-    return count == (size_t)known ||
-           er_fail(&instance->failure, "%s: expected %d values, got %lu", what, known,
-                   (unsigned long)count);
+    int total = list_references(&instance->interface, which, references);
+    return count == (size_t)total ||
+           er_fail(&instance->failure, "%s: expected %d values, got %lu", what, total, (unsigned long)count);
 }
 
 static bool set_states(er_instance *instance, const double *states, size_t count)
 {
     unsigned references[MOST];
     char number[ER_NUMBER_TEXT];
-    if (!list_for(instance, ER_STATES, called[ER_STATES], count, references))
+    if (!require_references(instance, ER_STATES, called[ER_STATES], count, references))
         return false;
     for (size_t k = 0; k < count; k++)
         if (!isfinite(states[k]))
@@ -49,7 +52,7 @@ static bool set_states(er_instance *instance, const double *states, size_t count
                            (unsigned long)k + 1, er_shown(states[k], number)) ||
                    er_let_retry(&instance->failure);
     for (size_t k = 0; k < count; k++)
-        *er_instance_settable(instance, references[k]) = states[k];
+        *er_block_value(instance, references[k]) = states[k];
     instance->fresh = 0;
     return true;
 }
@@ -57,7 +60,7 @@ static bool set_states(er_instance *instance, const double *states, size_t count
 static bool get_exchanged(er_instance *instance, er_exchanged which, double *values, size_t count)
 {
     unsigned references[MOST];
-    return list_for(instance, which, called[which], count, references) &&
+    return require_references(instance, which, called[which], count, references) &&
            er_instance_get_reals(instance, references, count, values);
 }
 
@@ -65,7 +68,7 @@ static bool get_nominals(er_instance *instance, double *nominals, size_t count)
 {
     const er_interface *in = &instance->interface;
     unsigned references[MOST];
-    if (!list_for(instance, ER_STATES, "nominals of continuous states", count, references))
+    if (!require_references(instance, ER_STATES, "nominals of continuous states", count, references))
         return false;
     for (int k = 0; k < in->states; k++)
         for (int i = 0; i < in->size[in->state[k].block]; i++)
@@ -76,12 +79,11 @@ static bool get_nominals(er_instance *instance, double *nominals, size_t count)
 static bool may_exchange(er_component *c, er_call call)
 {
     if (c != NULL && !c->robot->exchange.on)
-        return er_component_refuse(c, "model exchange is asked for; this instance was made for"
-                                      " co-simulation");
+        return er_component_refuse(c, "model exchange is asked for; this instance was made for co-simulation");
     return er_component_may(c, call);
 }
 
-static bool enter(er_component *c, er_call call, er_phase phase)
+static bool enter_exchange_phase(er_component *c, er_call call, er_phase phase)
 {
     if (!may_exchange(c, call))
         return false;
@@ -91,12 +93,12 @@ static bool enter(er_component *c, er_call call, er_phase phase)
 
 bool er_component_enter_event(er_component *c, er_call call)
 {
-    return enter(c, call, ER_EVENT_MODE);
+    return enter_exchange_phase(c, call, ER_EVENT_MODE);
 }
 
 bool er_component_enter_continuous(er_component *c)
 {
-    return enter(c, ER_CALL_UPDATE, ER_CONTINUOUS_MODE);
+    return enter_exchange_phase(c, ER_CALL_UPDATE, ER_CONTINUOUS_MODE);
 }
 
 bool er_component_update(er_component *c, er_event_update *update)
@@ -143,6 +145,6 @@ bool er_component_count_exchanged(er_component *c, er_exchanged which, size_t *c
     unsigned references[MOST];
     if (!may_exchange(c, ER_CALL_ANY) || !er_component_given(c, 1, count, count))
         return false;
-    *count = (size_t)list(&c->robot->interface, which, references);
+    *count = (size_t)list_references(&c->robot->interface, which, references);
     return true;
 }

@@ -11,6 +11,9 @@
 #include "../io/file.h"
 #include "component.h"
 #include "log_categories.h"
+#include "derivative.h"
+#include "saved_state.h"
+#include "variables.h"
 
 const char *fmi3GetVersion(void)
 {
@@ -18,7 +21,7 @@ const char *fmi3GetVersion(void)
 }
 
 /* # begins the reference of a variable. */
-static void tell(const er_component *c, int status, const char *category, const char *text)
+static void tell_fmi3(const er_component *c, int status, const char *category, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "#", escaped);
@@ -27,10 +30,10 @@ static void tell(const er_component *c, int status, const char *category, const 
 
 static er_log log_of(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)
 {
-    return (er_log){tell, (void (*)(void))function, environment, on ? ER_LOG_ALL : 0};
+    return (er_log){tell_fmi3, (void (*)(void))function, environment, on ? ER_LOG_ALL : 0};
 }
 
-static er_instance *create(fmi3String token, fmi3String resources, er_failure *failure)
+static er_instance *create_for_fmi3(fmi3String token, fmi3String resources, er_failure *failure)
 {
     char *file = er_path_in_folder(resources != NULL ? resources : "", ER_ROBOT_FILE);
     er_instance *robot = NULL;
@@ -46,12 +49,10 @@ static er_instance *create(fmi3String token, fmi3String resources, er_failure *f
     return robot;
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
     const fmi3ValueReference intermediate[], size_t intermediate_count,
-    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3IntermediateUpdateCallback update)
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
     er_instance *robot = NULL;
     er_failure failure;
@@ -64,17 +65,16 @@ fmi3Instance fmi3InstantiateCoSimulation(
     else if (intermediate_count > 0)
         er_fail(&failure, "intermediate variables are asked for; this FMU has none");
     else
-        robot = create(token, resources, &failure);
+        robot = create_for_fmi3(token, resources, &failure);
     return er_component_create(name, log_of(logging, log, environment), robot, &failure);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
-                                          fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment,
+                                          fmi3Boolean visible, fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
     er_failure failure;
-    er_instance *robot = create(token, resources, &failure);
+    er_instance *robot = create_for_fmi3(token, resources, &failure);
     (void)visible;
     if (robot != NULL)
         robot->exchange.on = true;
@@ -84,8 +84,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
-    fmi3UnlockPreemptionCallback unlock)
+    fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
 {
     er_failure failure;
     (void)token;
@@ -103,20 +102,16 @@ void fmi3FreeInstance(fmi3Instance c)
     er_component_free(c);
 }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
-                               const fmi3String categories[])
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count, const fmi3String categories[])
 {
     return er_status(er_component_log(c, logging, true, categories, count));
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
-                                       fmi3Float64 tolerance, fmi3Float64 start,
-                                       fmi3Boolean has_stop, fmi3Float64 stop)
+                                       fmi3Float64 tolerance, fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop)
 {
-    return er_status(er_component_may(c, ER_CALL_ENTER) &&
-                     er_component_setup(c, start, has_stop ? stop : INFINITY,
-                                        has_tolerance ? tolerance : 0.0) &&
-                     er_component_enter(c));
+    return er_status(er_component_may(c, ER_CALL_ENTER) && er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                        has_tolerance ? tolerance : 0.0) && er_component_enter(c));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
@@ -140,8 +135,7 @@ static bool is_time(const er_component *c, fmi3ValueReference reference)
 }
 
 /* Checks that there is one value for each element of some variables. */
-static bool require_count(er_component *c, const fmi3ValueReference references[], size_t count,
-                          size_t values)
+static bool require_count(er_component *c, const fmi3ValueReference references[], size_t count, size_t values)
 {
     size_t elements = 0;
     for (size_t i = 0; i < count; i++) {
@@ -168,21 +162,21 @@ static size_t elements_of(const er_component *c, fmi3ValueReference reference, u
 }
 
 /* Value references of the elements of some variables, of which there are `values`. */
-static bool expand(er_component *c, const fmi3ValueReference references[], size_t count, size_t values,
+static bool expand_references(er_component *c, const fmi3ValueReference references[], size_t count, size_t values,
                    unsigned elements[ER_MAX_REALS])
 {
-    size_t known = 0;
+    size_t total = 0;
     if (!require_count(c, references, count, values))
         return false;
     if (values > ER_MAX_REALS)
         return er_fail(&c->robot->failure, "values: expected at most %d in one call, got %lu",
                        c->robot->interface.reals, (unsigned long)values);
     for (size_t i = 0; i < count; i++)
-        known += elements_of(c, references[i], elements + known);
+        total += elements_of(c, references[i], elements + total);
     return true;
 }
 
-static bool get(er_component *c, const fmi3ValueReference references[], size_t count,
+static bool get_elements(er_component *c, const fmi3ValueReference references[], size_t count,
                 fmi3Float64 values[], size_t value_count)
 {
     if (!require_count(c, references, count, value_count))
@@ -204,17 +198,15 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 {
     return er_status_tried(c, er_component_may(c, ER_CALL_GET_START) &&
                                   er_component_given(c, count, references, values) &&
-                                  er_component_tried(c, get(c, references, count, values,
-                                                            value_count)));
+                                  er_component_tried(c, get_elements(c, references, count, values, value_count)));
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
     unsigned elements[ER_MAX_REALS];
-    return er_status_taken(c, er_component_may(c, ER_CALL_SET) &&
-                                  er_component_given(c, count, references, values) &&
-                                  er_component_tried(c, expand(c, references, count, value_count, elements)) &&
+    return er_status_taken(c, er_component_may(c, ER_CALL_SET) && er_component_given(c, count, references, values) &&
+                                  er_component_tried(c, expand_references(c, references, count, value_count, elements)) &&
                                   er_component_set_reals(c, elements, value_count, values));
 }
 
@@ -222,8 +214,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 static bool require_strings(er_component *c, size_t count, size_t values)
 {
     return c == NULL || count == values ||
-           er_component_told(
-               c, er_fail(&c->robot->failure, "values: expected one for each of %lu string variables,"
+           er_component_told(c, er_fail(&c->robot->failure, "values: expected one for each of %lu string variables,"
                           " got %lu", (unsigned long)count, (unsigned long)values));
 }
 
@@ -266,33 +257,30 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte by
     return er_status(er_component_serialise(c, state, bytes, size));
 }
 
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
-                                   fmi3FMUState *state)
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
     return er_status(er_component_deserialise(c, bytes, size, state));
 }
 
-static bool derive(er_component *c, const fmi3ValueReference unknowns[], size_t unknown_count,
+static bool derive_elements(er_component *c, const fmi3ValueReference unknowns[], size_t unknown_count,
                    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
                    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)
 {
     unsigned outputs[ER_MAX_REALS], inputs[ER_MAX_REALS];
-    return expand(c, unknowns, unknown_count, sensitivity_count, outputs) &&
-           expand(c, knowns, known_count, seed_count, inputs) &&
-           er_instance_derivative(c->robot, outputs, sensitivity_count, inputs, seed_count, seed,
-                                  sensitivity);
+    return expand_references(c, unknowns, unknown_count, sensitivity_count, outputs) &&
+           expand_references(c, knowns, known_count, seed_count, inputs) &&
+           er_instance_derivative(c->robot, outputs, sensitivity_count, inputs, seed_count, seed, sensitivity);
 }
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
                                         size_t known_count, const fmi3Float64 seed[],
-                                        size_t seed_count, fmi3Float64 sensitivity[],
-                                        size_t sensitivity_count)
+                                        size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)
 {
     return er_status(er_component_may(c, ER_CALL_DERIVE) &&
                      er_component_given(c, unknown_count, unknowns, sensitivity) &&
                      er_component_given(c, known_count, knowns, seed) &&
-                     er_component_told(c, derive(c, unknowns, unknown_count, knowns, known_count, seed,
+                     er_component_told(c, derive_elements(c, unknowns, unknown_count, knowns, known_count, seed,
                                                  seed_count, sensitivity, sensitivity_count)));
 }
 

@@ -1,5 +1,6 @@
 /* The functions of FMI 3.0 beside co-simulation: for model exchange, and for what this FMU does not have. */
 #include "fmi3Functions.h"
+#include "exchange_calls.h"
 
 #include "component.h"
 
@@ -33,8 +34,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
                                        fmi3Boolean *enter_event_mode, fmi3Boolean *terminate)
 {
     (void)no_set_state;
-    if (!er_component_given(c, 1, enter_event_mode, terminate) ||
-        !er_component_completed(c, enter_event_mode))
+    if (!er_component_given(c, 1, enter_event_mode, terminate) || !er_component_completed(c, enter_event_mode))
         return fmi3Error;
     *terminate = fmi3False;
     return fmi3OK;
@@ -123,23 +123,18 @@ SET_NONE(Clock, (VARIABLES, const fmi3Clock values[]))
     }
 
 #define CLOCKS "intervals of a clock are asked for; this FMU has no clocks"
-ABSENT(GetIntervalDecimal,
-       (VARIABLES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]), CLOCKS)
+ABSENT(GetIntervalDecimal, (VARIABLES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]), CLOCKS)
 ABSENT(GetIntervalFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
                              fmi3IntervalQualifier qualifiers[]), CLOCKS)
 ABSENT(GetShiftDecimal, (VARIABLES, fmi3Float64 shifts[]), CLOCKS)
 ABSENT(GetShiftFraction, (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[]), CLOCKS)
 ABSENT(SetIntervalDecimal, (VARIABLES, const fmi3Float64 intervals[]), CLOCKS)
-ABSENT(SetIntervalFraction,
-       (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
+ABSENT(SetIntervalFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
 ABSENT(SetShiftDecimal, (VARIABLES, const fmi3Float64 shifts[]), CLOCKS)
-ABSENT(SetShiftFraction,
-       (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
-ABSENT(ActivateModelPartition,
-       (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), CLOCKS)
+ABSENT(SetShiftFraction, (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]), CLOCKS)
+ABSENT(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), CLOCKS)
 
-ABSENT(EnterStepMode, (fmi3Instance c),
-       "step mode is asked for; this FMU has no event mode in co-simulation")
+ABSENT(EnterStepMode, (fmi3Instance c), "step mode is asked for; this FMU has no event mode in co-simulation")
 ABSENT(EvaluateDiscreteStates, (fmi3Instance c),
        "an evaluation of discrete states is asked for; this FMU updates them only")
 
@@ -148,18 +143,14 @@ ABSENT(EnterConfigurationMode, (fmi3Instance c), STRUCTURE)
 ABSENT(ExitConfigurationMode, (fmi3Instance c), STRUCTURE)
 
 #define DEPENDENCIES "dependencies of elements are asked for; those in modelDescription.xml hold for all"
-ABSENT(GetNumberOfVariableDependencies,
-       (fmi3Instance c, fmi3ValueReference reference, size_t *count), DEPENDENCIES)
-ABSENT(GetVariableDependencies,
-       (fmi3Instance c, fmi3ValueReference dependent, size_t dependent_elements[],
+ABSENT(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference reference, size_t *count), DEPENDENCIES)
+ABSENT(GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent, size_t dependent_elements[],
         fmi3ValueReference independents[], size_t independent_elements[],
         fmi3DependencyKind kinds[], size_t count), DEPENDENCIES)
 
-ABSENT(GetAdjointDerivative,
-       (fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
+ABSENT(GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
         const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
         size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count),
        "adjoint derivatives are asked for; this FMU has directional ones")
-ABSENT(GetOutputDerivatives,
-       (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
+ABSENT(GetOutputDerivatives, (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
        "output derivatives are asked for; there are none")

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../core/growth.h"
 #include "../io/file.h"
 
 /* The file holds the robot and, behind it, the variables. */
@@ -23,6 +24,19 @@ static bool read_file(er_instance *instance, er_robot *robot, const char *file)
     return good;
 }
 
+/* The folder of the robot's file is that of the resources. */
+static bool keep_folder(er_instance *instance, const char *file)
+{
+    const char *end = strrchr(file, '/');
+    size_t length = end == NULL ? 0 : (size_t)(end + 1 - file);
+    char *folder = calloc(1, length + 1);
+    if (folder == NULL)
+        return er_fail(&instance->failure, "the path of the resources does not fit into memory");
+    memcpy(folder, file, length);
+    instance->model->resources = folder;
+    return true;
+}
+
 static bool read_robot(er_instance *instance, const char *file, const char *guid)
 {
     er_failure *failure = &instance->failure;
@@ -40,11 +54,7 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }
     free(robot);
-    if (good && strlen(file) < ER_MAX_PATH) {
-        const char *behind = strrchr(file, '/');
-        memcpy(instance->model->resources, file, behind == NULL ? 0 : (size_t)(behind + 1 - file));
-    }
-    return good;
+    return good && keep_folder(instance, file);
 }
 
 er_instance *er_instance_create(const char *robot_file, const char *guid, er_failure *failure)
@@ -56,7 +66,7 @@ er_instance *er_instance_create(const char *robot_file, const char *guid, er_fai
     }
     if (!read_robot(instance, robot_file, guid)) {
         *failure = instance->failure;
-        free(instance);
+        er_instance_free(instance);
         return NULL;
     }
     er_instance_reset(instance);
@@ -92,7 +102,7 @@ void er_instance_reset(er_instance *instance)
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
-    instance->beyond = 0;
+    instance->over_limit = 0;
     instance->jumps = 0;
     instance->warned = false;
     instance->fresh = 0;
@@ -102,8 +112,7 @@ bool er_instance_setup(er_instance *instance, double start, double stop, double 
 {
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     if (!isfinite(start))
-        return er_fail(&instance->failure, "start time: expected a finite number, got %s s",
-                       er_shown(start, number));
+        return er_fail(&instance->failure, "start time: expected a finite number, got %s s", er_shown(start, number));
     if (!(stop >= start))
         return er_fail(&instance->failure, "stop time: expected the start time, %s s, or a later one, got"
                        " %s s", er_shown(start, other), er_shown(stop, number));
@@ -130,17 +139,16 @@ bool er_instance_require_before_stop(er_instance *instance, double time)
                    er_shown(progress->stop, other), er_shown(time, number));
 }
 
-/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the
- * usual one. */
+/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the usual one. */
 static double tcp_tolerance(const er_instance *instance)
 {
-    const er_tolerance *known = &instance->interface.tolerance;
-    double told = instance->progress.tolerance;
+    const er_tolerance *tolerance = &instance->interface.tolerance;
+    double master_end = instance->progress.tolerance;
     if (instance->inputs.tcp_tolerance > 0.0)
         return instance->inputs.tcp_tolerance;
-    if (told == 0.0)
-        return known->usual;
-    return fmin(fmax(known->usual * (told / known->relative), known->least), known->most);
+    if (master_end == 0.0)
+        return tolerance->usual;
+    return fmin(fmax(tolerance->usual * (master_end / tolerance->relative), tolerance->least), tolerance->most);
 }
 
 const er_step_start *er_step_start_of(const er_instance *instance)
@@ -169,8 +177,7 @@ bool er_instance_initialise(er_instance *instance)
         return true;
     if (instance->exchange.on && model->memory.options.quasistatic)
         return er_fail(&instance->failure, "%s: expected dynamic in model exchange, got quasistatic: a"
-                       " robot at rest has no states; use co-simulation",
-                       instance->interface.string[ER_MODE].name);
+                       " robot at rest has no states; use co-simulation", instance->interface.string[ER_MODE].name);
     if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure) ||
         !er_contact_require(&instance->inputs.load.contact, &instance->failure))
         return false;
@@ -235,27 +242,26 @@ static bool require_load(er_instance *instance)
            er_contact_require(&instance->inputs.load.contact, &instance->failure);
 }
 
-static bool move(er_instance *instance, double end)
+static bool advance(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     er_step_start *next = &instance->step_start[1 - instance->latest];
     next->past = model->memory.past;
     if (!require_load(instance) ||
-        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load, &next->state,
-                       &instance->failure))
+        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load, &next->state, &instance->failure))
         return false;
     keep_step_start(instance, end, true);
     return true;
 }
 
 /* After a refused step the model goes on with what it had, and the new parameters wait again. */
-static bool move_with_new_parameters(er_instance *instance, double end)
+static bool advance_with_parameters(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
     er_model_take_parameters(model, &instance->inputs.parameters);
-    if (move(instance, end)) {
+    if (advance(instance, end)) {
         instance->progress.parameters_changed = false;
         return true;
     }
@@ -267,38 +273,51 @@ static bool move_with_new_parameters(er_instance *instance, double end)
 /* A step's end since the start: in the model's time while the master's cannot tell. */
 static double step_end(const er_model *model, double start, double size)
 {
-    double origin = model->memory.origin, told = (start - origin) + size;
-    double own = model->memory.state.time + size;
+    double origin = model->memory.origin, master_end = (start - origin) + size;
+    double model_end = model->memory.state.time + size;
     double rounding = er_time_rounding(&model->robot.settings, fmax(fabs(origin), fabs(start)));
-    return fabs(told - own) <= rounding ? own : told;
+    return fabs(master_end - model_end) <= rounding ? model_end : master_end;
 }
 
 /* Drives hold an angle without a rate to the step's end, and jump to the next: told once, at the second jump in a
- * row.  motion_without_rates in elastic_robot/fmi/master_values.py is the same in Python. */
+ * row. */
 static void watch_rates(er_instance *instance)
 {
     const er_step_start *last = &instance->step_start[1 - instance->latest];
     const er_command *now = &instance->step_start[instance->latest].command;
-    int moved = -1, joints = instance->model->robot.joints;
-    unsigned reference = 0;
+    int joint = -1, joints = instance->model->robot.joints, block = 0;
     if (instance->model->memory.options.trajectory[0] != '\0' || instance->jumps > 1)
         return;
     for (int i = joints - 1; last->stepped && i >= 0; i--)
         if (now->q[i] != last->command.q[i])
-            moved = i;
+            joint = i;
     for (int i = 0; i < joints; i++)
         if (now->qd[i] != 0.0 || now->qdd[i] != 0.0)
-            moved = -1;
-    instance->jumps = moved < 0 ? 0 : instance->jumps + 1;
+            joint = -1;
+    instance->jumps = joint < 0 ? 0 : instance->jumps + 1;
     if (instance->jumps < 2)
         return;
-    while (er_instance_settable(instance, reference) != &instance->inputs.command.q[moved])
-        reference++; /* inputs come first */
+    while (er_blocks[block].cause != ER_BY_Q)
+        block++;
     instance->warned = true;
     er_fail(&instance->failure, "%s: expected qd_cmd and qdd_cmd beside angles that change from step to step, got zero:"
             " each angle is held to the step's end, and the drive jumps to the next; set all three, or name the"
-            " motion's file in trajectory",
-            instance->interface.name[reference]);
+            " motion's file in trajectory", instance->interface.name[instance->interface.first[block] + joint]);
+}
+
+/* A motion that is chaotic is told of once; `before`: it had been. */
+static void watch_growth(er_instance *instance, bool before)
+{
+    const er_model *model = instance->model;
+    char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
+    if (before || !model->growth.has_grown)
+        return;
+    instance->warned = true;
+    er_fail(&instance->failure, "the motion from %s to %s s: expected small errors to stay small, got gears or a contact whose"
+            " rattling makes one grow more than %g times, so that tcp_tolerance does not bound the error and rounding"
+            " decides on the path: check damping and backlash",
+            er_shown(model->memory.origin + model->growth.since, other), er_shown(instance->progress.time, number),
+            ER_MOST_GROWTH);
 }
 
 bool er_instance_step(er_instance *instance, double start, double size)
@@ -306,12 +325,12 @@ bool er_instance_step(er_instance *instance, double start, double size)
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end;
+    const bool grown = instance->model->growth.has_grown;
     instance->warned = false;
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
                        er_shown(size, number));
-    if (!(fabs(start - progress->time) <=
-          er_slack_at(&instance->model->robot.settings, progress->time)))
+    if (!(fabs(start - progress->time) <= er_slack_at(&instance->model->robot.settings, progress->time)))
         return er_fail(&instance->failure, "step start: expected the last step's end, %s s, got %s s",
                        er_shown(progress->time, other), er_shown(start, number));
     if (size == 0.0)
@@ -319,11 +338,11 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!er_instance_require_before_stop(instance, start + size))
         return false;
     end = step_end(instance->model, start, size);
-    if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
-                                       : move(instance, end)))
+    if (!(progress->parameters_changed ? advance_with_parameters(instance, end) : advance(instance, end)))
         return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;
     watch_rates(instance);
+    watch_growth(instance, grown);
     return true;
 }

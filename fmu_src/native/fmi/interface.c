@@ -150,8 +150,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
                    block->element * robot->elements + block->motor * robot->motors;
         if (in->size[k] != size)
             return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
-                                           " got %d: build the FMU again",
-                           size, block->name, in->size[k]);
+                                           " got %d: build the FMU again", size, block->name, in->size[k]);
     }
     return true;
 }
@@ -175,27 +174,23 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
     while (strcmp(lines->word, "indicator") == 0)
         if (!read_indicator(in, lines) || !er_lines_next(lines))
             return false;
-    if (!er_lines_key(lines, "limits") || !read_limits(in, robot->joints, lines) ||
-        !er_lines_next(lines))
+    if (!er_lines_key(lines, "limits") || !read_limits(in, robot->joints, lines) || !er_lines_next(lines))
         return false;
     while (strcmp(lines->word, "reals") == 0)
         if (!read_reals(in, lines) || !er_lines_next(lines))
             return false;
     for (int k = 0; k < ER_STRINGS; k++)
-        if (!er_lines_key(lines, "string") || !read_string(&in->string[k], choices[k], lines) ||
-            !er_lines_next(lines))
+        if (!er_lines_key(lines, "string") || !read_string(&in->string[k], choices[k], lines) || !er_lines_next(lines))
             return false;
     return er_lines_key(lines, "end") && require_sizes(in, robot, lines) && require_exchange(in, lines);
 }
 
-bool er_require_range(const er_interface *interface, unsigned reference, double value,
-                      er_failure *failure)
+bool er_require_range(const er_interface *interface, unsigned reference, double value, er_failure *failure)
 {
     er_range range = er_block_of(interface, reference)->range;
     char number[ER_NUMBER_TEXT];
     if (range == ER_ANY_NUMBER || (range == ER_POSITIVE ? value > 0.0 : value >= 0.0))
         return true;
     return er_fail(failure, "%s: expected a number %s, got %s %s", interface->name[reference],
-                   range == ER_POSITIVE ? "> 0" : ">= 0", er_shown(value, number),
-                   interface->unit[reference]);
+                   range == ER_POSITIVE ? "> 0" : ">= 0", er_shown(value, number), interface->unit[reference]);
 }

@@ -11,7 +11,6 @@
 #include "../core/model.h"
 
 typedef struct er_instance er_instance;
-struct er_change;
 
 /* As many blocks of reals, reals and blocks of states or event indicators as there may be. */
 enum { ER_MAX_BLOCKS = 64, /* as a mask has bits */
@@ -48,17 +47,13 @@ typedef struct {
     /* Of outputs and local variables: their values, and their derivatives along a change; NULL where they lie in the
      * state. */
     bool (*find)(er_instance *instance, double *values);
-    bool (*differentiate)(er_instance *instance, const struct er_change *change, double *derivatives);
+    bool (*differentiate)(er_instance *instance, const er_change *change, double *derivatives);
     bool from_value; /* the derivatives need the values */
 } er_block;
 
 /* The table, in blocks.c. */
 extern const er_block er_blocks[];
 extern const int er_block_count;
-
-/* Values of a block of outputs or local variables, and their derivatives along a change. */
-bool er_block_find(er_instance *instance, int block, double *values);
-bool er_block_along(er_instance *instance, int block, const struct er_change *change, double *derivatives);
 
 /* String variables, in their order; the choices of all but the first are those of er_options. */
 enum { ER_TRAJECTORY,
@@ -167,7 +162,6 @@ static inline unsigned er_time_reference(const er_interface *interface)
 }
 
 /* Refuses a value that is out of the range of a parameter or of a contact's number; others have none. */
-bool er_require_range(const er_interface *interface, unsigned reference, double value,
-                      er_failure *failure);
+bool er_require_range(const er_interface *interface, unsigned reference, double value, er_failure *failure);
 
 #endif

@@ -1,4 +1,4 @@
-#include "instance.h"
+#include "lifecycle.h"
 
 #include <stddef.h>
 

@@ -22,19 +22,19 @@ static inline bool er_log_chosen(const char *const *names, size_t count, unsigne
     static const struct {
         const char *name;
         unsigned set;
-    } known[] = {{"logStatusWarning", ER_LOG_WARNING}, {"logStatusDiscard", ER_LOG_DISCARD},
+    } categories[] = {{"logStatusWarning", ER_LOG_WARNING}, {"logStatusDiscard", ER_LOG_DISCARD},
                  {"logStatusError", ER_LOG_ERROR},     {"logStatusFatal", ER_LOG_FATAL},
                  {"logEvents", ER_LOG_EVENTS},         {"logAll", ER_LOG_ALL}};
-    enum { KNOWN = sizeof known / sizeof *known };
+    enum { CATEGORIES = sizeof categories / sizeof *categories };
     *chosen = count == 0 ? ER_LOG_ALL : 0;
     for (size_t i = 0; i < count; i++) {
         const char *name = names == NULL || names[i] == NULL ? "" : names[i];
         size_t k = 0;
-        while (k < KNOWN && strcmp(name, known[k].name) != 0)
+        while (k < CATEGORIES && strcmp(name, categories[k].name) != 0)
             k++;
-        if (k == KNOWN)
+        if (k == CATEGORIES)
             return false;
-        *chosen |= known[k].set;
+        *chosen |= categories[k].set;
     }
     return true;
 }

@@ -1,10 +1,11 @@
-/* States of an instance, which its master keeps, and brings back as they are or as bytes. */
-#include "component.h"
+#include "saved_state.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "../io/file.h"
+#include "../core/step/stepper.h"
+#include "exchange.h"
 
 /* All that an instance remembers: one flat block. */
 typedef struct {
@@ -28,7 +29,7 @@ static void copy_step_start(const er_robot *robot, er_step_start *to, const er_s
     memcpy(to, from, offsetof(er_step_start, state) + er_state_size(robot));
 }
 
-static void save(er_instance *instance, saved_state *saved)
+static void save_instance(er_instance *instance, saved_state *saved)
 {
     er_exchange_hold(instance); /* as any call that asks for values; what refuses it refuses them */
     saved->mark = STATE_MARK;
@@ -40,31 +41,28 @@ static void save(er_instance *instance, saved_state *saved)
     er_memory_copy(&instance->model->robot, &saved->memory, &instance->model->memory);
 }
 
-static const char *kind(const er_exchange *exchange)
+static const char *kind_of_instance(const er_exchange *exchange)
 {
     return exchange->on ? "model exchange" : "co-simulation";
 }
 
-static bool require_own(er_instance *instance, const saved_state *saved)
+static bool require_same_fmu(er_instance *instance, const saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
     if (saved->exchange.on != instance->exchange.on)
         return er_fail(&instance->failure, "state: expected one of %s, got one of %s",
-                       kind(&instance->exchange), kind(&saved->exchange));
+                       kind_of_instance(&instance->exchange), kind_of_instance(&saved->exchange));
     return saved->fingerprint == instance->fingerprint ||
-           er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
-                                       " robot, got %016llx",
-                   (unsigned long long)instance->fingerprint,
-                   (unsigned long long)saved->fingerprint);
+           er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same robot, got %016llx",
+                   (unsigned long long)instance->fingerprint, (unsigned long long)saved->fingerprint);
 }
 
-static bool restore(er_instance *instance, const saved_state *saved)
+static bool restore_instance(er_instance *instance, const saved_state *saved)
 {
-    if (!require_own(instance, saved))
+    if (!require_same_fmu(instance, saved))
         return false;
-    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
-                          &instance->failure))
+    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed, &instance->failure))
         return false;
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
@@ -76,26 +74,67 @@ static bool restore(er_instance *instance, const saved_state *saved)
     return true;
 }
 
-static void serialise(const saved_state *saved, void *bytes)
+static void write_bytes(const saved_state *saved, void *bytes)
 {
     uint64_t checksum = er_hash(saved, sizeof *saved);
     memcpy(bytes, saved, sizeof *saved);
     memcpy((unsigned char *)bytes + sizeof *saved, &checksum, sizeof checksum);
 }
 
-static bool deserialise(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
+/* Whole numbers of a saved state: where they are, bytes of each and from one to the next, how many, their range. */
+typedef struct {
+    size_t place, size, stride;
+    int count, least, most;
+} whole_numbers;
+
+#define PLACE(member) offsetof(saved_state, member)
+#define FLAG(member) {PLACE(member), sizeof(bool), sizeof(bool), 1, 0, 1}
+#define NUMBERS(member, count, least, most) {PLACE(member), sizeof(int), sizeof(int), count, least, most}
+#define LAWS(member, least, most)                                                                    \
+    {PLACE(member), sizeof(int), sizeof(er_servo_law), ER_MAX_JOINTS, least, most}
+#define OF_STATE(owner)                                                                              \
+    NUMBERS(owner.region, ER_MAX_ANGLES, -1, 1), NUMBERS(owner.touching, 1, -1, 1),                  \
+        NUMBERS(owner.stops.slipping, ER_MAX_ELEMENTS, -1, 1), LAWS(owner.motors.law[0].side, -1, 1), \
+        LAWS(owner.motors.law[0].integral, ER_GROWS, ER_KEEPS), FLAG(owner.linearisation.has_mass)
+
+/* Whether a state can be one that was saved: what chooses among few things does. */
+static bool is_possible(const saved_state *saved)
+{
+    const whole_numbers all[] = {
+        NUMBERS(memory.options.curve, 1, 0, er_gear_laws - 1), FLAG(memory.options.quasistatic),
+        NUMBERS(memory.options.initial, 1, 0, ER_INITIALS - 1), NUMBERS(memory.options.drive, 1, 0, ER_DRIVES - 1),
+        FLAG(memory.opposite[0]), FLAG(memory.opposite[1]), OF_STATE(memory.state),
+        FLAG(progress.computed), FLAG(progress.parameters_changed),
+        NUMBERS(progress.phase, 1, ER_INSTANTIATED, ER_TERMINATED),
+        FLAG(step_start.stepped), OF_STATE(step_start.state),
+        FLAG(exchange.on), FLAG(exchange.held), NUMBERS(exchange.piece, ER_MAX_JOINTS, 0, ER_MAX_KNOTS),
+    };
+    bool good = memchr(saved->memory.options.trajectory, '\0', ER_MAX_PATH) != NULL;
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        for (int i = 0; i < all[k].count; i++) {
+            const char *at = (const char *)saved + all[k].place + (size_t)i * all[k].stride;
+            int number = *(const unsigned char *)at;
+            if (all[k].size == sizeof number)
+                memcpy(&number, at, sizeof number);
+            good &= number >= all[k].least && number <= all[k].most;
+        }
+    return good;
+}
+
+static bool read_bytes(er_instance *instance, const void *bytes, size_t size, saved_state *saved)
 {
     uint64_t checksum;
     if (size != SERIALISED_SIZE)
-        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
-                                           " %lu bytes",
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got %lu bytes",
                        (unsigned long)SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved))
         return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
                        (unsigned long)size);
-    return require_own(instance, saved);
+    if (!is_possible(saved))
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, got numbers that none has");
+    return require_same_fmu(instance, saved);
 }
 
 /* Memory of another state. */
@@ -110,8 +149,7 @@ static saved_state *new_state(er_component *c)
 static bool require_state(er_component *c, const void *state)
 {
     return er_component_may(c, ER_CALL_ANY) &&
-           (state != NULL ||
-            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
+           (state != NULL || er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
 }
 
 bool er_component_get_state(er_component *c, void **state)
@@ -122,14 +160,14 @@ bool er_component_get_state(er_component *c, void **state)
     saved = *state != NULL ? *state : new_state(c);
     if (saved == NULL)
         return false;
-    save(c->robot, saved);
+    save_instance(c->robot, saved);
     *state = saved;
     return true;
 }
 
 bool er_component_set_state(er_component *c, const void *state)
 {
-    return require_state(c, state) && er_component_told(c, restore(c->robot, state));
+    return require_state(c, state) && er_component_told(c, restore_instance(c->robot, state));
 }
 
 bool er_component_free_state(er_component *c, void **state)
@@ -157,7 +195,7 @@ bool er_component_serialise(er_component *c, const void *state, void *bytes, siz
         return false;
     if (size < SERIALISED_SIZE)
         return er_component_refuse(c, "buffer: expected at least the state's size, got less");
-    serialise(state, bytes);
+    write_bytes(state, bytes);
     return true;
 }
 
@@ -171,7 +209,7 @@ bool er_component_deserialise(er_component *c, const void *bytes, size_t size, v
     saved = new_state(c);
     if (saved == NULL)
         return false;
-    if (!er_component_told(c, deserialise(c->robot, bytes, size, saved))) {
+    if (!er_component_told(c, read_bytes(c->robot, bytes, size, saved))) {
         free(saved);
         return false;
     }

@@ -4,22 +4,9 @@
 #include <string.h>
 
 #include "../io/file.h"
-#include "instance.h"
-
-/* The entry of inputs or parameters at a place in them. */
-static double *input_at(er_instance *instance, size_t place, int entry)
-{
-    return (double *)((char *)&instance->inputs + place) + entry;
-}
-
-double *er_instance_settable(er_instance *instance, unsigned reference)
-{
-    const er_block *block = er_block_of(&instance->interface, reference);
-    int entry = er_entry(&instance->interface, reference);
-    return er_is_computed(block)
-               ? (double *)((char *)&instance->model->memory.state + block->place) + entry
-               : input_at(instance, block->place, entry);
-}
+#include "variables.h"
+#include "exchange.h"
+#include "blocks.h"
 
 /* How many of some references, from the first on, follow one another in a block: its values lie so as well. */
 static size_t run_of(const er_interface *in, const unsigned *references, size_t count)
@@ -59,8 +46,7 @@ static bool require_finite(er_instance *instance, unsigned reference, double val
     char number[ER_NUMBER_TEXT];
     return isfinite(value) ||
            er_fail(&instance->failure, "%s: expected a finite number, got %s %s: give inputs, parameters and"
-                                       " states of physical size",
-                   instance->interface.name[reference],
+                                       " states of physical size", instance->interface.name[reference],
                    er_shown(value, number), instance->interface.unit[reference]);
 }
 
@@ -69,7 +55,7 @@ static bool get_run(er_instance *instance, unsigned first, size_t count, double 
 {
     int block = instance->interface.block[first];
     if (!er_is_computed(&er_blocks[block])) {
-        memcpy(values, er_instance_settable(instance, first), count * sizeof *values);
+        memcpy(values, er_block_value(instance, first), count * sizeof *values);
         return true;
     }
     if (!er_instance_require(instance, block))
@@ -81,8 +67,7 @@ static bool get_run(er_instance *instance, unsigned first, size_t count, double 
     return true;
 }
 
-bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
-                           double *values)
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count, double *values)
 {
     const unsigned time = er_time_reference(&instance->interface);
     size_t run;
@@ -110,8 +95,7 @@ static bool may_derive(er_instance *instance, unsigned reference, int order, dou
     if (!require_real(instance, reference))
         return false;
     if (er_block_of(interface, reference)->kind != ER_INPUT)
-        return er_fail(&instance->failure, "derivative: expected that of an input, got %s",
-                       interface->name[reference]);
+        return er_fail(&instance->failure, "derivative: expected that of an input, got %s", interface->name[reference]);
     if (order != 1)
         return er_fail(&instance->failure, "derivative of %s: expected order 1, got %d",
                        interface->name[reference], order);
@@ -130,7 +114,7 @@ bool er_instance_set_derivatives(er_instance *instance, const unsigned *referenc
     for (size_t i = 0; i < count; i++) {
         size_t place = er_block_of(&instance->interface, references[i])->rate;
         if (place > 0)
-            *input_at(instance, place, er_entry(&instance->interface, references[i])) = values[i];
+            *er_input_at(instance, place, er_entry(&instance->interface, references[i])) = values[i];
         else if (*ignored == NULL)
             *ignored = instance->interface.name[references[i]];
     }
@@ -150,8 +134,7 @@ static bool may_set(er_instance *instance, unsigned reference)
         return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
                        interface->name[reference]);
     return instance->progress.phase != ER_CONTINUOUS_MODE || block->kind == ER_INPUT || state ||
-           er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
-                                       " continuous-time mode",
+           er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got continuous-time mode",
                    interface->name[reference]);
 }
 
@@ -168,8 +151,7 @@ static bool may_be(er_instance *instance, unsigned reference, double value)
     return er_let_retry(&instance->failure);
 }
 
-bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
-                           const double *values)
+bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count, const double *values)
 {
     const er_interface *interface = &instance->interface;
     size_t run;
@@ -185,7 +167,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
     for (size_t i = 0; i < count; i += run) {
         const er_block *block = er_block_of(interface, references[i]);
         run = run_of(interface, references + i, count - i);
-        memcpy(er_instance_settable(instance, references[i]), values + i, run * sizeof *values);
+        memcpy(er_block_value(instance, references[i]), values + i, run * sizeof *values);
         for (size_t k = i; block->watch != NULL && k < i + run; k++)
             block->watch(instance, (int)references[k]);
         if (block->kind == ER_TUNABLE)
@@ -224,7 +206,7 @@ bool er_instance_get_string(er_instance *instance, unsigned reference, const cha
 }
 
 /* Place of a text among a string's choices, or -1 and a sentence. */
-static int choose(er_instance *instance, const er_string *string, const char *value)
+static int find_choice(er_instance *instance, const er_string *string, const char *value)
 {
     char list[ER_MAX_CHOICES * (ER_CHOICE + 2)] = "";
     for (int k = 0; k < string->choices; k++) {
@@ -236,34 +218,31 @@ static int choose(er_instance *instance, const er_string *string, const char *va
     return -1;
 }
 
-static bool set_trajectory(er_instance *instance, er_options *options, const char *value)
+static bool set_trajectory_option(er_instance *instance, er_options *options, const char *value)
 {
     if (strlen(value) >= ER_MAX_PATH)
         return er_fail(&instance->failure, "%s: expected less than %d characters, got %lu",
-                       instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH,
-                       (unsigned long)strlen(value));
+                       instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH, (unsigned long)strlen(value));
     memset(options->trajectory, 0, sizeof options->trajectory);
     strcpy(options->trajectory, value);
     return true;
 }
 
-static bool set_string(er_instance *instance, er_options *options, unsigned reference,
-                       const char *value)
+static bool set_option(er_instance *instance, er_options *options, unsigned reference, const char *value)
 {
     unsigned which;
     int chosen = 0;
     if (!require_string(instance, reference, &which))
         return false;
     if (value == NULL)
-        return er_fail(&instance->failure, "%s: expected a text, got NULL",
-                       instance->interface.string[which].name);
+        return er_fail(&instance->failure, "%s: expected a text, got NULL", instance->interface.string[which].name);
     if (!er_is_utf8(value))
         return er_fail(&instance->failure, "%s: expected UTF-8, got other bytes",
                        instance->interface.string[which].name) ||
                er_let_retry(&instance->failure);
     if (which == ER_TRAJECTORY)
-        return set_trajectory(instance, options, value) || er_let_retry(&instance->failure);
-    chosen = choose(instance, &instance->interface.string[which], value);
+        return set_trajectory_option(instance, options, value) || er_let_retry(&instance->failure);
+    chosen = find_choice(instance, &instance->interface.string[which], value);
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
@@ -273,12 +252,11 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
     return chosen >= 0 || er_let_retry(&instance->failure);
 }
 
-bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
-                             const char *const *values)
+bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count, const char *const *values)
 {
     er_options options = instance->model->memory.options;
     for (size_t i = 0; i < count; i++)
-        if (!set_string(instance, &options, references[i], values[i]))
+        if (!set_option(instance, &options, references[i], values[i]))
             return false;
     if (count == 0)
         return true;

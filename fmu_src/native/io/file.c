@@ -17,7 +17,7 @@ typedef struct _stat64 file_state;
 #define IS_FILE(mode) (((mode) & _S_IFMT) == _S_IFREG)
 #define IS_FOLDER(mode) (((mode) & _S_IFMT) == _S_IFDIR)
 
-static bool widen(const char *path, wchar_t wide[4096])
+static bool widen_path(const char *path, wchar_t wide[4096])
 {
     if (MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, wide, 4096) != 0)
         return true;
@@ -28,13 +28,13 @@ static bool widen(const char *path, wchar_t wide[4096])
 static bool look_up(const char *path, file_state *state)
 {
     wchar_t wide[4096];
-    return widen(path, wide) && _wstat64(wide, state) == 0;
+    return widen_path(path, wide) && _wstat64(wide, state) == 0;
 }
 
 static FILE *open_file(const char *path)
 {
     wchar_t wide[4096];
-    return widen(path, wide) ? _wfopen(wide, L"rb") : NULL;
+    return widen_path(path, wide) ? _wfopen(wide, L"rb") : NULL;
 }
 #else
 typedef struct stat file_state;
@@ -87,7 +87,7 @@ bool er_exists(const char *path)
     return look_up(path, &state);
 }
 
-static bool cannot(er_failure *failure)
+static bool fail_to_read(er_failure *failure)
 {
     return errno == ENOENT ? er_fail(failure, "does not exist")
                            : er_fail(failure, "cannot be read: %s", strerror(errno));
@@ -98,7 +98,7 @@ static bool find_size(const char *path, uint64_t *size, er_failure *failure)
 {
     file_state state;
     if (!look_up(path, &state))
-        return cannot(failure);
+        return fail_to_read(failure);
     if (IS_FOLDER(state.st_mode))
         return er_fail(failure, "expected a file, got a folder");
     if (!IS_FILE(state.st_mode))
@@ -125,12 +125,12 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
     file = open_file(path);
     if (file == NULL) {
         free(content);
-        cannot(failure);
+        fail_to_read(failure);
         return NULL;
     }
     *size = fread(content, 1, (size_t)room, file);
     content[*size] = '\0';
-    good = !ferror(file) || cannot(failure);
+    good = !ferror(file) || fail_to_read(failure);
     fclose(file);
     if (good)
         return content;
@@ -138,7 +138,7 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
     return NULL;
 }
 
-static int hex(char c)
+static int hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10
                                         : c >= 'A' && c <= 'F'   ? c - 'A' + 10
@@ -158,42 +158,62 @@ char *er_path_in_folder(const char *folder, const char *file)
     return path;
 }
 
-/* file:///path, file://host/path or file:/path, with %xx for bytes; on Windows file:///C:/path. */
-char *er_path_from_uri(const char *uri, const char *file)
+/* Turns %xx into bytes. */
+static void decode_percent(char *text)
 {
-    size_t length = 0;
-    char *folder, *path;
+    char *to = text;
+    for (const char *from = text; *from != '\0'; to++) {
+        bool coded = from[0] == '%' && hex_digit(from[1]) >= 0 && hex_digit(from[2]) >= 0;
+        *to = coded ? (char)(16 * hex_digit(from[1]) + hex_digit(from[2])) : *from;
+        from += coded ? 3 : 1;
+    }
+    *to = '\0';
+}
+
+/* Whether a path of Windows begins with a drive, C: */
+static bool has_drive(const char *path)
+{
+    return ((path[0] >= 'A' && path[0] <= 'Z') || (path[0] >= 'a' && path[0] <= 'z')) && path[1] == ':';
+}
+
+char *er_folder_from_uri(const char *uri, bool windows)
+{
+    char *text, *path;
     if (uri == NULL || strncmp(uri, "file:", 5) != 0)
         return NULL;
-    uri += 5;
-    if (uri[0] == '/' && uri[1] == '/') {
-        uri += 2;
-        while (*uri != '/' && *uri != '\0')
-            uri++;
-    }
-#if defined(_WIN32)
-    if (uri[0] == '/' && uri[1] != '\0' && uri[2] == ':')
-        uri++;
-#endif
-    folder = malloc(strlen(uri) + 1);
-    if (folder == NULL)
+    text = malloc(strlen(uri) + 1);
+    if (text == NULL)
         return NULL;
-    for (; *uri != '\0'; uri++) {
-        if (uri[0] == '%' && hex(uri[1]) >= 0 && hex(uri[2]) >= 0) {
-            folder[length++] = (char)(16 * hex(uri[1]) + hex(uri[2]));
-            uri += 2;
-        } else {
-            folder[length++] = *uri;
-        }
+    path = strcpy(text, uri + 5);
+    decode_percent(text);
+    if (path[0] == '/' && path[1] == '/') {
+        const size_t host = strcspn(path + 2, "/");
+        const bool is_share = host > 0 && strncmp(path + 2, "localhost/", 10) != 0;
+        if (windows && has_drive(path + 2))
+            path += 2;
+        else if (!(windows && is_share))
+            path += 2 + host;
     }
-    folder[length] = '\0';
-    path = er_path_in_folder(folder, file);
+    if (windows && path[0] == '/' && has_drive(path + 1))
+        path++;
+    memmove(text, path, strlen(path) + 1);
+    return text;
+}
+
+char *er_path_from_uri(const char *uri, const char *file)
+{
+#if defined(_WIN32)
+    char *folder = er_folder_from_uri(uri, true);
+#else
+    char *folder = er_folder_from_uri(uri, false);
+#endif
+    char *path = folder != NULL ? er_path_in_folder(folder, file) : NULL;
     free(folder);
     return path;
 }
 
 /* Further bytes of a character that begins with this one; -1: none does. */
-static int further(unsigned char first)
+static int further_bytes(unsigned char first)
 {
     if (first < 0x80)
         return 0;
@@ -207,7 +227,7 @@ bool er_is_utf8(const char *text)
 {
     for (const unsigned char *at = (const unsigned char *)text; *at != 0;) {
         unsigned char first = *at++;
-        int count = further(first);
+        int count = further_bytes(first);
         if (count < 0 || (first == 0xE0 && *at < 0xA0) || (first == 0xED && *at > 0x9F) ||
             (first == 0xF0 && *at < 0x90) || (first == 0xF4 && *at > 0x8F))
             return false;

@@ -1,5 +1,5 @@
 /* Sentences that say what is wrong; files: where they are, their content, whether their names are texts, and a
- * hash of bytes; words and numbers from text.
+ * hash of bytes.
  *
  * A function that can fail returns false and leaves one sentence in the er_failure it was given: where, what was
  * expected and what was got.
@@ -51,7 +51,12 @@ bool er_exists(const char *path);
  * reason if there is none. */
 char *er_read_file(const char *path, size_t *size, er_failure *failure);
 
-/* Path of a file in the folder that a file: URI names, to be freed; NULL if it is not such a URI. */
+/* The folder that a file: URI names, to be freed; NULL if it is not such a URI.  Those of Windows name a drive,
+ * file:///C:/folder, also file://C:/folder and with %3A, or a share, file://server/share; elsewhere hosts do not
+ * count. */
+char *er_folder_from_uri(const char *uri, bool windows);
+
+/* Path of a file in it, on this system. */
 char *er_path_from_uri(const char *uri, const char *file);
 
 /* The same of a folder's own path; NULL if memory is short. */
@@ -75,48 +80,5 @@ static inline uint64_t er_hash(const void *data, size_t size)
 
 /* CRC-32 of some bytes, as zip archives have it. */
 uint32_t er_checksum(const unsigned char *bytes, size_t size);
-
-/* Words and numbers from text (lines.c): the robot's data are lines of them.
- *
- * Reads a decimal number (no hexadecimal one, no nan, no inf) at *cursor and moves it behind.
- * Correctly rounded.  Returns false, with *cursor as it was, where there is none. */
-bool er_read_number(const char **cursor, double *value);
-
-#define ER_WORD 80
-
-/* Where a text is read. */
-typedef struct {
-    const char *at;
-    int line; /* from 1 */
-    char word[ER_WORD]; /* the last one, cut */
-    er_failure *failure;
-} er_lines;
-
-/* Starts in front of the first word. */
-void er_lines_start(er_lines *lines, const char *text, er_failure *failure);
-
-/* Says where what was got instead of something, and returns false. */
-bool er_lines_refuse(er_lines *lines, const char *expected);
-
-/* Reads the line's next word; empty at its end. */
-void er_lines_word(er_lines *lines);
-
-/* Refuses another last word than this. */
-bool er_lines_key(er_lines *lines, const char *key);
-
-/* Whether no word of the line is left. */
-bool er_lines_at_end(er_lines *lines);
-
-/* Reads a word into a text of `size` bytes; refuses a word that is missing or does not fit. */
-bool er_lines_text(er_lines *lines, size_t size, char *text, const char *expected);
-
-bool er_lines_numbers(er_lines *lines, int count, double *values);
-
-/* Reads a whole number of a range. */
-bool er_lines_count(er_lines *lines, int least, int most, int *count);
-
-/* Goes to the first word of the next line that is not empty; refuses the end of the text, and words
- * that are left in the present line. */
-bool er_lines_next(er_lines *lines);
 
 #endif

@@ -1,4 +1,4 @@
-#include "file.h"
+#include "lines.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -13,31 +13,9 @@
 #define MOST_CHARACTERS 800
 #define MOST_EXPONENT 100000
 
-static const double power_of_ten[EXACT_POWER + 1] = {
-    1e0,
-    1e1,
-    1e2,
-    1e3,
-    1e4,
-    1e5,
-    1e6,
-    1e7,
-    1e8,
-    1e9,
-    1e10,
-    1e11,
-    1e12,
-    1e13,
-    1e14,
-    1e15,
-    1e16,
-    1e17,
-    1e18,
-    1e19,
-    1e20,
-    1e21,
-    1e22,
-};
+static const double power_of_ten[EXACT_POWER + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
 typedef struct {
     const char *point; /* of the decimal point, or NULL */
@@ -52,24 +30,24 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-static bool scan(const char *text, decimal *found)
+static bool scan_decimal(const char *text, decimal *number)
 {
     const char *c = text;
     int digits = 0;
-    *found = (decimal){NULL, 0, true, 0, text};
+    *number = (decimal){NULL, 0, true, 0, text};
     if (*c == '+' || *c == '-')
         c++;
     for (;; c++) {
-        if (*c == '.' && found->point == NULL) {
-            found->point = c;
+        if (*c == '.' && number->point == NULL) {
+            number->point = c;
         } else if (is_digit(*c)) {
             digits++;
-            if (found->mantissa >= EXACT_MANTISSA / 10)
-                found->fits = false;
+            if (number->mantissa >= EXACT_MANTISSA / 10)
+                number->fits = false;
             else
-                found->mantissa = 10 * found->mantissa + (uint64_t)(*c - '0');
-            if (found->point != NULL)
-                found->exponent--;
+                number->mantissa = 10 * number->mantissa + (uint64_t)(*c - '0');
+            if (number->point != NULL)
+                number->exponent--;
         } else {
             break;
         }
@@ -84,31 +62,31 @@ static bool scan(const char *text, decimal *found)
         if (is_digit(*e)) {
             for (; is_digit(*e); e++)
                 exponent = exponent < MOST_EXPONENT ? 10 * exponent + (*e - '0') : exponent;
-            found->exponent += sign * exponent;
+            number->exponent += sign * exponent;
             c = e;
         }
     }
-    found->end = c;
+    number->end = c;
     return true;
 }
 
 /* strtod with the decimal point that the host's locale asks for. */
-static bool convert(const char *text, const decimal *found, double *value)
+static bool convert_decimal(const char *text, const decimal *number, double *value)
 {
     char copy[MOST_CHARACTERS + 8], sample[16];
-    size_t length = (size_t)(found->end - text), point_length, before;
+    size_t length = (size_t)(number->end - text), point_length, before;
     if (length > MOST_CHARACTERS)
         return false;
-    if (found->point == NULL) {
+    if (number->point == NULL) {
         memcpy(copy, text, length);
         copy[length] = '\0';
     } else {
         snprintf(sample, sizeof sample, "%.1f", 0.5); /* 0, the locale's point, 5 */
         point_length = strlen(sample) - 2;
-        before = (size_t)(found->point - text);
+        before = (size_t)(number->point - text);
         memcpy(copy, text, before);
         memcpy(copy + before, sample + 1, point_length);
-        memcpy(copy + before + point_length, found->point + 1, length - before - 1);
+        memcpy(copy + before + point_length, number->point + 1, length - before - 1);
         copy[length - 1 + point_length] = '\0';
     }
     *value = strtod(copy, NULL);
@@ -117,18 +95,18 @@ static bool convert(const char *text, const decimal *found, double *value)
 
 bool er_read_number(const char **cursor, double *value)
 {
-    decimal found;
-    if (!scan(*cursor, &found))
+    decimal number;
+    if (!scan_decimal(*cursor, &number))
         return false;
-    if (found.fits && abs(found.exponent) <= EXACT_POWER) {
-        double magnitude = (double)found.mantissa;
-        magnitude = found.exponent < 0 ? magnitude / power_of_ten[-found.exponent]
-                                       : magnitude * power_of_ten[found.exponent];
+    if (number.fits && abs(number.exponent) <= EXACT_POWER) {
+        double magnitude = (double)number.mantissa;
+        magnitude = number.exponent < 0 ? magnitude / power_of_ten[-number.exponent]
+                                       : magnitude * power_of_ten[number.exponent];
         *value = **cursor == '-' ? -magnitude : magnitude;
-    } else if (!convert(*cursor, &found, value)) {
+    } else if (!convert_decimal(*cursor, &number, value)) {
         return false;
     }
-    *cursor = found.end;
+    *cursor = number.end;
     return true;
 }
 
@@ -143,7 +121,7 @@ bool er_lines_refuse(er_lines *lines, const char *expected)
                    expected, lines->word);
 }
 
-static void skip_blanks(er_lines *lines)
+static void skip_line_blanks(er_lines *lines)
 {
     while (*lines->at == ' ' || *lines->at == '\t' || *lines->at == '\r')
         lines->at++;
@@ -153,7 +131,7 @@ static void skip_blanks(er_lines *lines)
 static size_t read_word(er_lines *lines)
 {
     size_t length = 0;
-    skip_blanks(lines);
+    skip_line_blanks(lines);
     for (; (unsigned char)*lines->at > ' '; lines->at++, length++)
         if (length + 1 < ER_WORD)
             lines->word[length] = *lines->at;
@@ -173,7 +151,7 @@ bool er_lines_key(er_lines *lines, const char *key)
 
 bool er_lines_at_end(er_lines *lines)
 {
-    skip_blanks(lines);
+    skip_line_blanks(lines);
     return *lines->at == '\n' || *lines->at == '\0';
 }
 
@@ -189,7 +167,7 @@ bool er_lines_text(er_lines *lines, size_t size, char *text, const char *expecte
 bool er_lines_numbers(er_lines *lines, int count, double *values)
 {
     for (int k = 0; k < count; k++) {
-        skip_blanks(lines);
+        skip_line_blanks(lines);
         if (!er_read_number(&lines->at, &values[k])) {
             read_word(lines);
             return er_lines_refuse(lines, "a finite number");

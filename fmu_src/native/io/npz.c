@@ -1,13 +1,11 @@
-/* Arrays from NumPy's NPZ, a zip archive of .npy files, stored or deflated.
- *
- * The header of an array is a text: {'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }.
- */
-#include "table_file.h"
+#include "npz.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "zip.h"
 
 typedef struct {
     char kind;     /* of an entry: 'f', 'i', 'u', 'U' .. */
@@ -26,17 +24,17 @@ typedef struct {
     const char *at, *end;
 } cursor;
 
-static void skip_blanks(cursor *c)
+static void skip_header_blanks(cursor *c)
 {
     while (c->at < c->end && (*c->at == ' ' || *c->at == '\n'))
         c->at++;
 }
 
 /* Passes blanks, then a word if it stands there. */
-static bool take(cursor *c, const char *word)
+static bool take_word(cursor *c, const char *word)
 {
     size_t length = strlen(word);
-    skip_blanks(c);
+    skip_header_blanks(c);
     if ((size_t)(c->end - c->at) < length || memcmp(c->at, word, length) != 0)
         return false;
     c->at += length;
@@ -55,7 +53,7 @@ static bool read_kind(cursor *c, npy_header *header)
 {
     uint64_t size;
     char order;
-    if (!take(c, "'") || c->end - c->at < 2)
+    if (!take_word(c, "'") || c->end - c->at < 2)
         return false;
     order = c->at[0];
     header->kind = c->at[1];
@@ -72,24 +70,24 @@ static bool read_kind(cursor *c, npy_header *header)
 
 static bool read_shape(cursor *c, npy_header *header)
 {
-    if (!take(c, "("))
+    if (!take_word(c, "("))
         return false;
-    for (header->axes = 0; !take(c, ")");) {
+    for (header->axes = 0; !take_word(c, ")");) {
         uint64_t length;
-        skip_blanks(c);
+        skip_header_blanks(c);
         if (!take_number(c, AXIS_DIGITS, &length) || header->axes == 2 || length > MOST_AXIS)
             return false;
         header->shape[header->axes++] = length;
-        if (!take(c, ","))
-            return take(c, ")");
+        if (!take_word(c, ","))
+            return take_word(c, ")");
     }
     return true;
 }
 
 static bool read_order(cursor *c, npy_header *header)
 {
-    header->column_major = take(c, "True");
-    return header->column_major || take(c, "False");
+    header->column_major = take_word(c, "True");
+    return header->column_major || take_word(c, "False");
 }
 
 /* Reads a header as NumPy writes it, its keys in any order; elastic_robot/npz.py reads the same. */
@@ -101,29 +99,28 @@ static bool parse_header(npy_header *header, const char *text, size_t length)
     } parts[3] = {{"'descr'", read_kind}, {"'fortran_order'", read_order}, {"'shape'", read_shape}};
     cursor c = {text, text + length};
     unsigned seen = 0;
-    if (!take(&c, "{"))
+    if (!take_word(&c, "{"))
         return false;
-    while (!take(&c, "}")) {
+    while (!take_word(&c, "}")) {
         unsigned part = 0;
-        while (part < 3 && !take(&c, parts[part].key))
+        while (part < 3 && !take_word(&c, parts[part].key))
             part++;
-        if (part == 3 || (seen >> part & 1u) != 0 || !take(&c, ":") || !parts[part].read(&c, header))
+        if (part == 3 || (seen >> part & 1u) != 0 || !take_word(&c, ":") || !parts[part].read(&c, header))
             return false;
         seen |= 1u << part;
-        if (!take(&c, ",")) {
-            if (!take(&c, "}"))
+        if (!take_word(&c, ",")) {
+            if (!take_word(&c, "}"))
                 return false;
             break;
         }
     }
-    skip_blanks(&c);
+    skip_header_blanks(&c);
     return c.at == c.end && seen == 7;
 }
 
 /* One array: its bytes and what the header says of them. */
 typedef struct {
     const unsigned char *content; /* the whole .npy */
-    unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
     const unsigned char *data;
     size_t bytes;
     npy_header header;
@@ -133,11 +130,10 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
                        array *a, er_failure *failure)
 {
     size_t content_size = 0, prefix, length;
-    a->content = er_zip_member(archive, size, file, &content_size, &a->unpacked, failure);
+    a->content = er_zip_member(archive, size, file, &content_size, failure);
     if (a->content == NULL)
         return false;
-    if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 ||
-        a->content[6] > 3)
+    if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 || a->content[6] > 3)
         return er_fail(failure, "the array '%s' is not in NumPy's format", name);
     prefix = a->content[6] == 1 ? 10 : 12;
     length = (size_t)er_little(a->content + 8, prefix == 10 ? 2 : 4);
@@ -157,8 +153,7 @@ static bool require_size(const array *a, const char *name, size_t item, er_failu
     uint64_t columns = a->header.axes == 2 ? a->header.shape[1] : 1;
     bool fits = rows == 0 || columns == 0 ? left == 0 : left % rows == 0 && left / rows == columns;
     return (a->bytes % item == 0 && fits) ||
-           er_fail(failure, "the array '%s' has %lu bytes, not those of its header", name,
-                   (unsigned long)a->bytes);
+           er_fail(failure, "the array '%s' has %lu bytes, not those of its header", name, (unsigned long)a->bytes);
 }
 
 static uint64_t bits_at(const unsigned char *at, size_t size, bool big)
@@ -239,7 +234,7 @@ static bool is_number(const npy_header *header)
 }
 
 /* Whether the table lies in the file as this machine keeps it. */
-static bool is_own(const npy_header *header)
+static bool is_native(const npy_header *header)
 {
     const double one = 1.0;
     unsigned char bytes[sizeof one];
@@ -248,16 +243,7 @@ static bool is_own(const npy_header *header)
            header->big == (bytes[0] != 0);
 }
 
-/* Puts the table at the start of the memory that it was read into, which is the table's then. */
-static void take_over(er_data_table *table, array *a, void *memory)
-{
-    memmove(memory, a->data, a->bytes);
-    table->data = memory;
-    if (memory == a->unpacked)
-        a->unpacked = NULL;
-}
-
-static bool take_data(er_data_table *table, array *a, void *spare, er_failure *failure)
+static bool take_data(er_data_table *table, const array *a, void *spare, er_failure *failure)
 {
     size_t rows = (size_t)a->header.shape[0], columns = (size_t)a->header.shape[1];
     if (!is_number(&a->header) || a->header.axes != 2)
@@ -265,13 +251,12 @@ static bool take_data(er_data_table *table, array *a, void *spare, er_failure *f
     if (!require_size(a, "data", a->header.size, failure))
         return false;
     if (columns != (size_t)table->columns)
-        return er_fail(failure, "%d column names over %lu columns", table->columns,
-                       (unsigned long)columns);
+        return er_fail(failure, "%d column names over %lu columns", table->columns, (unsigned long)columns);
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
-    if (is_own(&a->header) && (a->unpacked != NULL || spare != NULL)) {
-        take_over(table, a, a->unpacked != NULL ? a->unpacked : spare);
+    if (is_native(&a->header) && spare != NULL) {
+        table->data = memmove(spare, a->data, a->bytes);
         return true;
     }
     table->data = malloc(rows * columns * sizeof *table->data);
@@ -284,15 +269,10 @@ static bool take_data(er_data_table *table, array *a, void *spare, er_failure *f
     return true;
 }
 
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
-                  er_failure *failure)
+bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare, er_failure *failure)
 {
     array columns = {0}, data = {0};
-    bool good = open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
-                take_names(table, &columns, failure) &&
-                open_array(archive, size, "data", "data.npy", &data, failure) &&
-                take_data(table, &data, spare, failure);
-    free(columns.unpacked);
-    free(data.unpacked);
-    return good;
+    return open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
+           take_names(table, &columns, failure) && open_array(archive, size, "data", "data.npy", &data, failure) &&
+           take_data(table, &data, spare, failure);
 }

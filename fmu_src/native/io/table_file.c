@@ -3,12 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "file.h"
+#include "npz.h"
+#include "lines.h"
 
 /* Longest number that is read: all that can tell two doubles apart. */
 #define MOST_DIGITS 800
 
-static const char *skip_blanks(const char *c)
+static const char *skip_cell_blanks(const char *c)
 {
     while (er_is_blank(*c))
         c++;
@@ -50,7 +51,7 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
                      double *row, er_failure *failure)
 {
     for (int k = 0;; k++) {
-        const char *from = c = skip_blanks(c);
+        const char *from = c = skip_cell_blanks(c);
         double value;
         if (!er_read_number(&c, &value) || c - from > MOST_DIGITS) {
             char got[40];
@@ -62,16 +63,14 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         }
         if (k < table->columns)
             row[k] = value;
-        c = skip_blanks(c);
+        c = skip_cell_blanks(c);
         if (c >= end) {
             if (k + 1 == table->columns)
                 return true;
-            return er_fail(failure, "line %d: %d column names over %d columns", line,
-                           table->columns, k + 1);
+            return er_fail(failure, "line %d: %d column names over %d columns", line, table->columns, k + 1);
         }
         if (*c != ',')
-            return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'",
-                           line, er_printable(*c));
+            return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'", line, er_printable(*c));
         c++;
     }
 }
@@ -100,7 +99,7 @@ static bool parse_csv(er_data_table *table, const char *text, size_t size, er_fa
     if (table->data == NULL)
         return er_fail(failure, "it does not fit into memory");
     while (*end != '\0') {
-        c = skip_blanks(end + 1);
+        c = skip_cell_blanks(end + 1);
         end = line_end(c);
         line++;
         if (c == end || *c == '#')
@@ -115,7 +114,7 @@ static bool parse_csv(er_data_table *table, const char *text, size_t size, er_fa
 }
 
 /* `spare` as er_npz_parse has it. */
-static bool parse(er_data_table *table, const char *content, size_t size, bool is_npz, void *spare,
+static bool parse_table(er_data_table *table, const char *content, size_t size, bool is_npz, void *spare,
                   er_failure *failure)
 {
     bool good;
@@ -129,10 +128,9 @@ static bool parse(er_data_table *table, const char *content, size_t size, bool i
     return good;
 }
 
-bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
-                    er_failure *failure)
+bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz, er_failure *failure)
 {
-    bool good = parse(table, content, size, is_npz, NULL, failure);
+    bool good = parse_table(table, content, size, is_npz, NULL, failure);
     if (!good)
         er_table_free(table);
     return good;
@@ -145,8 +143,7 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
     bool good, kept;
     if (content == NULL)
         return false;
-    good = parse(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content,
-                 failure);
+    good = parse_table(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content, failure);
     kept = (void *)table->data == (void *)content;
     if (!good)
         er_table_free(table);
@@ -163,10 +160,10 @@ void er_table_free(er_data_table *table)
 
 int er_table_column(const er_data_table *table, const char *name, int *count)
 {
-    int found = -1;
+    int column = -1;
     *count = 0;
     for (int k = 0; k < table->columns; k++)
         if (strcmp(table->name[k], name) == 0 && (*count)++ == 0)
-            found = k;
-    return found;
+            column = k;
+    return column;
 }

@@ -19,14 +19,14 @@ from coupling.identification.next.inputs import next_case_text
 from coupling.identification.runs.effect import ParameterEffect
 from coupling.identification.runs.judge import mostly_in_backlash
 from coupling.identification.runs.measurement import Measurement
-from coupling.identification.runs.parameters import changed, factors_between, robot_with
+from coupling.identification.runs.parameters import LEARNED, factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.source import read_source
 from coupling.identification.runs.spread import spread_of, spread_of_fit
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
-from coupling.robot.parameters import robot_parameters
+from coupling.robot.parameters import apply_values, robot_parameters, scaled_values
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 from elastic_robot.gear_parts import Drive
@@ -94,7 +94,7 @@ def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):
     assert time[-1] == pytest.approx(3.0)
     np.testing.assert_array_equal(part.wrench.instants, part.desired.time)
     assert 3.1 < part.wrench.time[-1] < 4.0
-    paths = [one.simulated(robots.fmu, {}).position(time) for one in (whole, part)]
+    paths = [one.simulated(robots.fmu, robots.robot).position(time) for one in (whole, part)]
     np.testing.assert_allclose(paths[1], paths[0], atol=1e-8)
     assert whole.until(100.0).measured.time[-1] == whole.measured.time[-1]
     effect = ParameterEffect(robots.robot, "backlash", robots.parameters, whole)
@@ -117,12 +117,12 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
     effect = ParameterEffect(tight.robot, "backlash", tight.parameters, one)
     columns = mean(effect(zero, time))[inner]
     turned = replace(one, measured=replace(one.measured, rotation=Rotation.identity(len(time))))
-    here = turned.simulated(tight.fmu, {}).pose(time)
+    here = turned.simulated(tight.fmu, tight.robot).pose(time)
     for k, parameter in enumerate(tight.parameters):
         if parameter.kind == "damping":  # nanometres
             continue
-        values = changed(tight.parameters, np.where(np.arange(len(zero)) == k, 0.01, 0.0))
-        moved = mean(turned.simulated(tight.fmu, values).pose(time) - here)[inner]
+        stiffer = tight.described(np.where(np.arange(len(zero)) == k, 0.01, 0.0))
+        moved = mean(turned.simulated(tight.fmu, stiffer).pose(time) - here)[inner]
         for part in (slice(3), slice(3, 6)):
             off = 0.01 * columns[:, part, k] - moved[:, part]
             assert np.abs(off).max() < 0.01 * np.abs(moved[:, part]).max()
@@ -131,11 +131,11 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
 def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
     rng = np.random.default_rng(2)
     x = rng.uniform(-0.3, 0.3, len(robots.parameters))
-    other = robot_with(robots.robot, robots.parameters, x)
+    other = robots.described(x)
     np.testing.assert_allclose(factors_between(robots.parameters, other), x, atol=1e-12)
-    again = {p.name: p.value for p in robot_parameters(other, "backlash")}
-    assert again == pytest.approx(changed(robots.parameters, x))
-    kinds = {p.kind for p in robot_parameters(robots.robot, "linear")}
+    again = {p.name: p.value for p in robot_parameters(other, "backlash", LEARNED)}
+    assert again == pytest.approx(scaled_values(robots.parameters, x))
+    kinds = {p.kind for p in robot_parameters(robots.robot, "linear", LEARNED)}
     assert kinds == {"stiffness", "damping"}
 
 
@@ -227,7 +227,9 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
 
     source = read_source(run / "run", Measurement("", np.zeros(1), np.zeros((1, 3))))
     longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
-    softer = robot_with(example, robot_parameters(example, "backlash"), np.full(27, -0.1))
+    softer = apply_values(
+        example, scaled_values(learnable(example, "backlash", "ideal"), np.full(27, -0.1))
+    )
     require_comparable([source, replace(source, robot=softer)])
     with pytest.raises(LearnError, match="another one"):
         require_comparable([source, replace(source, robot=longer)])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from circling_robots import Robots
 from slipping_servos import slipping
+from tuned_fmu import tuned
 
 from coupling.errors import LearnError
 from coupling.identification.runs.effect import ParameterEffect, SecantEffect
@@ -16,11 +17,12 @@ from coupling.identification.runs.fit import Fitter
 from coupling.identification.runs.learning import _weighed, _with_motors
 from coupling.identification.runs.measurement import MeasuredPath, read_measurement
 from coupling.identification.runs.motors import MeasuredMotors
-from coupling.identification.runs.parameters import changed, prior_of
+from coupling.identification.runs.parameters import prior_of
 from coupling.identification.runs.problem import FitProblem
 from coupling.identification.runs.residual import Residual
 from coupling.identification.runs.slow_part import SlowPart
 from coupling.identification.runs.spread import spread_of, spread_of_fit
+from coupling.robot.parameters import scaled_values
 from coupling.run.models import Models
 
 ANGLE_NOISE, TORQUE_NOISE = 5e-6, 20.0  # [rad], [N m]
@@ -36,8 +38,8 @@ def robots(example) -> Iterator[Robots]:
 
 def recorded(robots: Robots, x: np.ndarray, every: int = 1, late: float = 0.0) -> MeasuredPath:
     """A run with motors, recorded late by some time [s], with noise."""
-    values = changed(robots.parameters, x)
-    path, moved = robots.fmu.with_motors(robots.command, robots.wrench, range(5), values)
+    with tuned(robots.fmu, scaled_values(robots.parameters, x)) as fmu:
+        path, moved = fmu.with_motors(robots.command, robots.wrench, range(5))
     told = np.hstack([moved.angle, moved.torque])
     noise = NOISES * np.random.default_rng(8).standard_normal(told.shape)
     told = np.column_stack([np.interp(path.time - late, path.time, own) for own in told.T]) + noise
@@ -122,7 +124,7 @@ def test_a_row_is_linear_in_the_clocks_with_motors(robots):
     one = recorded(robots, robots.none, every=5)
     motors = replace(one.measured.motors, deviation=NOISES)
     one = replace(one, measured=replace(one.measured, motors=motors))
-    residual, simulated = Residual(one), one.simulated(robots.fmu, {})
+    residual, simulated = Residual(one), one.simulated(robots.fmu, robots.robot)
     inner = np.flatnonzero((one.measured.time > 0.5) & (one.measured.time < 4.5))
     exact = residual.by_frame(simulated, one.measured.time, 11)
     assert exact.shape[1:] == (13, 11)

@@ -71,7 +71,7 @@ def test_a_row_is_linear_in_frame_clock_and_probe(robots):
     seen = aligned(seen_of(robots, path, every=20), path, own_frame=False)
     one = replace(robots.measured(path.position[0]), measured=seen)
     residual, own = Residual(one), 1e-4 * np.arange(10.0)
-    simulated = one.simulated(robots.fmu, {})
+    simulated = one.simulated(robots.fmu, robots.robot)
     inner = np.flatnonzero((seen.time > 1.0) & (seen.time < 8.0))
     exact = residual.by_frame(simulated, seen.time + own[6], 10)[inner]
     # A turn of the frame turns about the measurement's middle; a millionth of each is small.

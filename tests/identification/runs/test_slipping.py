@@ -10,9 +10,10 @@ import pytest
 from circling_robots import Robots
 from slipping_servos import slipping
 
-from coupling.identification.runs.effect import ParameterEffect, SecantEffect, moved_by_friction
-from coupling.identification.runs.parameters import factors_between, learnable, robot_with
+from coupling.identification.runs.effect import ParameterEffect, SecantEffect, moved_by_load
+from coupling.identification.runs.parameters import factors_between, learnable
 from coupling.identification.runs.slow_part import SlowPart
+from coupling.robot.parameters import apply_values, scaled_values
 from coupling.run.models import Models
 from elastic_robot.gear_parts import Drive
 
@@ -28,7 +29,7 @@ def test_slipping_parameters_make_a_robot_and_come_back_from_it(example):
     robot = slipping(example)
     parameters = learnable(robot, "backlash", "servo")
     x = 0.1 * np.arange(len(parameters))
-    other = robot_with(robot, parameters, x)
+    other = apply_values(robot, scaled_values(parameters, x))
     np.testing.assert_allclose(factors_between(parameters, other), x, rtol=0, atol=1e-12)
     for old, new in zip(robot.joints, other.joints, strict=True):
         ratios = {
@@ -46,9 +47,9 @@ def test_slipping_parameters_make_a_robot_and_come_back_from_it(example):
 @pytest.mark.parametrize("integral_gain", [0.0, 4e5])
 def test_friction_moves_a_motor_at_a_constant_rate_by_its_loop_at_rest(integral_gain):
     """-F / (Kp Kv) without an integral, nothing for long with one."""
-    drive = Drive(50.0, 20.0, 1e4, integral_gain, friction=40.0)
+    drive = Drive(50.0, 20.0, 1e4, integral_gain)
     time = np.arange(0.0, 3.0, 2e-3)
-    moved = moved_by_friction(drive, time, 0.1 * time, np.full(len(time), 0.1))
+    moved = moved_by_load(drive, time, np.minimum(time / 2e-4, 1.0) * 40.0)
     assert moved[-1] == pytest.approx(-40.0 / 2e5 if integral_gain == 0.0 else 0.0, abs=1e-9)
     assert np.abs(moved).max() > 5e-6
 

@@ -1,0 +1,53 @@
+"""A robot with what simulates it, and robots that differ from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from coupling.errors import SimulationError
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.joint_path import JointPath
+from coupling.robot.differences import RobotDifference
+from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import IDEAL, Mode
+
+
+@dataclass(frozen=True)
+class SimulatedModel:
+    """A robot with the FMU that simulates it, which may be that of one with other numbers.
+
+    Attributes:
+        robot: Its description.
+        torque_curve: Name of its gears' torque curve.
+        fmu: The FMU.
+        drive: "ideal", or "servo": its motors follow the command as their servos do.
+        what: Differences of it from the FMU's robot, in words.
+    """
+
+    robot: Robot
+    torque_curve: str
+    fmu: RobotFmu
+    drive: str = IDEAL
+    what: str = ""
+
+    def differing(self, difference: RobotDifference, what: str) -> SimulatedModel:
+        """Return the model of a robot that differs, in words; it has the same `robot` if nothing shows.
+
+        Raises:
+            SimulationError: If no robot has such numbers.
+        """
+        try:
+            robot = difference.applied(self.robot, self.torque_curve, self.drive)
+        except ValueError as cause:
+            raise SimulationError(str(cause)) from cause
+        return replace(self, robot=robot, what=what)
+
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        """Return the path that the TCP takes.
+
+        Raises:
+            SimulationError: If the FMU refuses the robot or a step.
+            HostError: If the FMU's process has ended.
+        """
+        return self.fmu.simulate(command, wrench, mode, self.robot, self.what)
